@@ -1,0 +1,124 @@
+"""The chart: the places that rover and ground both speak of, and their names."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+WALL, PLACE, ROCK = "#", ".", "o"
+
+ACTIONS: dict[str, tuple[int, int]] = {"N": (0, 1), "E": (1, 0), "S": (0, -1), "W": (-1, 0)}
+"""Moves to a neighbouring place, as (east, north) in cells."""
+
+
+class Cell(NamedTuple):
+    """A square of the chart; `east` and `north` count from 0 at the south-west corner."""
+
+    east: int
+    north: int
+
+    def beside(self, action: str) -> "Cell":
+        """The cell one `action` away."""
+        east, north = ACTIONS[action]
+        return Cell(self.east + east, self.north + north)
+
+
+class Chart:
+    """A walled yard drawn with one character a cell, northernmost row first.
+
+    `#` is wall, `o` a rock, `.` a place without a name and any capital letter a place with that
+    name. The Token of a place is `at:NAME`, or `at:EAST,NORTH` without a name. `D` is the dock
+    where the rover charges.
+
+    Raises:
+        ValueError: if the drawing is empty, ragged, open at its edge, has an unknown character,
+            or names two places alike. The message says where.
+    """
+
+    def __init__(self, rows: tuple[str, ...], cell_m: float) -> None:
+        self.rows = rows
+        self.cell_m = cell_m
+        self.tokens: dict[Cell, str] = {}
+        self.rocks: list[Cell] = []
+        self._check_shape()
+        for row, line in enumerate(rows):
+            for east, character in enumerate(line):
+                self._read(Cell(east, len(rows) - 1 - row), character, row)
+        self.cells = {token: cell for cell, token in self.tokens.items()}
+        self.dock = self.cells.get("at:D")
+
+    def _check_shape(self) -> None:
+        if not self.rows or not self.rows[0]:
+            raise ValueError("an empty map")
+        for number, line in enumerate(self.rows, start=1):
+            if len(line) != len(self.rows[0]):
+                raise ValueError(
+                    f"map row {number} has {len(line)} cells, the first row {len(self.rows[0])}"
+                )
+        edge = self.rows[0] + self.rows[-1] + "".join(line[0] + line[-1] for line in self.rows)
+        if edge.strip(WALL):
+            raise ValueError(f"a map that is not walled in: its edge must be all '{WALL}'")
+
+    def _read(self, cell: Cell, character: str, row: int) -> None:
+        if character == WALL:
+            return
+        if character == ROCK:
+            self.rocks.append(cell)
+            return
+        if character == PLACE:
+            token = f"at:{cell.east},{cell.north}"
+        elif "A" <= character <= "Z":
+            token = f"at:{character}"
+        else:
+            raise ValueError(
+                f"map row {row + 1} has '{character}': expected '{WALL}', '{PLACE}', '{ROCK}' or "
+                "a capital letter"
+            )
+        if token in self.tokens.values():
+            raise ValueError(f"map row {row + 1} names a second place '{character}'")
+        self.tokens[cell] = token
+
+    def centre_m(self, cell: Cell) -> tuple[float, float]:
+        """The middle of a cell, metres east and north of the chart's south-west corner."""
+        return (cell.east + 0.5) * self.cell_m, (cell.north + 0.5) * self.cell_m
+
+    def cell_at(self, x_m: float, y_m: float) -> Cell:
+        """The place that holds a point, or the nearest place where the point is in no place."""
+        cell = Cell(int(x_m // self.cell_m), int(y_m // self.cell_m))
+        if cell in self.tokens:
+            return cell
+
+        def distance(other: Cell) -> float:
+            x, y = self.centre_m(other)
+            return (x - x_m) ** 2 + (y - y_m) ** 2
+
+        return min(self.tokens, key=distance)
+
+    def neighbours(self, cell: Cell) -> Iterator[tuple[str, Cell]]:
+        """The actions that lead from `cell` to another place, with that place."""
+        for action in ACTIONS:
+            if (beside := cell.beside(action)) in self.tokens:
+                yield action, beside
+
+    def way(self, start: Cell, goal: Cell) -> list[str]:
+        """Actions of a shortest way from `start` to `goal`, breadth first; empty when there.
+
+        Raises:
+            ValueError: if no way leads there.
+        """
+        came_by: dict[Cell, tuple[str, Cell]] = {}
+        frontier, seen = [start], {start}
+        while frontier and goal not in seen:
+            reached = []
+            for cell in frontier:
+                for action, beside in self.neighbours(cell):
+                    if beside not in seen:
+                        seen.add(beside)
+                        came_by[beside] = (action, cell)
+                        reached.append(beside)
+            frontier = reached
+        if goal not in seen:
+            raise ValueError(f"no way from {self.tokens[start]} to {self.tokens[goal]}")
+        actions = []
+        while goal != start:
+            action, goal = came_by[goal]
+            actions.append(action)
+        return actions[::-1]
