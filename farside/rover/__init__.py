@@ -1,0 +1,6 @@
+"""The rover: its world, what it senses, how it drives and who decides on board."""
+
+from farside.rover.config import RoverConfig
+from farside.rover.node import Rover, RoverStreams
+
+__all__ = ["Rover", "RoverConfig", "RoverStreams"]

@@ -1,0 +1,109 @@
+"""A rover on a bench: no link, no ground, orders handed over and telemetry read."""
+
+from collections.abc import Callable
+
+import msgspec
+import numpy as np
+import pytest
+
+from farside.link import Chart, ground_endpoint, to_ns, to_s
+from farside.link.messages import Command, Drive, Heartbeat, Order, Proposal, Telemetry
+from farside.link.records import TOPICS
+from farside.rover import Rover, RoverConfig, RoverStreams
+
+TICK_NS = to_ns(0.04)
+
+YARD = (
+    "########",
+    "#A....B#",
+    "#.####.#",
+    "#D.o..C#",
+    "########",
+)
+
+
+class Bench:
+    """Drives a rover node by itself, with a ground that is heard whenever `link_up`."""
+
+    def __init__(self, config: RoverConfig, rows=YARD, seed: int = 1) -> None:
+        self.chart = Chart(rows, 1.0)
+        soil, sensors, learning = (np.random.default_rng([seed, n]) for n in range(3))
+        self.rover = Rover(
+            config,
+            self.chart,
+            tick_ns=TICK_NS,
+            light_time_ns=0,
+            round_trip_ns=to_ns(1),
+            streams=RoverStreams(soil, sensors, learning),
+        )
+        self.link_up = True
+        self.now_ns = 0
+        self.entries: list[tuple[float, msgspec.Struct]] = []
+        self.telemetry: Telemetry | None = None
+        self.proposals: list[Proposal] = []
+        self._ground = ground_endpoint()
+        self._commands = 0
+        self._acked = 0
+        self.run(TICK_NS)
+
+    def order(self, order: Order, *, expires_s: float = 1e6) -> int:
+        """Send a command; it arrives with the next tick."""
+        self._commands += 1
+        self._ground.send(Command(self._commands, to_ns(expires_s), order), self.now_ns)
+        return self._commands
+
+    def run(self, time_ns: int) -> None:
+        """Live on for a while."""
+        until_ns = self.now_ns + time_ns
+        while self.now_ns < until_ns:
+            if self.link_up and self.now_ns % to_ns(2) == 0:
+                self._ground.send(Heartbeat(self._acked), self.now_ns)
+            self.now_ns += TICK_NS
+            sent = self._ground.take_sent()
+            frames, records = self.rover.advance(self.now_ns, sent if self.link_up else [])
+            self._read(frames)
+            for record in records:
+                entry = msgspec.json.decode(record.payload, type=TOPICS[record.topic])
+                self.entries.append((to_s(record.log_time_ns), entry))
+
+    def run_s(self, time_s: float) -> None:
+        """Live on for so many seconds."""
+        self.run(to_ns(time_s))
+
+    def until(self, happened: Callable[[], object], within_s: float = 120.0) -> float:
+        """Live on until something has happened; the time when it had."""
+        deadline_ns = self.now_ns + to_ns(within_s)
+        while not happened():
+            assert self.now_ns < deadline_ns, f"nothing of the kind within {within_s} s"
+            self.run(TICK_NS)
+        return to_s(self.now_ns)
+
+    def do(self, actions: str) -> None:
+        """Command moves and wait until they are done."""
+        for action in actions:
+            number = self.order(Drive(action))
+            self.until(lambda number=number: self.telemetry.commands_done >= number)
+
+    def of(self, kind):
+        """All entries of a kind."""
+        return [entry for _, entry in self.entries if isinstance(entry, kind)]
+
+    def _read(self, frames) -> None:
+        ear = ground_endpoint()
+        ear.expect(frames)
+        for _, message in ear.received(self.now_ns):
+            if isinstance(message, Telemetry):
+                self.telemetry = message
+                self._acked = max([self._acked, *(event.number for event in message.events)])
+            else:
+                self.proposals.append(message)
+
+
+@pytest.fixture
+def bench() -> Callable[..., Bench]:
+    """Makes a bench: `bench(start="D", ...)`, with the keys of the `[rover]` table."""
+
+    def make(rows=YARD, seed: int = 1, **config) -> Bench:
+        return Bench(msgspec.convert({"start": "D", **config}, RoverConfig), rows, seed)
+
+    return make

@@ -1,0 +1,86 @@
+"""The battery and the failsafe: small machines, each told step by step."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from farside.link import to_ns
+from farside.link.messages import Failsafe
+from farside.rover.battery import Battery
+from farside.rover.config import BatteryConfig, FailsafeConfig
+from farside.rover.failsafe import FailsafeLadder
+
+SMALL = BatteryConfig(capacity_j=1000.0, idle_w=1.0, drive_w=9.0, charge_w=101.0, low=0.2)
+
+
+def test_standing_drains_and_driving_drains_more():
+    battery = Battery(SMALL)
+    battery.flow(to_ns(100), driving=False, docked=False)
+    assert battery.charge == pytest.approx(0.9)
+    battery.flow(to_ns(110), driving=True, docked=False)
+    assert battery.charge == pytest.approx(0.8)
+
+
+def test_the_dock_charges_to_the_brim_and_no_further():
+    battery = Battery(BatteryConfig(capacity_j=1000.0, initial=0.5, idle_w=1.0, charge_w=101.0))
+    battery.flow(to_ns(4), driving=False, docked=True)
+    assert battery.charge == pytest.approx(0.9)
+    battery.flow(to_ns(100), driving=False, docked=True)
+    assert battery.charge == 1.0
+
+
+def test_low_stays_on_until_charged():
+    battery = Battery(SMALL)
+    battery.flow(to_ns(810), driving=False, docked=False)
+    assert battery.low
+    battery.flow(to_ns(814), driving=False, docked=True)
+    assert battery.charge == pytest.approx(0.59)
+    assert battery.low
+    battery.flow(to_ns(818), driving=False, docked=True)
+    assert not battery.low
+
+
+def test_the_wish_to_charge_grows_as_the_battery_empties():
+    battery = Battery(SMALL)
+    urgencies = []
+    for second in range(0, 1100, 100):
+        battery.flow(to_ns(second), driving=False, docked=False)
+        urgencies.append(battery.urgency)
+    assert urgencies == sorted(urgencies)
+    assert urgencies[0] == 0
+    assert urgencies[-1] == SMALL.charge_priority
+    assert battery.empty
+
+
+@given(st.lists(st.tuples(st.integers(0, 500), st.booleans(), st.booleans()), max_size=30))
+def test_charge_stays_between_empty_and_full(stretches):
+    battery, now_s = Battery(SMALL), 0
+    for duration_s, driving, docked in stretches:
+        now_s += duration_s
+        battery.flow(to_ns(now_s), driving=driving, docked=docked)
+        assert 0 <= battery.charge <= 1
+
+
+def ladder():
+    return FailsafeLadder(FailsafeConfig(hold_after_s=10, lost_after_s=30), first_heard_ns=0)
+
+
+def test_silence_leads_to_hold_and_then_to_lost():
+    failsafe = ladder()
+    changes = [(s, failsafe.state) for s in range(60) if failsafe.update(to_ns(s))]
+    assert changes == [(10, Failsafe.HOLD), (30, Failsafe.LOST)]
+
+
+def test_any_frame_brings_it_back():
+    failsafe = ladder()
+    failsafe.update(to_ns(40))
+    failsafe.heard(to_ns(40))
+    assert failsafe.update(to_ns(41))
+    assert failsafe.state is Failsafe.NOMINAL
+    assert failsafe.silence_ns(to_ns(41)) == to_ns(1)
+
+
+def test_there_is_no_silence_before_the_first_frame_can_arrive():
+    failsafe = FailsafeLadder(FailsafeConfig(), first_heard_ns=to_ns(1200))
+    assert not failsafe.update(to_ns(1205))
+    assert failsafe.silence_ns(to_ns(1000)) == 0

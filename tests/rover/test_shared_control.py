@@ -1,0 +1,251 @@
+"""Who drives: the seed's figure 2 as stories, told to a rover on a bench."""
+
+from farside.link.messages import (
+    Approve,
+    Chooser,
+    CommandRefused,
+    Drive,
+    Failsafe,
+    GoalReached,
+    Mode,
+    Override,
+    SetGoal,
+    SetMode,
+    WithdrawGoal,
+)
+from farside.link.records import (
+    ActionStarted,
+    CommandTaken,
+    Cycle,
+    FailsafeEntry,
+    GoalChange,
+    GoalEntry,
+    GoalSource,
+    ModeEntry,
+)
+
+ROUND = "NNEEEEESSNNWWWWWSS"  # from the dock to C and back: everything there is to know
+
+
+def actions(rover):
+    return [(started.action, started.chooser) for started in rover.of(ActionStarted)]
+
+
+def test_a_rover_without_orders_stands_and_learns_nothing(bench):
+    rover = bench()
+    rover.run_s(60)
+    assert actions(rover) == []
+    assert rover.of(Cycle)[-1].hypotheses == 0
+
+
+def test_a_guided_rover_obeys_and_its_dem_learns(bench):
+    rover = bench()
+    rover.do("EW")
+    assert actions(rover) == [("E", Chooser.GUIDED), ("W", Chooser.GUIDED)]
+    assert rover.of(Cycle)[-1].hypotheses >= 2
+
+
+def test_a_goal_alone_moves_nothing_while_guided(bench):
+    rover = bench()
+    rover.do(ROUND)
+    before = len(actions(rover))
+    rover.order(SetGoal(("at:C",), 1.0))
+    rover.run_s(30)
+    assert len(actions(rover)) == before
+    assert rover.proposals == []
+
+
+def test_in_shared_mode_nothing_moves_without_the_operators_word(bench):
+    rover = bench()
+    rover.do(ROUND)
+    before = len(actions(rover))
+    rover.order(SetMode(Mode.SHARED))
+    rover.order(SetGoal(("at:C",), 1.0))
+    rover.run_s(30)
+    assert {proposal.action for proposal in rover.proposals} == {"N"}
+    assert len(rover.proposals) > 1, "an unanswered proposal is repeated"
+    assert len(actions(rover)) == before
+
+
+def test_consent_by_consent_the_rover_reaches_the_goal_along_its_policy_path(bench):
+    rover = bench()
+    rover.do(ROUND)
+    rover.order(SetMode(Mode.SHARED))
+    rover.order(SetGoal(("at:C",), 1.0))
+    rover.until(lambda: rover.proposals)
+    path = [step.action for step in rover.proposals[0].path]
+    assert path == list("NNEEEEESS")
+    costs = [step.cost_to_go for step in rover.proposals[0].path]
+    assert costs == sorted(costs, reverse=True)
+    for number in range(1, 10):
+        rover.until(lambda number=number: rover.proposals[-1].number == number)
+        rover.order(Approve(number))
+    rover.until(lambda: rover.of(GoalEntry)[-1].change is GoalChange.REACHED)
+    assert actions(rover)[-9:] == [(action, Chooser.GOAL_DIRECTED) for action in path]
+
+
+def test_the_operator_may_override(bench):
+    rover = bench()
+    rover.do(ROUND)
+    rover.order(SetMode(Mode.SHARED))
+    rover.order(SetGoal(("at:C",), 1.0))
+    rover.until(lambda: rover.proposals)
+    rover.order(Override(1, "E"))
+    rover.until(lambda: rover.proposals[-1].number == 2)
+    assert actions(rover)[-1] == ("E", Chooser.GUIDED)
+
+
+def test_an_answer_to_a_proposal_that_is_no_more_is_refused(bench):
+    rover = bench()
+    rover.do(ROUND)
+    rover.order(SetMode(Mode.SHARED))
+    rover.order(SetGoal(("at:C",), 1.0))
+    rover.until(lambda: rover.proposals)
+    rover.do("E")  # the operator drove on meanwhile
+    before = len(actions(rover))
+    number = rover.order(Approve(1))
+    rover.run_s(10)
+    assert rover.of(CommandTaken)[-1].number == number
+    assert rover.of(CommandTaken)[-1].refused.startswith("proposal 1 gave way to")
+    assert len(actions(rover)) == before
+
+
+def test_in_autonomous_mode_it_goes_by_itself_and_stops_when_there(bench):
+    rover = bench()
+    rover.do(ROUND)
+    rover.order(SetGoal(("at:C",), 1.0))
+    rover.order(SetMode(Mode.AUTONOMOUS))
+    rover.until(lambda: "at:C" in rover.telemetry.tokens)
+    rover.run_s(30)
+    assert rover.telemetry.tokens == ("at:C",)
+    assert rover.telemetry.action is None
+
+
+def test_autonomous_without_a_goal_it_stands(bench):
+    rover = bench()
+    rover.do(ROUND)
+    before = len(actions(rover))
+    rover.order(SetMode(Mode.AUTONOMOUS))
+    rover.run_s(30)
+    assert len(actions(rover)) == before
+
+
+def test_towards_an_unknown_place_it_explores(bench):
+    rover = bench()
+    rover.order(SetGoal(("at:C",), 1.0))
+    rover.order(SetMode(Mode.AUTONOMOUS))
+    rover.run_s(20)
+    assert {chooser for _, chooser in actions(rover)} == {Chooser.EXPLORATORY}
+
+
+def test_a_goal_where_it_stands_is_reached_at_once(bench):
+    rover = bench()
+    rover.order(SetGoal(("at:D",), 1.0))
+    rover.run_s(2)
+    assert [entry.change for entry in rover.of(GoalEntry)] == [GoalChange.SET, GoalChange.REACHED]
+
+
+def test_a_withdrawn_goal_is_given_up(bench):
+    rover = bench()
+    rover.order(SetGoal(("at:C",), 1.0))
+    rover.order(WithdrawGoal(("at:C",)))
+    rover.order(WithdrawGoal(("at:C",)))
+    rover.run_s(2)
+    assert rover.telemetry.goals == ()
+    assert rover.of(CommandTaken)[-1].refused == "it is no goal of the operator's"
+
+
+def test_a_command_that_comes_too_late_is_refused_and_told(bench):
+    rover = bench()
+    rover.run_s(5)
+    rover.order(Drive("E"), expires_s=3.0)
+    rover.run_s(5)
+    assert actions(rover) == []
+    assert rover.of(CommandTaken)[-1].refused == "it came too late"
+
+
+def test_when_silence_grows_it_holds_and_then_goes_on_alone(bench):
+    rover = bench(goals=[{"place": "C", "priority": 1.0}])
+    rover.do(ROUND)
+    rover.run_s(3)
+    rover.link_up = False
+    lost_s = rover.until(lambda: rover.of(ModeEntry)[-1].mode is Mode.AUTONOMOUS)
+    states = [(entry.state, round(entry.silence_s)) for entry in rover.of(FailsafeEntry)]
+    assert states == [(Failsafe.NOMINAL, 0), (Failsafe.HOLD, 10), (Failsafe.LOST, 30)]
+    assert rover.of(GoalEntry)[-1] == GoalEntry(("at:C",), GoalChange.SET, 1.0, GoalSource.MISSION)
+    reached_s = rover.until(lambda: rover.of(GoalEntry)[-1].change is GoalChange.REACHED)
+    assert reached_s > lost_s
+    assert rover.of(ModeEntry)[-1].why == "link lost"
+
+
+def test_with_no_goal_at_all_silence_only_makes_it_hold(bench):
+    rover = bench()
+    rover.do(ROUND)
+    before = len(actions(rover))
+    rover.link_up = False
+    rover.run_s(120)
+    assert rover.of(FailsafeEntry)[-1].state is Failsafe.LOST
+    assert [entry.mode for entry in rover.of(ModeEntry)] == [Mode.GUIDED]
+    assert len(actions(rover)) == before
+
+
+def test_orders_that_waited_when_the_link_was_lost_are_dropped_and_told(bench):
+    rover = bench(drive={"give_up_s": 1000.0, "speed_m_s": 0.02})
+    rover.order(Drive("N"))
+    waiting = rover.order(Drive("N"))
+    rover.run_s(1)
+    rover.link_up = False
+    rover.run_s(200)
+    assert len(actions(rover)) == 1
+    told = [event.what for event in rover.telemetry.events]
+    assert CommandRefused(waiting, "the link was lost before it began") in told
+
+
+def test_it_reports_what_it_did_alone_when_the_link_returns(bench):
+    rover = bench(goals=[{"place": "C", "priority": 1.0}])
+    rover.do(ROUND)
+    rover.link_up = False
+    rover.until(lambda: rover.of(GoalEntry) and rover.of(GoalEntry)[-1].change is GoalChange.REACHED)
+    assert GoalReached(("at:C",)) in [event.what for event in rover.telemetry.events]
+    rover.link_up = True
+    rover.until(lambda: not rover.telemetry.events)
+    assert rover.telemetry.mode is Mode.AUTONOMOUS, "it stays so until the operator says otherwise"
+
+
+def test_mission_goals_leave_the_list_when_the_operator_takes_over(bench):
+    rover = bench(goals=[{"place": "C", "priority": 1.0}])
+    rover.link_up = False
+    rover.until(lambda: rover.telemetry.mode is Mode.AUTONOMOUS)
+    assert rover.telemetry.goals == (("at:C",),)
+    rover.link_up = True
+    rover.run_s(3)
+    rover.order(SetMode(Mode.GUIDED))
+    rover.until(lambda: rover.telemetry.mode is Mode.GUIDED)
+    assert rover.telemetry.goals == ()
+
+
+def test_a_low_battery_sends_an_autonomous_rover_to_the_dock(bench):
+    """`battery:low` puts `on_charge` on the Goal List; once urgent enough, it comes first."""
+    rover = bench(battery={"capacity_j": 20_000.0, "low": 0.5, "charge_w": 500.0})
+    rover.do(ROUND)
+    rover.order(SetMode(Mode.AUTONOMOUS))
+    rover.order(SetGoal(("at:C",), 0.5))
+    rover.until(lambda: "at:C" in rover.telemetry.tokens)
+    rover.until(lambda: "battery:low" in rover.telemetry.tokens, within_s=1200)
+    rover.until(lambda: "on_charge" in rover.telemetry.tokens, within_s=200)
+    rover.until(lambda: "battery:low" not in rover.telemetry.tokens)
+    charging = [goal for goal in rover.of(GoalEntry) if goal.source is GoalSource.INHERENT]
+    assert [goal.change for goal in charging] == [GoalChange.SET, GoalChange.REACHED]
+    assert {goal.tokens for goal in charging} == {("on_charge",)}
+
+
+def test_the_wish_to_charge_overtakes_other_goals_as_the_battery_empties(bench):
+    rover = bench(
+        goals=[], battery={"capacity_j": 30_000.0, "initial": 0.5, "low": 0.45}, start="A"
+    )
+    rover.do("SSNNEEEEEWWWWW")
+    rover.until(lambda: "battery:low" in rover.telemetry.tokens, within_s=900)
+    rover.order(SetGoal(("at:nowhere",), 3.0))
+    rover.run_s(1)
+    assert rover.telemetry.goals[0] == ("at:nowhere",)
+    rover.until(lambda: rover.telemetry.goals[0] == ("on_charge",), within_s=3000)
