@@ -1,0 +1,99 @@
+"""A grid world to learn in, and shorthands that keep the stories short."""
+
+import numpy as np
+import pytest
+
+from farside.dem import DynamicExpectancyModel, Parameters
+
+MOVES = {"N": (0, 1), "E": (1, 0), "S": (0, -1), "W": (-1, 0)}
+COST = 2.66
+
+
+class Grid:
+    """Places drawn row by row, northernmost first; `.` is a place. Moves off the places fail."""
+
+    def __init__(self, *rows):
+        self.places = {
+            (east, len(rows) - 1 - row)
+            for row, line in enumerate(rows)
+            for east, character in enumerate(line)
+            if character == "."
+        }
+        self.at = min(self.places)
+
+    def tokens(self):
+        """What is sensed here."""
+        return [self.token(self.at)]
+
+    def token(self, place):
+        """The Token of a place."""
+        return f"at:{place[0]},{place[1]}"
+
+    def beside(self, place, action):
+        """Where an action ends that begins at `place`."""
+        aside = place[0] + MOVES[action][0], place[1] + MOVES[action][1]
+        return aside if aside in self.places else place
+
+    def do(self, action):
+        """Perform an action and return it."""
+        self.at = self.beside(self.at, action)
+        return action
+
+    def steps_to(self, goal):
+        """Least number of moves to `goal` from every place, breadth first."""
+        steps, frontier = {goal: 0}, [goal]
+        for place in frontier:
+            for action in MOVES:
+                aside = self.beside(place, action)
+                if aside not in steps:
+                    steps[aside] = steps[place] + 1
+                    frontier.append(aside)
+        return steps
+
+
+@pytest.fixture
+def grid():
+    return Grid(
+        ".....",
+        ".#.#.",
+        ".#...",
+        "...#.",
+    )
+
+
+@pytest.fixture
+def corridor():
+    return Grid("......")
+
+
+@pytest.fixture(scope="session")
+def make_model():
+    def make(seed=0, **parameters):
+        rng = np.random.default_rng(seed)
+        return DynamicExpectancyModel(dict.fromkeys(MOVES, COST), Parameters(**parameters), rng=rng)
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def cycle():
+    """One cycle under guidance: sense `tokens`, perform `action`, return what was sensed."""
+
+    def run(model, tokens, action):
+        sensed = model.sense(tokens)
+        model.perform(action)
+        return sensed
+
+    return run
+
+
+@pytest.fixture(scope="session")
+def tour():
+    """Drive a model around a world by random commands."""
+
+    def run(model, world, cycles, seed=1):
+        for action in np.random.default_rng(seed).choice(list(MOVES), cycles):
+            model.sense(world.tokens())
+            model.perform(world.do(str(action)))
+
+    return run

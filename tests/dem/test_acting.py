@@ -1,0 +1,251 @@
+"""Stories of acting: goals, the policy map and path, and exploring."""
+
+import pytest
+
+from farside.dem import Goal
+
+A, B, C = ("at:A",), ("at:B",), ("at:C",)
+
+
+def run_to(model, world, goal, patience):
+    """Give the goal, leave the model alone, and count its steps."""
+    model.set_goal([world.token(goal)], priority=1.0)
+    for steps in range(patience):
+        if model.sense(world.tokens()).reached:
+            model.perform(None)
+            return steps
+        model.perform(world.do(model.choose().action))
+    raise AssertionError(f"{goal} not reached from {world.at} in {patience} steps")
+
+
+def value_of(model, sign):
+    return {row.sign: row.value for row in model.policy_map()}[sign]
+
+
+def test_one_trial_is_enough(make_model, cycle):
+    model = make_model()
+    cycle(model, A, "E")
+    cycle(model, B, "W")
+    model.set_goal(B, priority=1.0)
+    model.sense(A)
+    choice = model.choose()
+    assert (choice.action, choice.goal, choice.sign, choice.cost_to_go) == ("E", B, A, 5.32)
+
+
+def test_a_corridor_driven_once_is_walked_back_in_the_fewest_steps(make_model, corridor, cycle):
+    model = make_model()
+    for action in "EEEEEWWWWW":
+        cycle(model, corridor.tokens(), corridor.do(action))
+    assert run_to(model, corridor, (5, 0), patience=20) == 5
+    assert run_to(model, corridor, (2, 0), patience=20) == 3
+
+
+def test_after_a_tour_any_goal_is_the_fewest_steps_away_from_anywhere(make_model, grid, tour):
+    model = make_model()
+    tour(model, grid, 1500)
+    model.sense(grid.tokens())
+    for goal in sorted(grid.places):
+        model.set_goal([grid.token(goal)], priority=1.0)
+        depths = {row.sign: row.depth for row in model.policy_map()}
+        steps = grid.steps_to(goal)
+        assert depths == {(grid.token(place),): steps[place] for place in grid.places}
+        model.withdraw_goal([grid.token(goal)])
+
+
+def test_left_alone_it_goes_where_its_map_says(make_model, grid, tour):
+    model = make_model()
+    tour(model, grid, 1500)
+    for goal in [(4, 3), (0, 0), (4, 0), (2, 1)]:
+        fewest = grid.steps_to(goal)[grid.at]
+        assert run_to(model, grid, goal, patience=30) == fewest
+
+
+def test_the_policy_path_adds_up_and_begins_with_the_choice(make_model, grid, tour):
+    model = make_model()
+    tour(model, grid, 1500)
+    grid.at = (0, 0)
+    model.sense(grid.tokens())
+    model.set_goal(["at:4,0"], priority=1.0)
+    path, choice = model.policy_path(), model.choose()
+    assert (path[0].sign, path[0].action) == (choice.sign, choice.action)
+    assert path[0].cost_to_go == choice.cost_to_go
+    walked = [grid.at]
+    for step in path:
+        assert step.sign == (grid.token(walked[-1]),)
+        walked.append(grid.beside(walked[-1], step.action))
+    assert walked[-1] == (4, 0)
+    for number, step in enumerate(path):
+        rest = sum(2.66 / later.probability for later in path[number:])
+        assert step.cost_to_go == pytest.approx(rest)
+
+
+def test_the_policy_map_begins_at_the_goal_and_leaves_out_what_cannot_reach_it(make_model, cycle):
+    model = make_model()
+    for tokens, action in [(A, "E"), (B, "N"), (C, None)]:
+        cycle(model, tokens, action)
+    model.set_goal(B, priority=1.0)
+    rows = [(row.sign, row.value, row.action, row.depth) for row in model.policy_map()]
+    assert rows == [(B, 0.0, None, 0), (A, 5.32, "E", 1)]
+
+
+def test_choosing_and_looking_change_nothing_that_is_learned(make_model, grid, tour):
+    model = make_model()
+    tour(model, grid, 200)
+    model.set_goal(["at:4,3"], priority=1.0)
+    model.sense(grid.tokens())
+    before = model.hypotheses
+    assert model.choose() == model.choose()
+    assert model.policy_map() == model.policy_map()
+    assert model.hypotheses == before
+
+
+def test_a_failure_raises_the_cost_in_the_cycle_that_saw_it(make_model, cycle):
+    model = make_model()
+    cycle(model, A, "E")
+    cycle(model, B, "N")
+    model.set_goal(B, priority=1.0)
+    cycle(model, A, "E")
+    assert value_of(model, A) == 2.66 / 0.5
+    model.sense(C)
+    assert value_of(model, A) == 2.66 / 0.4
+
+
+def test_a_blocked_way_gives_way_to_the_detour_it_knows(make_model, grid, tour):
+    """From (0, 0) to (2, 0) the way is E, E; then something stands on (1, 0)."""
+    model = make_model()
+    tour(model, grid, 1500)
+    grid.at = (0, 0)
+    assert run_to(model, grid, (2, 0), patience=10) == 2
+    grid.places.remove((1, 0))
+    grid.at = (0, 0)
+    detour = grid.steps_to((2, 0))[0, 0]
+    assert detour > 2
+    assert detour < run_to(model, grid, (2, 0), patience=40) < 40
+
+
+def test_a_new_arc_counts_in_the_cycle_that_made_it(make_model, cycle):
+    model = make_model()
+    cycle(model, A, "E")
+    cycle(model, B, "N")
+    model.set_goal(B, priority=1.0)
+    cycle(model, C, "W")
+    assert [row.sign for row in model.policy_map()] == [B, A]
+    model.sense(A)
+    assert [row.sign for row in model.policy_map()] == [B, A, C]
+
+
+@pytest.fixture
+def between(make_model, corridor, cycle):
+    """A model that knows a corridor both ways and stands at 2,0, with a cycle begun."""
+    model = make_model()
+    for action in "EEEEEWWWWWEE":
+        cycle(model, corridor.tokens(), corridor.do(action))
+    model.sense(corridor.tokens())
+    return model
+
+
+def test_the_higher_priority_takes_over_and_hands_back(between):
+    between.set_goal(["at:5,0"], priority=1.0)
+    assert between.choose().action == "E"
+    between.set_goal(["at:1,0"], priority=2.0)
+    assert between.choose().action == "W"
+    assert between.withdraw_goal(["at:1,0"])
+    assert between.choose().action == "E"
+
+
+def test_a_priority_that_grows_past_another_turns_the_rover_round(between):
+    between.set_goal(["at:5,0"], priority=1.0)
+    between.set_goal(["at:0,0"], priority=0.5)
+    assert between.choose().goal == ("at:5,0",)
+    between.set_goal(["at:0,0"], priority=1.5)
+    assert between.choose().goal == ("at:0,0",)
+
+
+def test_a_goal_that_becomes_active_is_reached_and_leaves_though_not_the_top(between):
+    between.set_goal(["at:5,0"], priority=2.0)
+    between.set_goal(["at:3,0"], priority=1.0)
+    between.perform("E")
+    assert between.sense(["at:3,0"]).reached == (Goal(("at:3,0",), 1.0),)
+    assert between.goals == (Goal(("at:5,0",), 2.0),)
+
+
+def test_a_goal_that_is_active_already_is_satisfied_at_the_next_sense(between):
+    between.set_goal(["at:2,0"], priority=1.0)
+    assert between.choose().goal is None
+    assert between.policy_path() == ()
+    between.perform(None)
+    assert between.sense(["at:2,0"]).reached == (Goal(("at:2,0",), 1.0),)
+
+
+def test_an_unknown_goal_waits_until_it_is_met(between):
+    between.set_goal(["at:nowhere"], priority=1.0)
+    assert ("at:nowhere",) not in between.signs
+    assert between.policy_map() == between.policy_path() == ()
+    assert between.choose().goal is None
+    assert between.goals[0].tokens == ("at:nowhere",)
+
+
+def test_several_tokens_are_one_goal_and_become_a_sign(between):
+    """Being at the place is not enough, the drill must be out too."""
+    both = ("at:3,0", "drill:out")
+    between.set_goal(["drill:out", "at:3,0"], priority=1.0)
+    assert both in between.signs
+    between.perform("E")
+    assert between.sense(["at:3,0"]).reached == ()
+    between.perform("N")
+    sensed = between.sense(both)
+    assert sensed.reached == (Goal(both, 1.0),)
+    assert both in sensed.novel
+    between.perform(None)
+    between.sense(["at:3,0"])
+    between.set_goal(both, priority=1.0)
+    assert between.choose().action == "N"
+
+
+def test_withdrawing_what_is_not_there_says_so(between):
+    assert not between.withdraw_goal(["at:5,0"])
+
+
+def test_without_a_goal_every_action_is_tried(make_model):
+    model = make_model()
+    model.sense(A)
+    choices = [model.choose() for _ in range(400)]
+    assert all(choice.goal is choice.sign is choice.cost_to_go is None for choice in choices)
+    counts = [sum(choice.action == name for choice in choices) for name in "NESW"]
+    assert min(counts) > 60
+
+
+def test_where_map_and_active_signs_do_not_meet_it_explores(make_model, cycle):
+    model = make_model()
+    cycle(model, A, "E")
+    cycle(model, B, None)
+    model.set_goal(B, priority=1.0)
+    model.sense(C)
+    assert model.choose().goal is None
+    assert model.policy_path() == ()
+    assert model.policy_map() != ()
+
+
+def test_the_same_seed_explores_the_same_way(make_model, grid):
+    def explore(model):
+        grid.at = (0, 0)
+        for _ in range(100):
+            model.sense(grid.tokens())
+            model.perform(grid.do(model.choose().action))
+        return model.hypotheses
+
+    assert explore(make_model(3)) == explore(make_model(3))
+    assert explore(make_model(3)) != explore(make_model(4))
+
+
+def test_of_several_active_signs_the_one_nearest_to_the_goal_decides(make_model, cycle):
+    """`dust` was there once when E led to B; `at:A` has led there twice."""
+    model = make_model()
+    cycle(model, (*A, "dust"), "E")
+    cycle(model, B, "W")
+    cycle(model, A, "E")
+    cycle(model, B, None)
+    model.set_goal(B, priority=1.0)
+    model.sense((*A, "dust"))
+    choice = model.choose()
+    assert (choice.sign, choice.cost_to_go) == (A, pytest.approx(2.66 / 0.75))
