@@ -4,26 +4,26 @@ from farside.link.config import Count, NonNegative, Positive, Section
 from farside.link.messages import Mode
 
 
-class OverrideAt(Section):
+class OverrideAt(Section, frozen=True):
     """Answer the n-th proposal since the goal was sent with `action` instead of consent."""
 
     proposal: Count
     action: str
 
 
-class Tour(Section, tag="tour", tag_field="do"):
+class Tour(Section, frozen=True, tag="tour", tag_field="do"):
     """Drive the rover by commands from place to place, one move at a time."""
 
     places: tuple[str, ...]
 
 
-class SwitchMode(Section, tag="mode", tag_field="do"):
+class SwitchMode(Section, frozen=True, tag="mode", tag_field="do"):
     """Turn the routing switch and wait until the rover says that it has."""
 
     mode: Mode
 
 
-class Pursue(Section, tag="goal", tag_field="do"):
+class Pursue(Section, frozen=True, tag="goal", tag_field="do"):
     """Send a goal; consent to proposals, but for `overrides`, until the goal is known reached."""
 
     place: str
@@ -31,13 +31,13 @@ class Pursue(Section, tag="goal", tag_field="do"):
     overrides: tuple[OverrideAt, ...] = ()
 
 
-class AwaitReached(Section, tag="await", tag_field="do"):
+class AwaitReached(Section, frozen=True, tag="await", tag_field="do"):
     """Wait until the ground knows that the rover reached a goal that someone else set."""
 
     place: str
 
 
-class WaitUntil(Section, tag="wait", tag_field="do"):
+class WaitUntil(Section, frozen=True, tag="wait", tag_field="do"):
     """Do nothing before this simulated time."""
 
     until_s: NonNegative
@@ -46,7 +46,7 @@ class WaitUntil(Section, tag="wait", tag_field="do"):
 ScriptStep = Tour | SwitchMode | Pursue | AwaitReached | WaitUntil
 
 
-class GroundConfig(Section):
+class GroundConfig(Section, frozen=True):
     """The `[ground]` table.
 
     Attributes:

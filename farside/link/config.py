@@ -18,7 +18,7 @@ class Section(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=T
     """A table of the mission file. Unknown keys are refused."""
 
 
-class OneWay(Section):
+class OneWay(Section, frozen=True):
     """One direction of the link.
 
     Attributes:
@@ -47,7 +47,7 @@ class Affected(StrEnum):
         return self is Affected.BOTH or self.value == direction.value
 
 
-class Blackout(Section):
+class Blackout(Section, frozen=True):
     """A scheduled outage from `start_s` up to, not including, `end_s` of simulated time.
 
     Raises:
@@ -71,7 +71,7 @@ class Blackout(Section):
         return to_ns(self.start_s), to_ns(self.end_s)
 
 
-class LinkConfig(Section):
+class LinkConfig(Section, frozen=True):
     """The `[link]` table: both directions, the blackouts, and a seed of its own if need be.
 
     Attributes:

@@ -48,39 +48,39 @@ class _Message(msgspec.Struct, frozen=True, omit_defaults=True):
 # --- uplink: orders, and the command that carries one -----------------------------------------
 
 
-class Drive(_Message, tag="drive"):
+class Drive(_Message, frozen=True, tag="drive"):
     """Do one action next, whatever the mode (A1)."""
 
     action: str
 
 
-class Approve(_Message, tag="approve"):
+class Approve(_Message, frozen=True, tag="approve"):
     """Perform the proposed action. Void if another proposal has taken its place (A2)."""
 
     proposal: int
 
 
-class Override(_Message, tag="override"):
+class Override(_Message, frozen=True, tag="override"):
     """Perform this action in place of the proposed one. Void like `Approve` (A2)."""
 
     proposal: int
     action: str
 
 
-class SetMode(_Message, tag="mode"):
+class SetMode(_Message, frozen=True, tag="mode"):
     """Turn the routing switch (A4)."""
 
     mode: Mode
 
 
-class SetGoal(_Message, tag="goal"):
+class SetGoal(_Message, frozen=True, tag="goal"):
     """Put a Sign on the Goal List, or change its priority (A5). Higher priorities come first."""
 
     tokens: Tokens
     priority: float
 
 
-class WithdrawGoal(_Message, tag="withdraw"):
+class WithdrawGoal(_Message, frozen=True, tag="withdraw"):
     """Take a Sign off the Goal List (A5)."""
 
     tokens: Tokens
@@ -89,7 +89,7 @@ class WithdrawGoal(_Message, tag="withdraw"):
 Order = Drive | Approve | Override | SetMode | SetGoal | WithdrawGoal
 
 
-class Command(_Message, tag="command"):
+class Command(_Message, frozen=True, tag="command"):
     """One order from the operator.
 
     Attributes:
@@ -104,7 +104,7 @@ class Command(_Message, tag="command"):
     order: Order
 
 
-class Heartbeat(_Message, tag="heartbeat"):
+class Heartbeat(_Message, frozen=True, tag="heartbeat"):
     """The ground is there. `events_acked` is the last event number it knows without a gap."""
 
     events_acked: int
@@ -115,27 +115,27 @@ Uplink = Command | Heartbeat
 # --- downlink: events, proposals, telemetry ----------------------------------------------------
 
 
-class ModeChanged(_Message, tag="mode"):
+class ModeChanged(_Message, frozen=True, tag="mode"):
     """The rover is now in `mode`; `why` says what brought it there."""
 
     mode: Mode
     why: str
 
 
-class FailsafeChanged(_Message, tag="failsafe"):
+class FailsafeChanged(_Message, frozen=True, tag="failsafe"):
     """The failsafe took a new state after `silence_ns` without a frame from the ground."""
 
     state: Failsafe
     silence_ns: int
 
 
-class GoalReached(_Message, tag="reached"):
+class GoalReached(_Message, frozen=True, tag="reached"):
     """A goal's Sign became active and the goal was removed."""
 
     tokens: Tokens
 
 
-class CommandRefused(_Message, tag="refused"):
+class CommandRefused(_Message, frozen=True, tag="refused"):
     """The rover took the command but did not obey it."""
 
     number: int
@@ -145,7 +145,7 @@ class CommandRefused(_Message, tag="refused"):
 Happening = ModeChanged | FailsafeChanged | GoalReached | CommandRefused
 
 
-class Event(_Message):
+class Event(_Message, frozen=True):
     """Something the operator must learn of, however late. `number` counts from 1."""
 
     number: int
@@ -153,7 +153,7 @@ class Event(_Message):
     what: Happening
 
 
-class PathStep(_Message):
+class PathStep(_Message, frozen=True):
     """One step of a policy path: where, what to do there, and the cost from there to the goal."""
 
     sign: Tokens
@@ -161,7 +161,7 @@ class PathStep(_Message):
     cost_to_go: float
 
 
-class Proposal(_Message, tag="proposal"):
+class Proposal(_Message, frozen=True, tag="proposal"):
     """What the DEM would do next, and the policy path it belongs to (A2).
 
     Attributes:
@@ -179,7 +179,7 @@ class Proposal(_Message, tag="proposal"):
     path: tuple[PathStep, ...]
 
 
-class Telemetry(_Message, tag="telemetry"):
+class Telemetry(_Message, frozen=True, tag="telemetry"):
     """The state of the rover as the rover sees it (S1).
 
     Attributes:

@@ -21,23 +21,22 @@ from farside.link.messages import (
 )
 from farside.link.node import Direction, Record
 
-
-class _Entry(msgspec.Struct, frozen=True):
-    pass
-
-
 # --- /truth ------------------------------------------------------------------------------------
 
 
-class Yard(_Entry):
+class Yard(msgspec.Struct, frozen=True):
     """The world, once at the start: the chart's rows from north to south, and its scale."""
 
     rows: tuple[str, ...]
     cell_m: float
 
 
-class Pose(_Entry):
-    """Where the rover really is, and its true battery charge (0 to 1)."""
+class Pose(msgspec.Struct, frozen=True):
+    """Where the rover really is, and its true battery charge (0 to 1).
+
+    Metres east and north of the chart's south-west corner; the heading is 0 towards east and grows
+    counter-clockwise, without bound.
+    """
 
     x_m: float
     y_m: float
@@ -47,7 +46,7 @@ class Pose(_Entry):
     battery: float
 
 
-class Bump(_Entry):
+class Bump(msgspec.Struct, frozen=True):
     """The rover ran into a wall or a rock at this speed."""
 
     x_m: float
@@ -58,7 +57,7 @@ class Bump(_Entry):
 # --- /rover ------------------------------------------------------------------------------------
 
 
-class Estimate(_Entry):
+class Estimate(msgspec.Struct, frozen=True):
     """Where the rover believes that it is."""
 
     x_m: float
@@ -66,7 +65,7 @@ class Estimate(_Entry):
     heading_rad: float
 
 
-class Cycle(_Entry):
+class Cycle(msgspec.Struct, frozen=True):
     """One cycle of the DEM up to the choice of an action.
 
     Attributes:
@@ -89,7 +88,7 @@ class Cycle(_Entry):
     mean_cm: float
 
 
-class ActionStarted(_Entry):
+class ActionStarted(msgspec.Struct, frozen=True):
     """The rover began an action. `command` is the number of the command behind a guided one."""
 
     action: str
@@ -98,7 +97,7 @@ class ActionStarted(_Entry):
     goal: Tokens | None
 
 
-class ActionEnded(_Entry):
+class ActionEnded(msgspec.Struct, frozen=True):
     """The rover ended an action after `duration_s`; `blocked` if something stood in the way."""
 
     action: str
@@ -106,21 +105,21 @@ class ActionEnded(_Entry):
     blocked: bool
 
 
-class ModeEntry(_Entry):
+class ModeEntry(msgspec.Struct, frozen=True):
     """The rover's mode from now on, and why."""
 
     mode: Mode
     why: str
 
 
-class FailsafeEntry(_Entry):
+class FailsafeEntry(msgspec.Struct, frozen=True):
     """The failsafe's state from now on, and the silence that it judged by."""
 
     state: Failsafe
     silence_s: float
 
 
-class CommandTaken(_Entry):
+class CommandTaken(msgspec.Struct, frozen=True):
     """A command was taken: obeyed, or refused for a reason (`None` when obeyed)."""
 
     number: int
@@ -144,7 +143,7 @@ class GoalSource(StrEnum):
     INHERENT = "inherent"
 
 
-class GoalEntry(_Entry):
+class GoalEntry(msgspec.Struct, frozen=True):
     """A change of the Goal List."""
 
     tokens: Tokens
@@ -165,7 +164,7 @@ class Fate(StrEnum):
     QUEUE_FULL = "queue-full"
 
 
-class FrameFate(_Entry):
+class FrameFate(msgspec.Struct, frozen=True):
     """The end of a frame in the channel, logged when it came about.
 
     Attributes:
@@ -187,7 +186,7 @@ class FrameFate(_Entry):
     fate: Fate
 
 
-class LinkOutage(_Entry):
+class LinkOutage(msgspec.Struct, frozen=True):
     """An outage of one direction begins (`down` true) or ends. `reason`: `blackout`."""
 
     direction: Direction
@@ -198,7 +197,7 @@ class LinkOutage(_Entry):
 # --- /ground -----------------------------------------------------------------------------------
 
 
-class CommandSent(_Entry):
+class CommandSent(msgspec.Struct, frozen=True):
     """The ground put a command on the uplink; `attempt` counts from 1."""
 
     number: int
@@ -206,13 +205,13 @@ class CommandSent(_Entry):
     order: Order
 
 
-class EventLearned(_Entry):
+class EventLearned(msgspec.Struct, frozen=True):
     """The ground learned of an event on the rover."""
 
     event: Event
 
 
-class Review(_Entry):
+class Review(msgspec.Struct, frozen=True):
     """The operator answered a proposal. `override` is the action put in its place, if any."""
 
     proposal: int
@@ -221,7 +220,7 @@ class Review(_Entry):
     path: tuple[PathStep, ...]
 
 
-class Silence(_Entry):
+class Silence(msgspec.Struct, frozen=True):
     """Whether the ground hears the rover, from now on."""
 
     silent: bool

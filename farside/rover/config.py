@@ -7,7 +7,7 @@ from msgspec import Meta
 from farside.link.config import Count, Fraction, NonNegative, Positive, Section
 
 
-class BodyConfig(Section):
+class BodyConfig(Section, frozen=True):
     """Body and wheels.
 
     Attributes:
@@ -31,7 +31,7 @@ class BodyConfig(Section):
     slip_time_s: Positive = 1.0
 
 
-class DriveConfig(Section):
+class DriveConfig(Section, frozen=True):
     """The controller that steers from place to place.
 
     Attributes:
@@ -47,7 +47,7 @@ class DriveConfig(Section):
     give_up_s: Positive = 20.0
 
 
-class SensorConfig(Section):
+class SensorConfig(Section, frozen=True):
     """What the pose estimate is made from, as standard deviations of zero-mean noise.
 
     Attributes:
@@ -63,7 +63,7 @@ class SensorConfig(Section):
     fix_every_s: Positive = 0.4
 
 
-class BatteryConfig(Section):
+class BatteryConfig(Section, frozen=True):
     """The battery.
 
     Attributes:
@@ -92,7 +92,7 @@ class BatteryConfig(Section):
             )
 
 
-class FailsafeConfig(Section):
+class FailsafeConfig(Section, frozen=True):
     """When silence is taken for loss. Silence is the time since any frame came from the ground.
 
     Attributes:
@@ -111,7 +111,7 @@ class FailsafeConfig(Section):
             )
 
 
-class DemConfig(Section):
+class DemConfig(Section, frozen=True):
     """Parameters of the Dynamic Expectancy Model; see `farside.dem.Parameters`.
 
     `move_cost` is the action cost of every move, in seconds (seed: 2.66).
@@ -125,14 +125,14 @@ class DemConfig(Section):
     move_cost: Positive = 2.66
 
 
-class MissionGoal(Section):
+class MissionGoal(Section, frozen=True):
     """A goal loaded before the start, for when the link is lost."""
 
     place: str
     priority: Positive = 1.0
 
 
-class RoverConfig(Section):
+class RoverConfig(Section, frozen=True):
     """The `[rover]` table.
 
     Attributes:

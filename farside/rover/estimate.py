@@ -20,7 +20,9 @@ class PoseEstimate:
     share a variance, so the gain is one number: K = P/(P + R).
     """
 
-    def __init__(self, start: TruePose, config: SensorConfig, step_s: float, rng: Generator) -> None:
+    def __init__(
+        self, start: TruePose, config: SensorConfig, step_s: float, rng: Generator
+    ) -> None:
         self.x_m, self.y_m, self.heading_rad = start
         self._config = config
         self._step_s = step_s

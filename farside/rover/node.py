@@ -7,7 +7,7 @@ from numpy.random import Generator
 
 from farside.dem import DynamicExpectancyModel, Parameters
 from farside.link.endpoint import rover_endpoint
-from farside.link.messages import Command, FailsafeChanged, Heartbeat, Telemetry
+from farside.link.messages import Command, FailsafeChanged, Heartbeat, Telemetry, Tokens
 from farside.link.node import NS_PER_S, Frame, Step, to_ns, to_s
 from farside.link.places import ACTIONS, Cell, Chart
 from farside.link.records import (
@@ -75,7 +75,9 @@ class Rover:
         self._battery = Battery(config.battery)
         self._failsafe = FailsafeLadder(config.failsafe, light_time_ns)
         self._model = _model(config, streams.learning)
-        mission = {(f"at:{goal.place}",): goal.priority for goal in config.goals}
+        mission: dict[Tokens, float] = {
+            (f"at:{goal.place}",): goal.priority for goal in config.goals
+        }
         goals = Goals(self._model, mission, self._logbook)
         self._pilot = Pilot(self._model, goals, self._battery, self._logbook)
         self._repeat_ns = round_trip_ns + _ANSWER_MARGIN_NS
@@ -116,7 +118,7 @@ class Rover:
         if now_ns >= self._telemetry_at_ns:
             self._keep_house()
 
-    # --- the link --------------------------------------------------------------------------------
+    # --- the link ----------------------------------------------------------------------------
 
     def _listen(self) -> None:
         for arrival_ns, message in self._endpoint.received(self._now_ns):
@@ -189,7 +191,7 @@ class Rover:
         waiting = self._doing.command if self._doing else self._pilot.waiting_command
         return self._commands_taken if waiting is None else waiting - 1
 
-    # --- sensing -----------------------------------------------------------------------------------
+    # --- sensing -----------------------------------------------------------------------------
 
     def _sense(self) -> frozenset[str]:
         tokens = {self._chart.tokens[self._believed_cell]}
@@ -237,7 +239,7 @@ class Rover:
             )
         )
 
-    # --- acting --------------------------------------------------------------------------------------
+    # --- acting ------------------------------------------------------------------------------
 
     def _decide(self) -> None:
         self._notice()

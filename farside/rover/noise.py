@@ -28,7 +28,9 @@ class Wander:
     mean µ and standard deviation σ at any time step.
     """
 
-    def __init__(self, rng: Generator, mean: float, sd: float, step_s: float, time_s: float) -> None:
+    def __init__(
+        self, rng: Generator, mean: float, sd: float, step_s: float, time_s: float
+    ) -> None:
         self._noise = Normal(rng)
         self._mean = mean
         self._keep = math.exp(-step_s / time_s)

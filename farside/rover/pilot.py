@@ -164,7 +164,7 @@ class Pilot:
         if mode is not Mode.AUTONOMOUS:
             self._goals.put_down_mission()
 
-    # --- what the link does --------------------------------------------------------------------
+    # --- what the link does ------------------------------------------------------------------
 
     def failsafe(self, state: Failsafe) -> None:
         """Take in the failsafe's new state."""
@@ -181,10 +181,12 @@ class Pilot:
     def _drop_orders(self) -> None:
         for order in self._orders:
             if order.command is not None:
-                self._logbook.tell(CommandRefused(order.command, "the link was lost before it began"))
+                self._logbook.tell(
+                    CommandRefused(order.command, "the link was lost before it began")
+                )
         self._orders.clear()
 
-    # --- what to do next -----------------------------------------------------------------------
+    # --- what to do next ---------------------------------------------------------------------
 
     def next(self) -> Undertaking | None:
         """What to begin now that the rover stands; `None` to go on standing."""

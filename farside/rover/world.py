@@ -31,7 +31,9 @@ class World:
     motor as well. Walls and rocks are rigid shapes that stop the body.
     """
 
-    def __init__(self, chart: Chart, config: BodyConfig, start: TruePose, step_s: float, rng: Generator) -> None:
+    def __init__(
+        self, chart: Chart, config: BodyConfig, start: TruePose, step_s: float, rng: Generator
+    ) -> None:
         self._step_s = step_s
         self._slip = Wander(rng, config.slip_mean, config.slip_sd, step_s, config.slip_time_s)
         grip_m_s2 = config.friction * config.gravity_m_s2
@@ -45,7 +47,7 @@ class World:
         self._body.angle = start.heading_rad
         hull = pymunk.Circle(self._body, config.radius_m)
         hull.friction = config.friction
-        self._space.add(self._body, hull, *_obstacles(self._space, chart, config))
+        self._space.add(self._body, hull, *obstacles(self._space, chart, config))
         self._space.on_collision(_STATIC, None, begin=self._touch)
         self._bump_m_s: float | None = None
 
@@ -87,7 +89,8 @@ class World:
         self._bump_m_s = self._body.velocity.length
 
 
-def _obstacles(space: pymunk.Space, chart: Chart, config: BodyConfig) -> list[pymunk.Shape]:
+def obstacles(space: pymunk.Space, chart: Chart, config: BodyConfig) -> list[pymunk.Shape]:
+    """Walls and rocks of a chart as static shapes of `space`."""
     shapes: list[pymunk.Shape] = []
     cell_m, height = chart.cell_m, len(chart.rows)
     for row, line in enumerate(chart.rows):
@@ -96,10 +99,10 @@ def _obstacles(space: pymunk.Space, chart: Chart, config: BodyConfig) -> list[py
             west, east = begin * cell_m, end * cell_m
             corners = [(west, south), (east, south), (east, south + cell_m), (west, south + cell_m)]
             shapes.append(pymunk.Poly(space.static_body, corners))
-    for cell in chart.rocks:
-        shapes.append(
-            pymunk.Circle(space.static_body, _ROCK_RADIUS_CELL * cell_m, chart.centre_m(cell))
-        )
+    shapes += (
+        pymunk.Circle(space.static_body, _ROCK_RADIUS_CELL * cell_m, chart.centre_m(cell))
+        for cell in chart.rocks
+    )
     for shape in shapes:
         shape.friction = config.friction
         shape.collision_type = _STATIC

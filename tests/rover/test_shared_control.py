@@ -205,7 +205,8 @@ def test_it_reports_what_it_did_alone_when_the_link_returns(bench):
     rover = bench(goals=[{"place": "C", "priority": 1.0}])
     rover.do(ROUND)
     rover.link_up = False
-    rover.until(lambda: rover.of(GoalEntry) and rover.of(GoalEntry)[-1].change is GoalChange.REACHED)
+    reached = GoalEntry(("at:C",), GoalChange.REACHED, 1.0, GoalSource.MISSION)
+    rover.until(lambda: reached in rover.of(GoalEntry))
     assert GoalReached(("at:C",)) in [event.what for event in rover.telemetry.events]
     rover.link_up = True
     rover.until(lambda: not rover.telemetry.events)

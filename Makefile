@@ -1,0 +1,58 @@
+# What people and CI run. A target sets up .venv first, if pyproject.toml or constraints.txt changed.
+
+VENV := .venv
+BIN := $(VENV)/bin
+INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
+FITNESS := import sys; \
+  sys.version_info >= (3, 11) or sys.exit("too old: " + sys.version.split()[0]); \
+  import ensurepip, venv
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.NOTPARALLEL:
+.PHONY: help mission test lint bench picture clean
+
+help: ## list the targets
+	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 10
+
+mission: $(VENV)/.ready-to-run ## fly the first mission, missions/blackout.toml
+	$(BIN)/farside run missions/blackout.toml
+
+test: $(VENV)/.ready-to-develop ## run every test
+	$(BIN)/python -m pytest
+
+lint: $(VENV)/.ready-to-develop ## check style, types and the direction of imports
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: $(VENV)/.ready-to-develop ## measure simulated seconds per wall second
+	$(BIN)/python tests/bench/run.py
+
+picture: $(VENV)/.ready-to-develop ## draw docs/blackout.svg, the picture in the README
+	$(BIN)/python docs/picture.py
+
+clean: ## remove .venv, caches and builds; logs stay
+	rm -rf $(VENV) build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
+	find farside tests -name __pycache__ -prune -exec rm -rf {} +
+
+$(VENV)/.ready-to-run: pyproject.toml constraints.txt | $(BIN)/pip
+	@echo "Installing Farside into $(VENV)"
+	@$(INSTALL) --editable .
+	@touch $@
+
+$(VENV)/.ready-to-develop: pyproject.toml constraints.txt | $(BIN)/pip
+	@echo "Installing Farside and its development tools into $(VENV)"
+	@$(INSTALL) --editable '.[dev]'
+	@touch $@ $(VENV)/.ready-to-run
+
+$(BIN)/pip:
+	@tried=""; \
+	for python in python3.11 python3; do \
+	  if found=$$($$python -c '$(FITNESS)' 2>&1); then exec $$python -m venv $(VENV); fi; \
+	  tried="$$tried\n  $$python: $$(echo "$$found" | tail -n 1)"; \
+	done; \
+	printf '%b\n' "Expected Python 3.11 or later with venv and ensurepip, found:$$tried" \
+	  "On Debian and Ubuntu: apt-get install python3 python3-venv" >&2; \
+	exit 1

@@ -1,0 +1,48 @@
+"""Makes docs/blackout.svg, the picture in the README: `farside replay` in the middle of the run."""
+
+import sys
+import tempfile
+from io import StringIO
+from pathlib import Path
+
+from rich.console import Console
+
+from farside.link import to_ns
+from farside.logs import LogFile, Picture, screen
+from farside.missions import load_mission, run_mission
+
+WIDTH, HEIGHT = 100, 30
+AT_S = 690.0
+
+
+def picture_at(log: LogFile, now_ns: int) -> Picture:
+    """What was known at a time."""
+    picture = Picture()
+    for entry in log.entries():
+        if entry.log_time_ns > now_ns:
+            break
+        picture.apply(entry.log_time_ns, entry.entry)
+    return picture
+
+
+def main(target: Path) -> None:
+    """Run the mission, and draw the screen at `AT_S`."""
+    with tempfile.TemporaryDirectory() as out:
+        run = run_mission(load_mission("blackout"), in_process=True, out=Path(out))
+        log = LogFile(run.log)
+        console = Console(record=True, width=WIDTH, height=HEIGHT, file=StringIO())
+        console.print(
+            screen(
+                picture_at(log, to_ns(AT_S)),
+                to_ns(AT_S),
+                width=WIDTH,
+                height=HEIGHT,
+                title=log.path.name,
+                end_ns=log.end_ns,
+            )
+        )
+    console.save_svg(str(target), title="farside replay")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]) if sys.argv[1:] else Path(__file__).with_name("blackout.svg"))

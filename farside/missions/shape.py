@@ -1,0 +1,206 @@
+"""Compares what a mission file says with the schema, and tells each mismatch in words."""
+
+import difflib
+import json
+import operator
+import re
+from collections.abc import Callable, Iterable, Iterator
+from typing import NamedTuple, TypeGuard
+
+import msgspec
+from msgspec import inspect
+
+Key = tuple[str, ...]
+"""The way to a value from the top of the file; arrays are entered by numbers, from 0."""
+
+_GREATEST = 1e9  # in s, m, J, …: no mission needs more, and 1e9 s in nanoseconds fit 64 bits
+_GREATEST_WHOLE = 2**63 - 1  # the greatest that TOML promises
+_SHOWN_LENGTH = 60
+_BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
+
+_Number = inspect.IntType | inspect.FloatType
+
+
+class Problem(NamedTuple):
+    """Something wrong at `key`, in the words "expected …, found …"."""
+
+    key: Key
+    text: str
+
+
+class _Bound(NamedTuple):
+    sign: str
+    limit: float
+    holds: Callable[[float, float], bool]
+
+
+def dotted(key: Key) -> str:
+    """`key` as it is written for `--set`; parts that TOML would quote are quoted."""
+    return ".".join(part if _BARE_KEY.fullmatch(part) else shown(part) for part in key)
+
+
+def one_line(text: str) -> str:
+    """`text` fit to print within a line: escaped where unprintable, cut where long."""
+    line = "".join(c if c.isprintable() else repr(c)[1:-1] for c in text[:_SHOWN_LENGTH])
+    return line + "…" if len(text) > _SHOWN_LENGTH else line
+
+
+def shown(value: object) -> str:
+    """`value` as TOML writes it, or in a few words where that would be long."""
+    match value:
+        case dict():
+            return "a table"
+        case list():
+            return "an array"
+        case str():
+            return one_line(json.dumps(value, ensure_ascii=False))
+        case bool():
+            return str(value).lower()
+        case int() if value.bit_length() > 64:
+            return f"a whole number of {value.bit_length()} bits"
+        case _:
+            return one_line(str(value))
+
+
+def did_you_mean(found: str, known: Iterable[str]) -> str:
+    """A question after the known name nearest to `found`; empty where none is near."""
+    folded = {name.casefold(): name for name in known}
+    near = difflib.get_close_matches(found.casefold(), folded, n=1, cutoff=0.4)
+    return f"; did you mean {folded[near[0]]}?" if near else ""
+
+
+def mismatches(data: object, schema: inspect.Type, key: Key = ()) -> Iterator[Problem]:
+    """Every problem that keeps `data` from being of the type `schema`.
+
+    Args:
+        data: what the file says at `key`, tables as dicts and arrays as lists.
+        schema: what `msgspec.inspect.type_info` says of the type.
+        key: where `data` stands.
+    """
+    match schema:
+        case inspect.UnionType():
+            yield from _in_union(data, schema, key)
+        case inspect.StructType() if isinstance(data, dict):
+            yield from _in_table(data, schema, key)
+        case inspect.VarTupleType() if isinstance(data, list):
+            for index, entry in enumerate(data):
+                yield from mismatches(entry, schema.item_type, (*key, str(index)))
+        case _ if not _fits(data, schema):
+            hint = did_you_mean(data, _choices(schema)) if isinstance(data, str) else ""
+            yield Problem(key, f"expected {_expected(schema, data)}, found {shown(data)}{hint}")
+
+
+def _in_union(data: object, schema: inspect.UnionType, key: Key) -> Iterator[Problem]:
+    """The problems of a value that may be absent, or of a table of one of several kinds."""
+    kinds = [kind for kind in schema.types if not isinstance(kind, inspect.NoneType)]
+    tables = {str(kind.tag): kind for kind in kinds if isinstance(kind, inspect.StructType)}
+    if tables and isinstance(data, dict):
+        yield from _in_tagged(data, tables, key)
+    elif data is not None or not schema.includes_none:
+        yield from mismatches(data, kinds[0], key)
+
+
+def _in_tagged(
+    data: dict[str, object], tables: dict[str, inspect.StructType], key: Key
+) -> Iterator[Problem]:
+    tag_field = str(next(iter(tables.values())).tag_field)
+    tag = data.get(tag_field)
+    if isinstance(tag, str) and tag in tables:
+        yield from _in_table(data, tables[tag], key)
+        return
+    found = shown(tag) if tag_field in data else "no such key"
+    hint = did_you_mean(tag, tables) if isinstance(tag, str) else ""
+    yield Problem((*key, tag_field), f"expected {_one_of(tables)}, found {found}{hint}")
+
+
+def _in_table(data: dict[str, object], schema: inspect.StructType, key: Key) -> list[Problem]:
+    fields = {field.encode_name: field for field in schema.fields}
+    problems = [
+        _unknown((*key, name), fields)
+        for name in data
+        if name not in fields and name != schema.tag_field
+    ]
+    for name, field in fields.items():
+        if name in data:
+            problems += mismatches(data[name], field.type, (*key, name))
+        elif field.required:
+            text = f"expected {_expected(field.type)}, found no such key"
+            problems.append(Problem((*key, name), text))
+    return problems or _as_a_whole(data, schema.cls, key)
+
+
+def _as_a_whole(data: dict[str, object], table: type, key: Key) -> list[Problem]:
+    """What breaks the rules between the keys of a table, which stand in its `__post_init__`."""
+    try:
+        msgspec.convert(data, table)
+    except msgspec.ValidationError as error:
+        return [Problem(key, str(error))]
+    return []
+
+
+def _unknown(key: Key, known: Iterable[str]) -> Problem:
+    names = ", ".join(known)
+    expected = f"one of the keys {names}" if names else "no further key"
+    hint = did_you_mean(key[-1], known)
+    return Problem(key, f"expected {expected}, found {dotted(key[-1:])}{hint}")
+
+
+def _choices(schema: inspect.Type) -> list[str]:
+    if isinstance(schema, inspect.EnumType):
+        return [choice.value for choice in schema.cls]
+    return []
+
+
+def _one_of(choices: Iterable[str]) -> str:
+    return "one of " + ", ".join(map(shown, choices))
+
+
+def _fits(data: object, schema: inspect.Type) -> bool:
+    match schema:
+        case inspect.IntType() | inspect.FloatType():
+            bounds = _bounds(schema, data)
+            return _is_number(data, schema) and all(b.holds(data, b.limit) for b in bounds)
+        case inspect.StrType():
+            return isinstance(data, str) and bool(re.search(schema.pattern or "", data))
+        case inspect.EnumType():
+            return data in _choices(schema)
+        case inspect.BoolType():
+            return isinstance(data, bool)
+        case _:
+            return False
+
+
+def _is_number(data: object, schema: _Number) -> TypeGuard[float]:
+    kinds = int if isinstance(schema, inspect.IntType) else int | float
+    return isinstance(data, kinds) and not isinstance(data, bool)
+
+
+def _bounds(schema: _Number, data: object) -> list[_Bound]:
+    """The bounds of a number: the schema's, and the greatest of all if `data` is beyond it."""
+    greatest = _GREATEST_WHOLE if isinstance(schema, inspect.IntType) else _GREATEST
+    beyond = _is_number(data, schema) and not abs(data) <= greatest
+    bounds = (
+        (">", schema.gt, operator.gt),
+        (">=", schema.ge, operator.ge),
+        ("<=", greatest if schema.le is None and beyond else schema.le, operator.le),
+    )
+    return [_Bound(sign, limit, holds) for sign, limit, holds in bounds if limit is not None]
+
+
+def _expected(schema: inspect.Type, data: object = None) -> str:
+    """What `schema` asks for, in words that tell what is wrong with `data`."""
+    match schema:
+        case inspect.IntType() | inspect.FloatType():
+            kind = "a whole number" if isinstance(schema, inspect.IntType) else "a number"
+            bounds = " and ".join(f"{sign} {limit:g}" for sign, limit, _ in _bounds(schema, data))
+            return f"{kind} {bounds}".strip()
+        case inspect.StrType():
+            return f"text that matches {schema.pattern}" if schema.pattern else "text"
+        case inspect.EnumType():
+            return _one_of(_choices(schema))
+        case inspect.BoolType():
+            return "true or false"
+        case inspect.VarTupleType():
+            return "an array"
+        case _:
+            return "a table"

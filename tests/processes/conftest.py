@@ -1,0 +1,168 @@
+"""A short real mission, and a look at the processes that belong to a test."""
+
+import os
+import select
+import signal
+import subprocess
+import sys
+import uuid
+from collections.abc import Iterator
+from pathlib import Path
+from typing import IO, cast
+
+import msgspec
+import pytest
+
+from farside.link.node import Record, Role, to_ns
+from farside.missions import MissionFile, load_mission
+from farside.missions.crew import Crew
+
+PATIENCE_S = 30.0
+PROC = Path("/proc")
+
+LAUNCHER = """
+from farside.missions import load_mission
+from farside.missions.processes import ProcessCrew
+
+mission = load_mission("blackout").mission
+now_ns = 0
+print("starting", flush=True)
+with ProcessCrew(mission) as crew:
+    print("under way", flush=True)
+    while True:
+        now_ns += mission.window_ns
+        crew.advance(now_ns)
+"""
+
+
+@pytest.fixture
+def mission() -> MissionFile:
+    """The first mission, cut short."""
+    return msgspec.structs.replace(load_mission("blackout").mission, duration_s=60.0)
+
+
+class Voyage:
+    """Leads a crew through windows of a mission."""
+
+    def __init__(self, crew: Crew, mission: MissionFile) -> None:
+        self.crew, self.mission, self.now_ns = crew, mission, 0
+
+    def window(self) -> list[Record]:
+        """Live through one window: its records."""
+        self.now_ns += self.mission.window_ns
+        return self.crew.advance(self.now_ns)
+
+    def to_the_end(self) -> list[list[Record]]:
+        """Live through the whole mission: the records of each window."""
+        windows = []
+        while self.now_ns < to_ns(self.mission.duration_s):
+            windows.append(self.window())
+        return windows
+
+
+@pytest.fixture
+def voyage() -> type[Voyage]:
+    """Leads a crew through windows of a mission."""
+    return Voyage
+
+
+class Family:
+    """The processes that a test started, by a mark in their environment."""
+
+    def __init__(self, mark: str) -> None:
+        self.mark = mark.encode()
+
+    def pids(self) -> list[int]:
+        """Those that are alive."""
+        return [int(path.name) for path in PROC.glob("[0-9]*") if self._belongs(path)]
+
+    def _belongs(self, path: Path) -> bool:
+        # Nobody can read the environment of a process that has ended.
+        try:
+            return self.mark in (path / "environ").read_bytes()
+        except OSError:
+            return False
+
+    def roles(self) -> dict[Role, int]:
+        """Those that have the name of a role as an argument of its own."""
+        return {Role(word): pid for pid in self.pids() for word in arguments(pid) if word in ROLES}
+
+    def wait_for(self, count: int) -> None:
+        """Wait until so many roles are there."""
+        while len(self.roles()) < count:
+            os.sched_yield()
+
+    def all_end(self) -> bool:
+        """Wait until none is left; `False` if one will not end."""
+        return all(ends(pid) for pid in self.pids()) and not self.pids()
+
+
+ROLES = [role.value for role in Role]
+
+
+def arguments(pid: int) -> list[str]:
+    """The command line of a process; none if it has ended."""
+    try:
+        return (PROC / str(pid) / "cmdline").read_text().split("\0")
+    except OSError:
+        return []
+
+
+def ends(pid: int) -> bool:
+    """Wait for the end of a process, whoever's child it is; `False` if it will not end."""
+    try:
+        handle = os.pidfd_open(pid)
+    except ProcessLookupError:
+        return True
+    try:
+        return bool(select.select([handle], [], [], PATIENCE_S)[0])
+    finally:
+        os.close(handle)
+
+
+@pytest.fixture
+def family(monkeypatch: pytest.MonkeyPatch) -> Iterator[Family]:
+    """The processes that this test starts. None of them may be left at its end."""
+    name, value = "FARSIDE_TEST_FAMILY", str(uuid.uuid4())
+    monkeypatch.setenv(name, value)
+    family = Family(f"{name}={value}")
+    yield family
+    assert family.all_end()
+
+
+class Launcher:
+    """A launcher in a process of its own, as a terminal would start it."""
+
+    def __init__(self) -> None:
+        self.process = subprocess.Popen(
+            [sys.executable, "-c", LAUNCHER],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+        )
+        self._output = cast("IO[bytes]", self.process.stdout)
+
+    def says(self, line: bytes) -> bool:
+        """Whether the next line that it prints is this one."""
+        return self._output.readline() == line + b"\n"
+
+    def interrupt(self) -> None:
+        """Press Ctrl-C, which tells everybody in the foreground."""
+        os.killpg(self.process.pid, signal.SIGINT)
+
+    def last_words(self) -> bytes:
+        """Wait for its end: what it said to standard error."""
+        return self.process.communicate(timeout=PATIENCE_S)[1]
+
+
+@pytest.fixture
+def launcher(family: Family) -> Iterator[Launcher]:
+    """A launcher in a process of its own, about to start its crew."""
+    launcher = Launcher()
+    try:
+        assert launcher.says(b"starting")
+        yield launcher
+    finally:
+        launcher.process.kill()
+        launcher.process.communicate()
+    assert family.all_end()

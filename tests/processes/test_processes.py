@@ -1,0 +1,171 @@
+"""Rover, link and ground as real processes: the same run, and every way to lose one."""
+
+import os
+import signal
+from collections.abc import Iterable
+from itertools import chain
+from pathlib import Path
+
+import pytest
+
+from farside.link.node import Record, Role
+from farside.link.transport import advance_key
+from farside.missions import processes
+from farside.missions.build import build_node
+from farside.missions.crew import CrewError, InProcessCrew
+from farside.missions.processes import ProcessCrew
+
+pytestmark = pytest.mark.processes
+
+ANY = "0.0.0.0"  # noqa: S104 - where nothing must listen
+LISTENING, UNCONNECTED = "0A", "07"
+
+
+def recorders(windows: Iterable[list[Record]]) -> set[str]:
+    """The first words of all topics: who recorded something."""
+    return {record.topic.split("/")[1] for record in chain(*windows)}
+
+
+def executable(path: Path, *lines: str) -> str:
+    """A shell script to be run in place of Python."""
+    path.write_text("\n".join(["#!/bin/sh", *lines]))
+    path.chmod(0o700)
+    return str(path)
+
+
+def open_ports(pid: int) -> list[str]:
+    """The addresses, in the kernel's hexadecimal, at which anybody may reach a process."""
+    links = [os.readlink(f"/proc/{pid}/fd/{name}") for name in os.listdir(f"/proc/{pid}/fd")]
+    addresses = []
+    for table, state in (("tcp", LISTENING), ("tcp6", LISTENING), ("udp", UNCONNECTED)):
+        for line in Path(f"/proc/{pid}/net/{table}").read_text().splitlines()[1:]:
+            _, local, _, found, *_, inode = line.split()[:10]
+            if found == state and f"socket:[{inode}]" in links:
+                addresses.append(local.split(":")[0])
+    return addresses
+
+
+def test_processes_make_the_same_records_as_plain_calls(mission, voyage, family):
+    alone = InProcessCrew(*(build_node(role, mission) for role in Role))
+    expected = voyage(alone, mission).to_the_end()
+    assert recorders(expected) == {"truth", "rover", "link", "ground"}
+    with ProcessCrew(mission) as crew:
+        assert voyage(crew, mission).to_the_end() == expected
+        assert crew.losses == ()
+
+
+def test_each_role_is_a_process_with_the_role_as_an_argument_of_its_own(mission, family):
+    with ProcessCrew(mission):
+        assert family.roles().keys() == set(Role)
+        assert len(family.pids()) == len(Role)
+    assert family.pids() == []
+
+
+def test_only_the_launcher_listens_and_on_loopback_only(mission, family):
+    before = open_ports(os.getpid())
+    with ProcessCrew(mission):
+        assert open_ports(os.getpid()) == [*before, "0100007F"]
+        assert [open_ports(pid) for pid in family.pids()] == [[], [], []]
+
+
+def test_no_password_can_be_read_from_a_command_line_or_an_environment(mission, family):
+    with ProcessCrew(mission) as crew:
+        passwords = [ticket.password for ticket in crew._router.tickets.values()]
+        for role, pid in family.roles().items():
+            process = Path(f"/proc/{pid}")
+            shown = (process / "cmdline").read_text() + (process / "environ").read_text()
+            assert role in shown
+            assert not any(password in shown for password in passwords)
+
+
+def test_no_file_is_left_behind_not_even_while_the_run_is_on(
+    mission, voyage, family, monkeypatch, tmp_path
+):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    with ProcessCrew(mission) as crew:
+        voyage(crew, mission).window()
+        assert list(tmp_path.iterdir()) == []
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("lost", [Role.GROUND, Role.LINK])
+def test_the_run_goes_on_without_a_killed(lost, mission, voyage, family):
+    with ProcessCrew(mission) as crew:
+        journey = voyage(crew, mission)
+        journey.window()
+        last_ns = journey.now_ns
+        os.kill(family.roles()[lost], signal.SIGKILL)
+        rest = journey.to_the_end()
+        [loss] = crew.losses
+    assert (loss.role, loss.how, loss.time_ns) == (lost, "was ended by SIGKILL", last_ns)
+    assert recorders(rest) == {"truth", "rover", "link", "ground"} - {lost}
+
+
+def test_the_rover_goes_on_when_everybody_else_is_killed(mission, voyage, family):
+    with ProcessCrew(mission) as crew:
+        for role in (Role.GROUND, Role.LINK):
+            os.kill(family.roles()[role], signal.SIGKILL)
+        assert recorders(voyage(crew, mission).to_the_end()) == {"truth", "rover"}
+        assert {loss.role for loss in crew.losses} == {Role.GROUND, Role.LINK}
+
+
+def test_a_killed_rover_ends_the_run_by_name(mission, voyage, family):
+    with ProcessCrew(mission) as crew:
+        journey = voyage(crew, mission)
+        journey.window()
+        os.kill(family.roles()[Role.ROVER], signal.SIGKILL)
+        with pytest.raises(CrewError, match=r"^the rover process was ended by SIGKILL at 1\.28 s"):
+            journey.window()
+
+
+def test_a_process_that_fails_leaves_its_traceback(mission, voyage, family):
+    with ProcessCrew(mission) as crew:
+        crew._router.say(advance_key(Role.GROUND), b"nonsense")
+        voyage(crew, mission).window()
+        [loss] = crew.losses
+    assert (loss.role, loss.how) == (Role.GROUND, "exited with status 1")
+    assert loss.last_words.startswith("Traceback")
+    assert "msgspec." in loss.last_words.splitlines()[-1]
+
+
+def test_a_process_that_cannot_start_is_named_with_its_last_words(
+    mission, family, monkeypatch, tmp_path
+):
+    refusing = executable(tmp_path / "python", "echo no such luck >&2", "exit 3")
+    monkeypatch.setattr("sys.executable", refusing)
+    with pytest.raises(CrewError, match=r"exited with status 3 at 0 s .*\nno such luck"):
+        ProcessCrew(mission).__enter__()
+
+
+def test_a_process_that_never_gets_ready_is_given_up_and_killed(
+    mission, family, monkeypatch, tmp_path
+):
+    hanging = executable(tmp_path / "python", "exec tail -f /dev/null")
+    monkeypatch.setattr("sys.executable", hanging)
+    monkeypatch.setattr(processes, "_START_S", 0.0)
+    monkeypatch.setattr(processes, "_END_S", 0.0)
+    with pytest.raises(CrewError, match="the rover process was not ready after 0 s"):
+        ProcessCrew(mission).__enter__()
+
+
+def test_a_process_that_hangs_is_killed_at_the_end(mission, family, monkeypatch):
+    monkeypatch.setattr(processes, "_END_S", 0.0)
+    with ProcessCrew(mission):
+        for pid in family.pids():
+            os.kill(pid, signal.SIGSTOP)
+    assert family.pids() == []
+
+
+def test_closing_twice_is_closing_once(mission, family):
+    with ProcessCrew(mission) as crew:
+        crew.close()
+        crew.close()
+    assert family.pids() == []
+
+
+def test_ctrl_c_is_none_of_the_childrens_business(mission, voyage, family):
+    with ProcessCrew(mission) as crew:
+        for pid in family.pids():
+            os.kill(pid, signal.SIGINT)
+        voyage(crew, mission).to_the_end()
+        assert crew.losses == ()

@@ -1,0 +1,190 @@
+"""Scripted blackouts on the shipped mission: what the rover does when the link goes, and when.
+
+The mission's own blackout lasts from 620 s to 980 s. The rover holds after 10 s of silence and
+takes the link for lost after 30 s. Heartbeats come every 2 s, so silence begins up to 2 s before
+the link goes.
+"""
+
+import pytest
+
+from farside.link import Direction, Fate
+from farside.link.messages import Failsafe, FailsafeChanged, GoalReached, Mode
+from farside.link.records import (
+    ActionStarted,
+    EventLearned,
+    FailsafeEntry,
+    Pose,
+    Review,
+    Silence,
+)
+from farside.missions import Outcome
+
+
+def switched_to_autonomy(run):
+    return [mode.t_s for mode in run.modes if mode.mode is Mode.AUTONOMOUS]
+
+
+def moves(run, start_s, end_s):
+    return [started for t_s, started in run.entries(ActionStarted) if start_s <= t_s < end_s]
+
+
+def test_the_three_stages_of_the_shipped_mission(mission):
+    """Watched, consulted, alone: the rover reaches A under consent, then B and C by itself."""
+    run = mission("blackout").run()
+    assert run.result.outcome is Outcome.SUCCESS
+    assert run.mode_at(100) is Mode.GUIDED
+    assert run.mode_at(run.reached("at:A")) is Mode.SHARED
+    assert run.mode_at(640) is Mode.SHARED
+    assert run.failsafe_at(640) is Failsafe.HOLD
+    assert 645 < switched_to_autonomy(run)[0] < 655
+    assert 650 < run.reached("at:B") < run.reached("at:C") < 980
+    assert run.mode_at(1190) is Mode.GUIDED
+
+
+def test_the_operator_overrides_once_and_is_obeyed(mission):
+    run = mission("blackout").run()
+    reviews = [review for t_s, review in run.entries(Review) if t_s < 600]
+    overridden = [review for review in reviews if review.override]
+    assert len(overridden) == 1
+    assert overridden[0].override == "E" != overridden[0].action
+    assert all(review.path for review in reviews), "a policy path comes with every proposal"
+
+
+def test_it_reports_what_it_did_alone_when_the_link_is_back(mission):
+    run = mission("blackout").run()
+    learned = {entry.event.what: t_s for t_s, entry in run.entries(EventLearned) if t_s > 620}
+    for token in ("at:B", "at:C"):
+        assert 981 < learned[GoalReached((token,))] < 985
+    assert [silence.silent for _, silence in run.entries(Silence)] == [True, False]
+
+
+def test_without_a_blackout_the_rover_never_acts_alone(mission):
+    run = mission("blackout").without_blackouts().run()
+    assert switched_to_autonomy(run) == []
+    assert run.reached("at:A")
+    assert run.reached("at:B"), "under the operator's consent"
+    assert run.reached("at:C") is None, "a mission goal is for when the link is lost"
+    assert run.result.outcome is Outcome.FAILURE
+
+
+@pytest.mark.parametrize("duration_s", [3, 8, 15, 25])
+def test_a_short_blackout_makes_it_hold_at_most(mission, duration_s):
+    run = mission("blackout").blackout(620, duration_s).run()
+    assert switched_to_autonomy(run) == []
+    states = {entry.state for _, entry in run.entries(FailsafeEntry)}
+    assert (Failsafe.HOLD in states) is (duration_s > 10)
+    assert Failsafe.LOST not in states
+    assert run.reached("at:B"), "it goes on under consent afterwards"
+
+
+def test_on_hold_nothing_new_begins(mission):
+    run = mission("blackout").blackout(620, 25).run()
+    hold_s = next(t for t, e in run.entries(FailsafeEntry) if e.state is Failsafe.HOLD)
+    assert moves(run, hold_s, 645) == []
+
+
+def test_a_long_blackout_leaves_it_to_its_mission_goals_and_then_to_rest(mission):
+    run = mission("blackout").blackout(620, 500).run()
+    assert 645 < switched_to_autonomy(run)[0] < 655
+    assert run.reached("at:C") < 1120
+    assert moves(run, run.reached("at:C"), 1120) == [], "no goal, no action of its own"
+
+
+def test_a_flapping_link_below_the_threshold_never_switches_it(mission):
+    """Twelve seconds dark, four seconds light, over and over."""
+    rehearsal = mission("blackout")
+    for number in range(20):
+        rehearsal = rehearsal.blackout(620 + 16 * number, 12)
+    run = rehearsal.run()
+    assert switched_to_autonomy(run) == []
+    assert run.mode_at(900) is Mode.SHARED
+    holds = [e for _, e in run.entries(FailsafeEntry) if e.state is Failsafe.HOLD]
+    assert len(holds) > 10
+
+
+def test_a_blackout_from_the_first_second_ends_in_exploration(mission):
+    """Nothing was ever taught: the rover holds, then looks for its mission goal by itself."""
+    run = mission("blackout").blackout(0, 300).set("duration_s", 400).run()
+    assert switched_to_autonomy(run)[0] == pytest.approx(31.3, abs=0.1)
+    assert moves(run, 0, 31) == []
+    alone = moves(run, 31, 300)
+    assert alone
+    assert {move.chooser for move in alone[:5]} == {"exploratory"}
+    assert run.frames(delivered_between=(0, 300)) == ()
+
+
+def test_deaf_but_not_mute_it_goes_on_alone_and_the_ground_watches(mission):
+    """Only the uplink is out: the rover hears nothing, but the ground sees all that it does."""
+    run = mission("blackout").blackout(620, 360, "up").run()
+    assert 645 < switched_to_autonomy(run)[0] < 655
+    assert run.frames(Direction.UP, delivered_between=(620, 980)) == ()
+    assert len(run.frames(Direction.DOWN, delivered_between=(622, 980))) > 300
+    learned = [t for t, e in run.entries(EventLearned) if e.event.what == GoalReached(("at:B",))]
+    assert learned[0] < run.reached("at:B") + 4
+    assert run.entries(Silence) == ()
+
+
+def test_mute_but_not_deaf_it_waits_for_a_word_that_cannot_come(mission):
+    """Only the downlink is out: the rover stays under command, but the ground is blind.
+
+    As it sees no proposal to consent to, nothing moves.
+    """
+    run = mission("blackout").blackout(620, 300, "down").run()
+    assert switched_to_autonomy(run) == []
+    assert {entry.state for _, entry in run.entries(FailsafeEntry)} == {Failsafe.NOMINAL}
+    assert moves(run, 630, 915) == []
+    assert run.frames(Direction.DOWN, delivered_between=(622, 921)) == ()
+    assert len(run.frames(Direction.UP, delivered_between=(620, 920))) > 100
+    assert [silence.silent for _, silence in run.entries(Silence)] == [True, False]
+    assert run.reached("at:B") > 920
+
+
+def test_with_all_goals_reached_a_second_loss_only_makes_it_hold(mission):
+    run = mission("blackout").blackout(620, 200).blackout(900, 200).run()
+    assert run.mode_at(890) is Mode.GUIDED, "the operator took over in between"
+    assert [
+        entry.event.what.state
+        for _, entry in run.entries(EventLearned)
+        if isinstance(entry.event.what, FailsafeChanged)
+    ].count(Failsafe.LOST) == 2
+    assert run.mode_at(1000) is Mode.GUIDED, "nothing is left to do alone"
+
+
+def test_a_push_of_noise_on_the_link_delays_but_does_not_derail(mission):
+    """With every fifth frame lost both ways, the first two stages take longer, not elsewhere."""
+    lossy = {"link.up.loss": 0.2, "link.down.loss": 0.2}
+    rehearsal = mission("blackout").set("duration_s", 1100).without_blackouts()
+    for key, value in lossy.items():
+        rehearsal = rehearsal.set(key, value)
+    run = rehearsal.run()
+    assert run.reached("at:A")
+    assert len(run.frames(Direction.UP, Fate.LOST)) > 50
+    numbers = [taken.number for _, taken in run.commands_taken]
+    assert numbers == list(range(1, len(numbers) + 1)), "each command once, in order"
+
+
+def test_a_scripted_blackout_replaces_the_missions_own(mission):
+    run = mission("blackout").blackout(700, 100).run()
+    assert [(outage.direction, outage.start_s, outage.end_s) for outage in run.outages] == [
+        ("up", 700, 800),
+        ("down", 700, 800),
+    ]
+
+
+def test_a_rover_with_a_small_battery_charges_by_itself_when_alone(mission):
+    """Alone and empty-handed, it sees to its battery, since nobody else can."""
+    run = (
+        mission("blackout")
+        .set("rover.battery.capacity_j", 40_000.0)
+        .set("rover.battery.low", 0.4)
+        .blackout(520, 1500)
+        .set("duration_s", 1400)
+        .run()
+    )
+    charged = [goal for goal in run.goals if goal.tokens == ("on_charge",)]
+    assert charged
+    assert charged[0].reached_s
+    low_s = charged[0].set_s
+    battery = [(t, pose.battery) for t, pose in run.entries(Pose)]
+    assert max(level for t, level in battery if t > charged[0].reached_s) > 0.85
+    assert min(level for t, level in battery if t > low_s) > 0
