@@ -21,9 +21,10 @@ from farside.missions.summary import show_summary
 
 _DONE, _UNMET, _BAD_INPUT, _INFRASTRUCTURE, _INTERRUPTED = 0, 1, 2, 3, 130
 
-_STATUS = """\b
-Exit status: 0 done and all expectations met; 1 an expectation was not met; 2 bad input;
-3 a process failed; 130 stopped by Ctrl-C."""
+_STATUS = (
+    "Exit status: 0 done and all expectations met; 1 an expectation was not met; 2 bad input; "
+    "3 a process failed; 130 stopped by Ctrl-C."
+)
 
 app = typer.Typer(
     help="Simulate rover missions over delayed, lossy links.",
@@ -34,7 +35,10 @@ app = typer.Typer(
 )
 
 Mission = Annotated[
-    str, typer.Argument(help="A mission file, or the name of a shipped mission such as 'blackout'.")
+    str,
+    typer.Argument(
+        metavar="MISSION", help="A mission file, or the name of a shipped one such as 'blackout'."
+    ),
 ]
 Set = Annotated[
     list[str] | None,
@@ -128,7 +132,7 @@ def check(mission: Mission, set_: Set = None) -> None:
 
 @app.command()
 def replay(
-    log: Annotated[Path, typer.Argument(help="A log that a run left.")],
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log that a run left.")],
     speed: Annotated[
         float,
         typer.Option(parser=_pace, metavar="X|max", help="Simulated seconds per wall second."),
@@ -173,15 +177,15 @@ def main() -> NoReturn:
     except (MissionError, LogError) as error:
         _say(str(error))
         sys.exit(_BAD_INPUT)
-    except CrewError as error:
-        _say(str(error))
-        sys.exit(_INFRASTRUCTURE)
-    except KeyboardInterrupt:
-        sys.exit(_INTERRUPTED)
     except BrokenPipeError:
         # Whoever read our output has seen enough, as with `| head`.
         sys.stderr.close()
         sys.exit(_DONE)
+    except (CrewError, OSError) as error:
+        _say(str(error))
+        sys.exit(_INFRASTRUCTURE)
+    except KeyboardInterrupt:
+        sys.exit(_INTERRUPTED)
     sys.exit(_DONE)
 
 

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import msgspec
 
 from farside.link.node import Direction, Record, Role, to_ns, to_s
-from farside.logs.recorder import Recorder
+from farside.logs.recorder import LogError, Recorder
 from farside.logs.view import RunView
 from farside.missions.build import build_node
 from farside.missions.conductor import Conductor, Watcher
@@ -139,7 +139,10 @@ def _conduct(conductor: Conductor, crew: Crew) -> _End:
 
 
 def _new_log(out: Path, mission: MissionFile) -> Recorder:
-    out.mkdir(parents=True, exist_ok=True)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise LogError(f"{out}: expected a folder for logs, found: {error.strerror}") from error
     number = 1
     while (path := out / f"{mission.name}-seed{mission.seed}-{number}.mcap").exists():
         number += 1

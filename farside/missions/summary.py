@@ -1,6 +1,6 @@
 """What a run shows when it is over."""
 
-from rich.console import Console, Group, RenderableType
+from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
@@ -12,10 +12,11 @@ _STYLE = {Outcome.SUCCESS: "bold green", Outcome.FAILURE: "bold red", Outcome.AB
 
 def show_summary(result: RunResult, console: Console) -> None:
     """Print the result as tables."""
-    parts: list[RenderableType] = [_head(result), _modes(result), _goals(result), _link(result)]
-    if result.expectations:
-        parts.append(_expectations(result))
-    console.print(Group(*parts))
+    console.print(_head(result))
+    for table in (_modes(result), _goals(result), _link(result), _expectations(result)):
+        if table.row_count:
+            console.print(table)
+            console.print()
     console.print(f"log     {result.log}", soft_wrap=True, highlight=False)
     console.print(f"digest  {result.digest}", soft_wrap=True, highlight=False)
 
@@ -26,7 +27,7 @@ def _head(result: RunResult) -> Text:
         f"   seed {result.seed}, {result.sim_seconds:.0f} s simulated in "
         f"{result.wall_seconds:.1f} s, {result.speedup:.0f}x real time\n",
         f"DEM: {result.dem.signs} Signs, {result.dem.hypotheses} hypotheses, "
-        f"mean C_m {result.dem.mean_cm:.2f}",
+        f"mean C_m {result.dem.mean_cm:.2f}\n",
     )
 
 

@@ -113,6 +113,13 @@ def test_bad_input_is_status_2_one_message_and_nothing_written(farside, tmp_path
     assert list(tmp_path.iterdir()) == []
 
 
+def test_a_folder_for_logs_that_is_a_file_is_bad_input(farside, tmp_path):
+    (tmp_path / "here").write_text("a letter")
+    status, out, err = farside("run", "blackout", "--in-process", "--out", "here")
+    assert (status, out) == (2, "")
+    assert err == "farside: here: expected a folder for logs, found: File exists\n"
+
+
 @pytest.mark.parametrize("pace", ["0", "-1", "soon", "nan", "inf"])
 def test_a_pace_that_is_none_is_refused(farside, tmp_path, pace):
     status, _, err = farside("run", "blackout", f"--pace={pace}")

@@ -2,7 +2,8 @@
 
 import os
 import signal
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from itertools import chain
 from pathlib import Path
 
@@ -17,8 +18,9 @@ from farside.missions.processes import ProcessCrew
 
 pytestmark = pytest.mark.processes
 
-ANY = "0.0.0.0"  # noqa: S104 - where nothing must listen
 LISTENING, UNCONNECTED = "0A", "07"
+DOORS = {"tcp": LISTENING, "tcp6": LISTENING, "udp": UNCONNECTED, "udp6": UNCONNECTED}
+LOOPBACK = "0100007F"
 
 
 def recorders(windows: Iterable[list[Record]]) -> set[str]:
@@ -33,14 +35,21 @@ def executable(path: Path, *lines: str) -> str:
     return str(path)
 
 
-def open_ports(pid: int) -> list[str]:
-    """The addresses, in the kernel's hexadecimal, at which anybody may reach a process."""
-    links = [os.readlink(f"/proc/{pid}/fd/{name}") for name in os.listdir(f"/proc/{pid}/fd")]
+def sockets(pid: int) -> Iterator[str]:
+    """The inodes of the sockets that a process has open."""
+    for name in os.listdir(f"/proc/{pid}/fd"):
+        with suppress(FileNotFoundError):
+            yield os.readlink(f"/proc/{pid}/fd/{name}").removeprefix("socket:")
+
+
+def doors(pid: int) -> list[str]:
+    """The addresses, in the kernel's hexadecimal, at which anybody may knock at a process."""
+    inodes = set(sockets(pid))
     addresses = []
-    for table, state in (("tcp", LISTENING), ("tcp6", LISTENING), ("udp", UNCONNECTED)):
+    for table, open_state in DOORS.items():
         for line in Path(f"/proc/{pid}/net/{table}").read_text().splitlines()[1:]:
-            _, local, _, found, *_, inode = line.split()[:10]
-            if found == state and f"socket:[{inode}]" in links:
+            _, local, _, state, *_, inode = line.split()[:10]
+            if state == open_state and f"[{inode}]" in inodes:
                 addresses.append(local.split(":")[0])
     return addresses
 
@@ -62,10 +71,10 @@ def test_each_role_is_a_process_with_the_role_as_an_argument_of_its_own(mission,
 
 
 def test_only_the_launcher_listens_and_on_loopback_only(mission, family):
-    before = open_ports(os.getpid())
+    assert doors(os.getpid()) == []
     with ProcessCrew(mission):
-        assert open_ports(os.getpid()) == [*before, "0100007F"]
-        assert [open_ports(pid) for pid in family.pids()] == [[], [], []]
+        assert doors(os.getpid()) == [LOOPBACK]
+        assert [doors(pid) for pid in family.pids()] == [[], [], []]
 
 
 def test_no_password_can_be_read_from_a_command_line_or_an_environment(mission, family):

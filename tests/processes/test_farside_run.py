@@ -1,0 +1,118 @@
+"""`farside run` as a person runs it, when one of its processes dies or somebody stops it."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+
+import pytest
+
+from farside.link.messages import Mode
+from farside.link.node import Role, to_ns
+from farside.link.records import Pose
+from farside.logs import LogError, LogFile, RunView
+
+pytestmark = pytest.mark.processes
+
+DURATION_S = 120.0
+
+
+class Terminal:
+    """A `farside run` under way, with its log."""
+
+    def __init__(self, out, family):
+        command = [sys.executable, "-m", "farside.missions.cli", "run", "blackout", "--json"]
+        changes = ["--set", f"duration_s={DURATION_S}", "--set", "expect=[]"]
+        self.family = family
+        self.log = out / "blackout-seed1-1.mcap"
+        self.process = subprocess.Popen(
+            [*command, *changes, "--pace", "40", "--out", str(out)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            start_new_session=True,
+        )
+
+    def until(self, t_s):
+        """Wait until the log tells that the run has come so far."""
+        while not self._has_come_to(t_s):
+            assert self.process.poll() is None, self.process.communicate()
+            os.sched_yield()
+
+    def _has_come_to(self, t_s):
+        try:
+            return LogFile(self.log).end_ns >= to_ns(t_s)
+        except LogError:  # not there yet
+            return False
+
+    def kill(self, role):
+        os.kill(self.family.roles()[role], signal.SIGKILL)
+
+    def end(self):
+        """Wait for the end: status, result if it printed one, and what it said of errors."""
+        out, err = self.process.communicate(timeout=60)
+        return self.process.returncode, json.loads(out) if out else None, err.decode()
+
+
+@pytest.fixture
+def terminal(tmp_path, family):
+    """A `farside run` that has come to 5 s of simulated time."""
+    terminal = Terminal(tmp_path, family)
+    try:
+        terminal.until(5.0)
+        yield terminal
+    finally:
+        terminal.process.kill()
+        terminal.process.communicate()
+
+
+@pytest.mark.parametrize("lost", [Role.GROUND, Role.LINK])
+def test_without_ground_or_link_the_rover_sees_silence_and_goes_on_alone(terminal, lost):
+    terminal.kill(lost)
+    status, result, err = terminal.end()
+    assert status == 3
+    assert result["outcome"] == "aborted"
+    assert [loss["role"] for loss in result["lost_processes"]] == [lost]
+    assert f"the {lost} process was ended by SIGKILL" in err
+    assert str(terminal.log) in err
+    run = RunView.of_log(terminal.log)
+    assert LogFile(terminal.log).complete
+    assert run.entries(Pose)[-1][0] > DURATION_S - 2, "the rover lived on to the end"
+    autonomous = [mode for mode in run.modes if mode.mode is Mode.AUTONOMOUS]
+    assert [mode.why for mode in autonomous] == ["link lost"]
+    assert autonomous[0].t_s < 60
+
+
+def test_without_the_rover_the_run_is_over_and_its_log_opens(terminal):
+    terminal.kill(Role.ROVER)
+    status, result, err = terminal.end()
+    assert status == 3
+    assert result["outcome"] == "aborted"
+    assert "the rover process was ended by SIGKILL" in err
+    assert str(terminal.log) in err
+    log = LogFile(terminal.log)
+    assert log.complete
+    assert to_ns(5.0) <= log.end_ns < to_ns(DURATION_S)
+    assert log.digest() == result["digest"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_who_stops_a_run_gets_what_there_was_of_it(terminal, number):
+    os.killpg(terminal.process.pid, number)
+    status, result, err = terminal.end()
+    assert status == 130
+    assert result["outcome"] == "aborted"
+    assert "Traceback" not in err
+    log = LogFile(terminal.log)
+    assert log.complete
+    assert log.digest() == result["digest"]
+
+
+def test_a_killed_launcher_leaves_a_log_that_opens_up_to_its_last_window(terminal):
+    terminal.process.kill()
+    terminal.process.communicate()
+    assert terminal.family.all_end()
+    log = LogFile(terminal.log)
+    assert not log.complete
+    assert log.end_ns >= to_ns(5.0)
+    assert list(log.records())
