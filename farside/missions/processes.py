@@ -98,21 +98,21 @@ class ProcessCrew(Crew):
     def _reports(self, window: int) -> dict[Role, list[Record]]:
         """What the living recorded, once they are all ready for `window`."""
         reports: dict[Role, list[Record]] = {}
-        while self._children.keys() - reports.keys():
+        while late := [role for role in self._children if role not in reports]:
             try:
                 key, payload = self._router.inbox.get(timeout=_LOOK_S)
             except Empty:
-                self._look()
+                self._look_for(late)
                 continue
             report = _report(payload)
             if report.window == window:
                 reports[_REPORTERS[key]] = report.records
         return reports
 
-    def _look(self) -> None:
-        """See who has ended, and go on without them if that can be done."""
-        for role, child in list(self._children.items()):
-            if (how := child.how_it_ended()) is not None:
+    def _look_for(self, late: list[Role]) -> None:
+        """See what became of those who keep the others waiting; go on without, where possible."""
+        for role in late:
+            if (how := self._children[role].how_it_ended()) is not None:
                 self._lose(role, how)
             elif self._order is None and time.monotonic() > self._ready_by_s:
                 self._lose(role, f"was not ready after {_START_S:g} s")

@@ -134,7 +134,7 @@ class Launcher:
     """A launcher in a process of its own, as a terminal would start it."""
 
     def __init__(self) -> None:
-        self.process = subprocess.Popen(
+        self.process = subprocess.Popen(  # noqa: S603 - the text above
             [sys.executable, "-c", LAUNCHER],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

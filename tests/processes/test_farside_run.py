@@ -26,7 +26,7 @@ class Terminal:
         changes = ["--set", f"duration_s={DURATION_S}", "--set", "expect=[]"]
         self.family = family
         self.log = out / "blackout-seed1-1.mcap"
-        self.process = subprocess.Popen(
+        self.process = subprocess.Popen(  # noqa: S603 - our own command
             [*command, *changes, "--pace", "40", "--out", str(out)],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,

@@ -37,9 +37,9 @@ def executable(path: Path, *lines: str) -> str:
 
 def sockets(pid: int) -> Iterator[str]:
     """The inodes of the sockets that a process has open."""
-    for name in os.listdir(f"/proc/{pid}/fd"):
+    for handle in Path(f"/proc/{pid}/fd").iterdir():
         with suppress(FileNotFoundError):
-            yield os.readlink(f"/proc/{pid}/fd/{name}").removeprefix("socket:")
+            yield str(handle.readlink()).removeprefix("socket:")
 
 
 def doors(pid: int) -> list[str]:
