@@ -29,6 +29,11 @@ lint: $(VENV)/.ready-to-develop ## check style, types and the direction of impor
 
 bench: $(VENV)/.ready-to-develop ## measure simulated seconds per wall second
 	$(BIN)/python tests/bench/run.py
+	$(BIN)/python tests/bench/dem_cycle.py
+	$(BIN)/python tests/bench/dem_map.py
+	$(BIN)/python tests/bench/dem_worlds.py
+	$(BIN)/python tests/bench/gym_table.py
+	$(BIN)/python tests/bench/peers/table.py
 
 picture: $(VENV)/.ready-to-develop ## draw docs/blackout.svg, the picture in the README
 	$(BIN)/python docs/picture.py

@@ -9,7 +9,9 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-DOCUMENTS = [ROOT / name for name in ("README.md", "CONTRIBUTING.md", "docs/design.md")]
+DOCUMENTS = [
+    ROOT / name for name in ("README.md", "CONTRIBUTING.md", "docs/design.md", "docs/dem.md")
+]
 # `make test` is what runs this; the others take minutes and are tried without being run.
 DRY = {"make test", "make lint", "make bench", "make clean", "make picture"}
 
@@ -58,6 +60,13 @@ def test_every_test_in_the_documents_passes(pytester):
         if "def test_" in block:
             pytester.makepyfile(**{f"test_documents_{number}": block})
     pytester.runpytest_inprocess().assert_outcomes(passed=1)
+
+
+def test_every_example_in_the_documents_runs():
+    examples = [block for block in blocks("python") if "import " in block]
+    assert examples
+    for example in examples:
+        exec(example, {})  # noqa: S102 - our own examples
 
 
 def test_every_path_in_the_documents_is_there():

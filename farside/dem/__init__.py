@@ -1,26 +1,34 @@
-"""The Dynamic Expectancy Model (DEM): learns what actions do, and plans by it.
+"""The Dynamic Expectancy Model (after M. Witkowski): learns what follows from what is done.
 
-    model = DynamicExpectancyModel({"N": 2.66, "S": 2.66}, rng=numpy.random.default_rng(7))
-    model.set_goal(["at:B"], priority=1.0)
-    while not model.sense(world.tokens()).reached:
-        model.perform(world.do(model.choose().action))
-
-A library: no I/O, no clock, and no randomness but the generator that it is given.
+It needs no reward. Every prediction `context ∧ action → outcome` is tested against what happens,
+whoever chose the action, and when a goal is set, a policy value from every known Sign to it
+follows at once from what was learned.
 """
 
-from farside.dem.lists import Goal, Hypothesis, Sign
+from farside.dem.goals import Goal, InherentGoal
+from farside.dem.hypotheses import Hypothesis
+from farside.dem.memory import UnreadableMemoryError
 from farside.dem.model import Choice, DynamicExpectancyModel, Sensed
-from farside.dem.parameters import Parameters
-from farside.dem.policy import PathStep, PolicyValue
+from farside.dem.parameters import Curiosity, Parameters
+from farside.dem.planning import PathStep, PolicyValue, Why
+from farside.dem.shadow import Delta, DeltaError, ShadowModel
+from farside.dem.signs import Sign
 
 __all__ = [
     "Choice",
+    "Curiosity",
+    "Delta",
+    "DeltaError",
     "DynamicExpectancyModel",
     "Goal",
     "Hypothesis",
+    "InherentGoal",
     "Parameters",
     "PathStep",
     "PolicyValue",
     "Sensed",
+    "ShadowModel",
     "Sign",
+    "UnreadableMemoryError",
+    "Why",
 ]

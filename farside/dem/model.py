@@ -1,24 +1,19 @@
 """The cycle of the Dynamic Expectancy Model: sense and learn, choose, perform and predict."""
 
-from collections import deque
 from collections.abc import Iterable, Mapping, Sequence
 
 import msgspec
 from numpy.random import Generator
 
-from farside.dem.lists import (
-    ActionList,
-    Goal,
-    GoalList,
-    Hypothesis,
-    HypothesisList,
-    PredictionList,
-    Sign,
-    SignList,
-    to_sign,
-)
+from farside.dem.curiosity import CuriousMap
+from farside.dem.goals import Goal, GoalList, InherentGoal, Outlook
+from farside.dem.hypotheses import ActionList, Hypothesis
+from farside.dem.learning import Learner
+from farside.dem.memory import ModelState, random_state, read, restored_generator, written
 from farside.dem.parameters import Parameters
-from farside.dem.policy import DynamicPolicyMap, PathStep, PolicyValue
+from farside.dem.planning import PathStep, Planner, PolicyValue, Why
+from farside.dem.shadow import Delta, Recorder
+from farside.dem.signs import Sign, to_sign
 
 _DEFAULTS = Parameters()
 
@@ -32,8 +27,9 @@ class Sensed(msgspec.Struct, frozen=True):
         novel: those active for the first time ever.
         unexpected: those others that no due prediction named; all of them where none was due.
         succeeded, failed: how many due predictions came true, or did not.
-        created: how many hypotheses were made.
+        created, removed: how many hypotheses were made, or removed as ineffective.
         reached: goals satisfied and removed, highest first.
+        suspended, recovered: goals that passed their break point, or are tried again.
     """
 
     tokens: Sign
@@ -43,7 +39,10 @@ class Sensed(msgspec.Struct, frozen=True):
     succeeded: int
     failed: int
     created: int
+    removed: int
     reached: tuple[Goal, ...]
+    suspended: tuple[Sign, ...]
+    recovered: tuple[Sign, ...]
 
 
 class Choice(msgspec.Struct, frozen=True):
@@ -73,7 +72,8 @@ class DynamicExpectancyModel:
         action_costs: cost of each action, above 0, in one unit (s, J).
         parameters: how to learn.
         rng: the only source of randomness: one draw for each opportunity to create a hypothesis
-            and one for each exploratory choice.
+            and one for each exploratory choice among equals.
+        inherent: goals of the robot's own.
 
     Raises:
         ValueError: if there is no action, or a cost is not finite and above 0.
@@ -85,20 +85,22 @@ class DynamicExpectancyModel:
         parameters: Parameters = _DEFAULTS,
         *,
         rng: Generator,
+        inherent: Sequence[InherentGoal] = (),
     ) -> None:
         self._rng = rng
-        self._learning_probability = parameters.learning_probability
-        self._signs = SignList()
+        self._parameters = parameters
         self._actions = ActionList(action_costs)
-        self._hypotheses = HypothesisList(self._actions, parameters)
-        self._predictions = PredictionList(parameters.reach)
-        self._goals = GoalList()
+        self._learner = Learner(self._actions, parameters, rng)
+        self._signs = self._learner.signs
+        self._hypotheses = self._learner.hypotheses
+        self._planner = Planner(self._signs, self._hypotheses, self._actions)
+        self._goals = GoalList(parameters.break_multiple, parameters.recovery)
+        self._inherent = tuple(inherent)
         self._active: list[int] = []
         self._awaits_action = False
-        # What was active and what was done, one cycle ago first.
-        self._traces: deque[tuple[list[int], int | None]] = deque(maxlen=parameters.reach)
-        self._map: DynamicPolicyMap | None = None
-        self._map_key: tuple[int | None, int, int] = (None, 0, 0)
+        self._chosen: str | None = None
+        self._on_course = False
+        self._recorder: Recorder | None = None
 
     # --- the cycle -----------------------------------------------------------------------------
 
@@ -119,20 +121,28 @@ class DynamicExpectancyModel:
                 "if nothing was done"
             )
         sensed = to_sign(tokens)
-        self._active, novel = self._signs.sense(sensed)
-        predicted, succeeded, failed = self._settle()
-        unexpected = [s for s in self._active if s not in predicted and s not in novel]
-        created = self._create(novel + unexpected)
+        learned = self._learner.sense(sensed, self._needed())
+        self._active = learned.active
+        self._set_inherent(sensed)
+        reached = self._goals.take_satisfied(sensed)
+        recovered = self._goals.recover(self._learner.cycle)
         self._awaits_action = True
+        suspended = self._goals.suspend_broken(
+            self._learner.cycle, self._outlook, on_course=self._on_course
+        )
+        self._aim()
         return Sensed(
             tokens=sensed,
-            active=self._named(self._active),
-            novel=self._named(novel),
-            unexpected=self._named(unexpected),
-            succeeded=succeeded,
-            failed=failed,
-            created=created,
-            reached=self._goals.take_satisfied(sensed),
+            active=self._named(learned.active),
+            novel=self._named(learned.novel),
+            unexpected=self._named(learned.unexpected),
+            succeeded=learned.succeeded,
+            failed=learned.failed,
+            created=learned.created,
+            removed=learned.removed,
+            reached=reached,
+            suspended=suspended,
+            recovered=recovered,
         )
 
     def choose(self) -> Choice:
@@ -146,15 +156,11 @@ class DynamicExpectancyModel:
             RuntimeError: if nothing was sensed since the last `perform`.
         """
         self._expect_sensed("choose")
-        policy, sign = self._plan()
-        if policy is None or sign is None:
-            return Choice(self._actions.names[self._rng.integers(len(self._actions))])
-        return Choice(
-            action=self._action_of(policy.best[sign]),
-            goal=self._signs.names[policy.goal],
-            sign=self._signs.names[sign],
-            cost_to_go=policy.value[sign],
-        )
+        choice = self._curious() if self._parameters.curiosity else self._goal_directed()
+        if choice is None:
+            choice = Choice(self._actions.names[self._rng.integers(len(self._actions))])
+        self._chosen = choice.action if choice.goal else None
+        return choice
 
     def perform(self, action: str | None) -> None:
         """End a cycle with the action really performed, `None` if there was none.
@@ -168,11 +174,9 @@ class DynamicExpectancyModel:
         """
         self._expect_sensed("perform")
         performed = None if action is None else self._actions.id_of(action)
-        if performed is not None:
-            for context in self._active:
-                for hypothesis in self._hypotheses.of_cause(context, performed):
-                    self._predictions.add(hypothesis, self._hypotheses.delay[hypothesis])
-        self._traces.appendleft((self._active, performed))
+        self._learner.perform(self._active, performed, self._needed())
+        self._on_course = action is not None and action == self._chosen
+        self._chosen = None
         self._awaits_action = False
 
     def _expect_sensed(self, wanted: str) -> None:
@@ -182,33 +186,45 @@ class DynamicExpectancyModel:
                 "is to choose, perform"
             )
 
-    def _settle(self) -> tuple[set[int], int, int]:
-        """Judge P*: the Signs that it named, how many came true, how many did not."""
-        due = self._predictions.take_due()
-        predicted = set()
-        succeeded = 0
-        for hypothesis in due:
-            outcome = self._hypotheses.outcome[hypothesis]
-            predicted.add(outcome)
-            success = outcome in self._active
-            succeeded += success
-            self._hypotheses.corroborate(hypothesis, success=success)
-        return predicted, succeeded, len(due) - succeeded
+    def _goal_directed(self) -> Choice | None:
+        self._aim()
+        sign = self._planner.entry(self._active)
+        if sign is None:
+            return None
+        return Choice(
+            action=self._planner.action(sign),
+            goal=self._goals.top,
+            sign=self._signs.names[sign],
+            cost_to_go=self._planner.value(sign),
+        )
 
-    def _create(self, outcomes: list[int]) -> int:
-        before = len(self._hypotheses)
-        for outcome in outcomes:
-            for delay, (contexts, action) in enumerate(self._traces, start=1):
-                if action is not None:
-                    for context in contexts:
-                        self._consider(context, action, outcome, delay)
-        return len(self._hypotheses) - before
+    def _curious(self) -> Choice | None:
+        assert self._parameters.curiosity is not None  # noqa: S101 - the caller sees to it
+        top = self._goals.top
+        goal = None if top is None else self._signs.find(top)
+        curious = CuriousMap(self._learner, self._parameters.curiosity, goal)
+        lead = curious.lead(self._active, self._learner.last_action, self._rng)
+        if lead is None:
+            return None
+        return Choice(
+            action=self._actions.names[lead.action],
+            goal=None if lead.tries or goal is None else top,
+            sign=self._signs.names[lead.sign],
+            cost_to_go=lead.cost,
+        )
 
-    def _consider(self, context: int, action: int, outcome: int, delay: int) -> None:
-        if self._hypotheses.holds(context, action, outcome, delay):
-            return
-        if self._rng.random() < self._learning_probability:
-            self._hypotheses.add(context, action, outcome, delay)
+    def _needed(self) -> list[int]:
+        """The Signs that goals need, those of the robot's own rules too."""
+        wanted = [goal.tokens for goal in self._goals.ordered]
+        wanted += [rule.goal for rule in self._inherent]
+        return [sign for sign in map(self._signs.find, wanted) if sign is not None]
+
+    def _set_inherent(self, sensed: Sign) -> None:
+        for rule in self._inherent:
+            if set(rule.when).issubset(sensed):
+                self._goals.set(rule.goal, rule.priority)
+            else:
+                self._goals.withdraw(rule.goal)
 
     # --- goals and the policy ------------------------------------------------------------------
 
@@ -226,7 +242,7 @@ class DynamicExpectancyModel:
         sign = to_sign(tokens)
         self._goals.set(sign, priority)
         if len(sign) > 1:
-            self._signs.add_conjunction(sign)
+            self._signs.add(sign)
 
     def withdraw_goal(self, tokens: Iterable[str]) -> bool:
         """Take a Sign off the Goal List. False if it was not there."""
@@ -239,77 +255,119 @@ class DynamicExpectancyModel:
 
     def policy_map(self) -> tuple[PolicyValue, ...]:
         """The top-goal's DPM, ordered by value, then Sign. Empty without a known top-goal."""
-        policy = self._policy()
-        if policy is None:
-            return ()
-        rows = [
-            PolicyValue(
-                sign=name,
-                value=policy.value[sign],
-                action=None if sign == policy.goal else self._action_of(policy.best[sign]),
-                depth=policy.depth[sign],
-            )
-            for sign, name in enumerate(self._signs.names)
-            if policy.depth[sign] >= 0
-        ]
-        return tuple(sorted(rows, key=lambda row: (row.value, row.sign)))
+        self._aim()
+        return self._planner.table()
 
     def policy_path(self) -> tuple[PathStep, ...]:
         """The best-estimate walk from what was last sensed to the top-goal.
 
-        Empty where `choose` would explore. The goal itself is not a step.
+        Empty where no known path leads there. The goal itself is not a step.
         """
-        policy, start = self._plan()
-        if policy is None or start is None:
-            return ()
-        return tuple(
-            PathStep(
-                sign=self._signs.names[self._hypotheses.context[hypothesis]],
-                action=self._action_of(hypothesis),
-                cost_to_go=policy.value[self._hypotheses.context[hypothesis]],
-                probability=self._hypotheses.cm[hypothesis],
+        self._aim()
+        return self._planner.path(self._active)
+
+    def why(self) -> Why | None:
+        """What speaks for the goal-directed choice now, and the runner-up.
+
+        `None` where `choose` would explore.
+        """
+        self._aim()
+        return self._planner.why(self._active)
+
+    def _aim(self) -> None:
+        self._planner.aim(self._goals.top)
+
+    def _outlook(self, goal: Sign) -> Outlook:
+        self._planner.aim(goal)
+        return self._planner.outlook(self._active)
+
+    # --- keeping and shadowing -----------------------------------------------------------------
+
+    def save(self) -> bytes:
+        """Everything that shapes the future, as bytes; see `farside.dem.memory` for the format.
+
+        The model of `load` goes on from here exactly as this one does. It may be saved at any
+        point of a cycle. What was recorded for a shadow is not in it.
+
+        Raises:
+            TypeError: if the random generator is not one of numpy's own.
+        """
+        return written(
+            ModelState(
+                action_costs=dict(zip(self._actions.names, self._actions.costs, strict=True)),
+                parameters=self._parameters,
+                inherent=self._inherent,
+                random=random_state(self._rng),
+                learner=self._learner.state(),
+                goals=self._goals.state(),
+                active=tuple(self._active),
+                awaits_action=self._awaits_action,
+                chosen=self._chosen,
+                on_course=self._on_course,
             )
-            for hypothesis in policy.walk(start)
         )
 
-    def _plan(self) -> tuple[DynamicPolicyMap | None, int | None]:
-        """The top-goal's DPM and the active Sign to act from, as far as there are such."""
-        policy = self._policy()
-        return policy, None if policy is None else policy.entry(self._active)
+    @classmethod
+    def load(cls, data: bytes) -> "DynamicExpectancyModel":
+        """The model that was saved, with a random generator of its own that goes on as well.
 
-    def _policy(self) -> DynamicPolicyMap | None:
-        """The DPM, made anew only if the top-goal or an arc of it has changed."""
-        goals = self._goals.ordered
-        goal = self._signs.find(goals[0].tokens) if goals else None
-        key = (goal, len(self._signs), self._hypotheses.revision)
-        if key != self._map_key:
-            self._map_key = key
-            self._map = None if goal is None else DynamicPolicyMap(goal, key[1], self._hypotheses)
-        return self._map
+        Raises:
+            UnreadableMemoryError: if `data` is damaged, cut short, of another version, or no
+                model at all.
+        """
+        state = read(data)
+        model = cls(
+            state.action_costs,
+            state.parameters,
+            rng=restored_generator(state.random),
+            inherent=state.inherent,
+        )
+        model._learner.restore(state.learner)
+        model._goals.restore(state.goals)
+        model._active = list(state.active)
+        model._awaits_action = state.awaits_action
+        model._chosen, model._on_course = state.chosen, state.on_course
+        return model
+
+    def record_changes(self) -> None:
+        """From now on, keep what happens to the lists until `take_delta`, for a `ShadowModel`."""
+        if self._recorder is None:
+            self._recorder = Recorder(
+                self._actions, self._parameters, self._signs, self._hypotheses
+            )
+
+    def take_delta(self) -> Delta:
+        """What happened to the lists since the last delta. The first one is a whole.
+
+        Raises:
+            RuntimeError: if changes are not recorded.
+        """
+        return self._recording().delta(self._goals.ordered)
+
+    def whole(self) -> Delta:
+        """All lists as they are, in place of the next delta, for a shadow that has missed one.
+
+        Raises:
+            RuntimeError: if changes are not recorded.
+        """
+        return self._recording().whole(self._goals.ordered)
+
+    def _recording(self) -> Recorder:
+        if self._recorder is None:
+            raise RuntimeError("no changes are recorded: call record_changes() first")
+        return self._recorder
 
     # --- looking at the lists ------------------------------------------------------------------
 
     @property
     def signs(self) -> tuple[Sign, ...]:
         """The Sign List, in order of age."""
-        return tuple(self._signs.names)
+        return self._named(self._signs.by_age())
 
     @property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
         """The Hypothesis List, in order of age."""
-        names, listed = self._signs.names, self._hypotheses
-        return tuple(
-            Hypothesis(
-                context=names[listed.context[hypothesis]],
-                action=self._action_of(hypothesis),
-                outcome=names[listed.outcome[hypothesis]],
-                delay=listed.delay[hypothesis],
-                cm=listed.cm[hypothesis],
-                predictions=listed.predictions[hypothesis],
-                successes=listed.successes[hypothesis],
-            )
-            for hypothesis in range(len(listed))
-        )
+        return self._hypotheses.named(self._signs.names)
 
     @property
     def sign_count(self) -> int:
@@ -319,15 +377,12 @@ class DynamicExpectancyModel:
     @property
     def hypothesis_count(self) -> int:
         """Length of the Hypothesis List."""
-        return len(self._hypotheses)
+        return self._hypotheses.count
 
     @property
     def mean_cm(self) -> float:
         """Mean C_m of all hypotheses, 0 without any."""
-        return self._hypotheses.cm_sum / len(self._hypotheses) if len(self._hypotheses) else 0.0
+        return self._hypotheses.cm_sum / self._hypotheses.count if self._hypotheses.count else 0.0
 
     def _named(self, signs: Sequence[int]) -> tuple[Sign, ...]:
         return tuple([self._signs.names[sign] for sign in signs])
-
-    def _action_of(self, hypothesis: int) -> str:
-        return self._actions.names[self._hypotheses.action[hypothesis]]

@@ -1,4 +1,4 @@
-"""The command line: `farside run`, `farside check`, `farside replay`."""
+"""The command line: `farside run`, `check`, `replay` and `dem`."""
 
 import math
 import signal
@@ -13,6 +13,8 @@ from rich.console import Console
 
 from farside.logs import LogError, LogFile, play
 from farside.missions.crew import CrewError
+from farside.missions.dem_cli import dem_app
+from farside.missions.dem_stream import StreamError
 from farside.missions.load import MissionError, load_mission
 from farside.missions.progress import ProgressDisplay
 from farside.missions.result import Outcome
@@ -33,6 +35,8 @@ app = typer.Typer(
     add_completion=False,
     pretty_exceptions_enable=False,
 )
+
+app.add_typer(dem_app, name="dem")
 
 Mission = Annotated[
     str,
@@ -174,7 +178,7 @@ def main() -> NoReturn:
     """The `farside` command."""
     try:
         app()
-    except (MissionError, LogError) as error:
+    except (MissionError, LogError, StreamError) as error:
         _say(str(error))
         sys.exit(_BAD_INPUT)
     except BrokenPipeError:

@@ -1,9 +1,17 @@
-"""A grid world to learn in, and shorthands that keep the stories short."""
+"""A grid world to learn in, and shorthands that keep the stories short.
+
+`plain` and `worlds`, which tests share, are put on the path.
+"""
+
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from farside.dem import DynamicExpectancyModel, Parameters
+
+sys.path.insert(0, str(Path(__file__).parent))
 
 MOVES = {"N": (0, 1), "E": (1, 0), "S": (0, -1), "W": (-1, 0)}
 COST = 2.66
@@ -97,3 +105,56 @@ def tour():
             model.perform(world.do(str(action)))
 
     return run
+
+
+@pytest.fixture(scope="session")
+def eventful():
+    """Cycles (Tokens, action, change of goals) in which all comes about that can.
+
+    At first a goal of two Tokens is made known, reached, given up and no more to be had, so that
+    nothing refers to its Sign any more. Then comes noise, in which `e` follows `go` where `a` and
+    `b` are.
+    """
+    goal = ["a", "b"]
+    forgotten = [
+        (["f"], "go", ("set", goal, 1)),
+        *[(goal, None, ("set", goal, 1)), (["f"], "go", None)] * 3,
+        ([], None, ("withdraw", goal, 0)),
+        *[(["f"], "go", None), ([], None, None)] * 12,
+    ]
+
+    def stream(count, seed=5):
+        rng = np.random.default_rng(seed)
+        cycles, follows = list(forgotten), False
+        while len(cycles) < count:
+            here = [token for token in "abcd" if rng.random() < 0.4]
+            action = str(rng.choice(["go", "turn", "as it chooses"]))
+            change = ("set", ["b", "c", "d"], 2) if rng.random() < 0.1 else None
+            cycles.append((here + ["e"] * follows, action, change))
+            follows = action == "go" and {"a", "b"} <= set(here)
+        return cycles[:count]
+
+    return stream
+
+
+@pytest.fixture(scope="session")
+def live():
+    """Let a model live through such cycles; everything that it said and chose on the way."""
+
+    def live_through(model, cycles):
+        said = []
+        for tokens, action, change in cycles:
+            said.append(model.sense(tokens))
+            match change:
+                case "set", sign, priority:
+                    model.set_goal(sign, priority)
+                case "withdraw", sign, _:
+                    model.withdraw_goal(sign)
+            chooses = action == "as it chooses"
+            if chooses:
+                said.append(model.choose())
+            model.perform(said[-1].action if chooses else action)
+            said.append((model.policy_map(), model.goals, model.mean_cm))
+        return said
+
+    return live_through

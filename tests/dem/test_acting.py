@@ -75,7 +75,7 @@ def test_the_policy_path_adds_up_and_begins_with_the_choice(make_model, grid, to
         walked.append(grid.beside(walked[-1], step.action))
     assert walked[-1] == (4, 0)
     for number, step in enumerate(path):
-        rest = sum(2.66 / later.probability for later in path[number:])
+        rest = sum(2.66 / later.cm for later in path[number:])
         assert step.cost_to_go == pytest.approx(rest)
 
 

@@ -178,8 +178,10 @@ def plain_learning(stream, reach, alpha, beta):
 
 @settings(max_examples=200)
 @given(stream=streams, reach=st.integers(1, 3), alpha=st.floats(0, 1), beta=st.floats(0, 1))
-def test_learning_is_that_of_the_plain_rules(make_model, stream, reach, alpha, beta):
-    model = follow(make_model(reach=reach, alpha=alpha, beta=beta), stream)
+def test_learning_is_that_of_the_seeds_plain_rules(make_model, stream, reach, alpha, beta):
+    """Those of the seed, that is: without credit, differentiation and removal; see `test_plain`."""
+    seed_rules = {"own_credit": False, "differentiation": False, "removal": False}
+    model = follow(make_model(reach=reach, alpha=alpha, beta=beta, **seed_rules), stream)
     assert cm_of(model) == pytest.approx(plain_learning(stream, reach, alpha, beta))
 
 

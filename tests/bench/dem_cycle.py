@@ -1,0 +1,90 @@
+"""The cost of a cycle, and of a hypothesis in memory, in a place world of any size."""
+
+import resource
+import statistics
+import time
+from typing import NamedTuple
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from farside.dem import DynamicExpectancyModel
+
+ACTIONS = "NESW"
+SMALL, LARGE = 16, 500  # sides of the yards: about 1,000 and 1,000,000 hypotheses
+CYCLES = 20_000
+
+
+class Size(NamedTuple):
+    """A model in a yard without walls, with what it knows and what it takes."""
+
+    hypotheses: int
+    cycle_s: float
+    byte_per_hypothesis: float
+
+
+class Torus:
+    """A square yard that goes on at the other side, so that every place is alike."""
+
+    def __init__(self, side: int) -> None:
+        self.side = side
+        self.model = DynamicExpectancyModel(
+            dict.fromkeys(ACTIONS, 2.66), rng=np.random.default_rng(0)
+        )
+        self._tokens = [(f"at:{place}",) for place in range(side * side)]
+        self._east = self._north = 0
+
+    def cycle(self, action: int) -> float:
+        """Live through one cycle: how long the model took."""
+        tokens = self._tokens[self._north * self.side + self._east]
+        began = time.perf_counter()
+        self.model.sense(tokens)
+        self.model.perform(ACTIONS[action])
+        took = time.perf_counter() - began
+        self._east = (self._east + (0, 1, 0, -1)[action]) % self.side
+        self._north = (self._north + (1, 0, -1, 0)[action]) % self.side
+        return took
+
+    def try_everything(self) -> None:
+        """Perform every action at every place once."""
+        for _ in range(self.side):
+            for _ in range(self.side):
+                for action in (0, 2, 1):
+                    self.cycle(action)
+            for _ in range(self.side):
+                self.cycle(3)
+            self.cycle(0)
+
+
+def measure(side: int) -> Size:
+    """Learn a yard whole, then wander about in it."""
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    torus = Torus(side)
+    torus.try_everything()
+    grown_byte = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
+    actions = np.random.default_rng(1).integers(4, size=CYCLES).tolist()
+    cycle_s = statistics.median(torus.cycle(action) for action in actions)
+    known = torus.model.hypothesis_count
+    return Size(known, cycle_s, grown_byte / known)
+
+
+def table() -> Table:
+    """Measure, and set out the figures."""
+    small, large = measure(SMALL), measure(LARGE)
+    found = Table("what", "figure", "line")
+    for size in (small, large):
+        found.add_row(
+            f"a cycle at {size.hypotheses:,} hypotheses (µs)", f"{1e6 * size.cycle_s:.1f}", "40"
+        )
+    found.add_row("the second / the first", f"{large.cycle_s / small.cycle_s:.2f}", "2")
+    found.add_row(
+        f"memory at {large.hypotheses:,}, Signs and all (bytes a hypothesis)",
+        f"{large.byte_per_hypothesis:.0f}",
+        "300",
+    )
+    return found
+
+
+if __name__ == "__main__":
+    Console().print(table())

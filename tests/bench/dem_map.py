@@ -1,0 +1,219 @@
+"""`python tests/bench/dem_map.py`: the Dynamic Policy Map beside scipy's Dijkstra, as ratios.
+
+Each figure that is a ratio is taken in one run, its two sides in turn, so that a machine whose
+speed drifts drifts for both.
+"""
+
+import statistics
+import time
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from rich.console import Console
+from rich.table import Table
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from farside.dem.hypotheses import ActionList, Change, HypothesisList
+from farside.dem.parameters import Parameters
+from farside.dem.policy import PolicyMap
+from farside.dem.signs import SignList
+from farside.dem.spread import Spread
+
+ACTION_COST = 2.66
+BUILDS = 9
+CHANGES = 400
+Ids = NDArray[np.int64]
+
+
+class Graph(NamedTuple):
+    """Ends and C_m of hypotheses."""
+
+    sign_count: int
+    context: Ids
+    outcome: Ids
+    action: Ids
+    cm: NDArray[np.float64]
+
+
+def grid(east: int, north: int, rng: np.random.Generator) -> Graph:
+    """Places on a grid and four actions at each; at the border an action leaves one in place."""
+    place = np.arange(east * north)
+    x, y = place % east, place // east
+    beside = [(x + dx).clip(0, east - 1) + (y + dy).clip(0, north - 1) * east for dx, dy in MOVES]
+    return Graph(
+        len(place),
+        np.tile(place, 4),
+        np.concatenate(beside),
+        np.repeat(np.arange(4), len(place)),
+        rng.uniform(0.05, 1.0, 4 * len(place)),
+    )
+
+
+MOVES = ((0, 1), (1, 0), (0, -1), (-1, 0))
+
+
+def random_graph(signs: int, hypotheses: int, rng: np.random.Generator) -> Graph:
+    """Hypotheses from anywhere to anywhere."""
+    context, outcome = rng.integers(signs, size=(2, hypotheses))
+    action = rng.integers(4, size=hypotheses)
+    return Graph(signs, context, outcome, action, rng.uniform(0.05, 1.0, hypotheses))
+
+
+def lists(graph: Graph) -> tuple[HypothesisList, SignList]:
+    """The lists of a model that has learned a graph."""
+    signs = SignList()
+    for sign in range(graph.sign_count):
+        signs.add((f"at:{sign}",))
+    hypotheses = HypothesisList(
+        ActionList({f"{action}": ACTION_COST for action in range(4)}), Parameters()
+    )
+    ends = (graph.context.tolist(), graph.action.tolist(), graph.outcome.tolist())
+    for arc, (context, action, outcome) in enumerate(zip(*ends, strict=True)):
+        hypotheses.add(context, action, outcome, 1, 0.5)
+        hypotheses.cm[arc] = graph.cm[arc]
+        hypotheses.cost[arc] = ACTION_COST / graph.cm[arc]
+    return hypotheses, signs
+
+
+def _plain_matrix(graph: Graph) -> csr_array:
+    """All arcs of a graph, ready for scipy: of parallel ones the least, loops and all."""
+    cost = ACTION_COST / graph.cm
+    order = np.lexsort((cost, graph.context, graph.outcome))
+    ends = np.stack((graph.outcome[order], graph.context[order]))
+    least = np.r_[True, (np.diff(ends) != 0).any(axis=0)]
+    rows, columns = ends[:, least]
+    starts = np.r_[0, np.cumsum(np.bincount(rows, minlength=graph.sign_count))]
+    size = (graph.sign_count, graph.sign_count)
+    return csr_array((cost[order][least], columns, starts), shape=size)
+
+
+def _seconds(work: Callable[[], object]) -> float:
+    began = time.perf_counter()
+    work()
+    return time.perf_counter() - began
+
+
+class WholeMap(NamedTuple):
+    """Medians in seconds.
+
+    Attributes:
+        scipy_s: scipy's Dijkstra alone, arcs ready.
+        build_s: the map for a new goal, of hypotheses that changed in cost only.
+        first_s: the map after hypotheses came or went.
+        table_s: values, best actions and depths of all Signs, read from the map.
+    """
+
+    scipy_s: float
+    build_s: float
+    first_s: float
+    table_s: float
+
+
+def whole_map(graph: Graph) -> WholeMap:
+    """Build the map of a graph for a goal, beside scipy on the same graph."""
+    hypotheses, signs = lists(graph)
+    matrix = _plain_matrix(graph)
+    goal = graph.sign_count // 2
+    spread = Spread(hypotheses, signs)
+    policy = PolicyMap(goal, spread)
+    assert policy.value == dijkstra(matrix, indices=goal).tolist()
+    runs = [
+        (
+            _seconds(lambda: dijkstra(matrix, indices=goal)),
+            _seconds(lambda: PolicyMap(goal, spread)),
+            _seconds(lambda: PolicyMap(goal, Spread(hypotheses, signs))),
+            _seconds(policy.table),
+        )
+        for _ in range(BUILDS)
+    ]
+    return WholeMap(*(statistics.median(column) for column in zip(*runs, strict=True)))
+
+
+class Updates(NamedTuple):
+    """Seconds that the map took to follow one change of C_m each."""
+
+    build_s: float
+    median_s: float
+    p99_s: float
+    most_s: float
+
+
+def updates(graph: Graph, rng: np.random.Generator, *, on_paths: bool = False) -> Updates:
+    """Change C_m of one random hypothesis after the other, up or down, and follow each.
+
+    With `on_paths`, only of such as are the best at their context: the others concern no value.
+    """
+    hypotheses, signs = lists(graph)
+    spread = Spread(hypotheses, signs)
+    policy = PolicyMap(graph.sign_count // 2, spread)
+    chosen = policy.table().best if on_paths else np.arange(len(hypotheses))
+    took = []
+    for arc in rng.choice(chosen[chosen >= 0], CHANGES).tolist():
+        before, cm = hypotheses.cost[arc], hypotheses.cm[arc]
+        cm = cm + 0.5 * (1.0 - cm) if rng.random() < 0.5 else 0.8 * cm
+        hypotheses.cm[arc], hypotheses.cost[arc] = cm, ACTION_COST / cm
+        change = Change(arc, hypotheses.context[arc], hypotheses.outcome[arc], before)
+
+        def follow(change: Change = change) -> None:
+            policy.update([change])
+
+        took.append(_seconds(follow))
+    anew = PolicyMap(policy.goal, spread)
+    assert policy.value == anew.value
+    build_s = statistics.median(
+        _seconds(lambda: PolicyMap(policy.goal, spread)) for _ in range(BUILDS)
+    )
+    return Updates(
+        build_s, statistics.median(took), statistics.quantiles(took, n=100)[-1], max(took)
+    )
+
+
+def seed_map_s() -> float:
+    """Seconds for the whole map at 74 Signs, as many as in the seed's example."""
+    graph = grid(37, 2, np.random.default_rng(0))
+    spread = Spread(*lists(graph))
+    return statistics.median(_seconds(lambda: PolicyMap(0, spread)) for _ in range(2000))
+
+
+def table() -> Table:
+    """Measure, and set out the figures."""
+    rng = np.random.default_rng(0)
+    found = Table("what", "figure", "line")
+    for name, graph in {
+        "grid": grid(400, 250, rng),
+        "random": random_graph(100_000, 400_000, rng),
+    }.items():
+        whole = whole_map(graph)
+        found.add_row(
+            f"{name}: whole map / scipy alone ({1e3 * whole.scipy_s:.1f} ms)",
+            f"{whole.build_s / whole.scipy_s:.2f}",
+            "1.5",
+        )
+        found.add_row(
+            f"{name}: the same, arcs put in order first", f"{whole.first_s / whole.scipy_s:.2f}"
+        )
+        found.add_row(
+            f"{name}: best actions and depths / scipy alone",
+            f"{whole.table_s / whole.scipy_s:.2f}",
+        )
+        for on_paths in (False, True):
+            change = updates(graph, rng, on_paths=on_paths)
+            which = "best arcs" if on_paths else "random arcs"
+            found.add_row(
+                f"{name}: build / update, {which} ({1e6 * change.median_s:.1f} µs)",
+                f"{change.build_s / change.median_s:,.0f}",
+                "100",
+            )
+            found.add_row(
+                f"{name}: update p99, most / build, {which}",
+                f"{change.p99_s / change.build_s:.2f}, {change.most_s / change.build_s:.2f}",
+            )
+    found.add_row("74 Signs (µs)", f"{1e6 * seed_map_s():.0f}", "100")
+    return found
+
+
+if __name__ == "__main__":
+    Console().print(table())

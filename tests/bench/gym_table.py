@@ -1,0 +1,224 @@
+"""The model in worlds of other people, beside tabular Q-learning at the same budget of steps.
+
+`python tests/bench/gym_table.py [SEEDS [PART OF A WORLD'S NAME]]` prints one table. Needs the extra
+`gymnasium`, and minigrid for the room. Q-learning has α .1, γ .99, ε .1 while it learns and ε 0
+while it is judged, starts from zero and breaks ties at random. It is told every reward, of which
+the model only senses that one was above 0; on the cliff, where none is, the model is told which
+Token is the goal.
+"""
+
+import sys
+from collections import defaultdict
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from itertools import islice
+from statistics import mean, median
+from typing import Any, NamedTuple
+
+import gymnasium
+import minigrid
+import numpy as np
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from farside.dem import Curiosity, DynamicExpectancyModel, Parameters
+from farside.dem.gym import REWARDED, Episode, action_costs, play
+
+JUDGED = 100
+"""Episodes after the budget, by which the success rate is measured."""
+
+Tokens = Callable[[Any], list[str]]
+Learner = tuple[Iterator[Episode], Callable[[], None]]  # and what makes it stop exploring
+
+
+class World(NamedTuple):
+    """An environment, what is sensed in it, and for how many steps it is learned."""
+
+    name: str
+    env: Callable[[], gymnasium.Env[Any, Any]]
+    tokens: Tokens
+    budget: int
+    goal: str = REWARDED
+    floor: float = 0.0  # an episode succeeds if it ends with a reward above this
+
+
+class Result(NamedTuple):
+    """What one learner did with one seed; `first` and `effort` are None without a success."""
+
+    first: int | None
+    rate: float
+    effort: float | None
+
+
+def state(observation: Any) -> list[str]:
+    """One Token a state."""
+    return [f"state:{observation}"]
+
+
+def taxi_parts(observation: int) -> list[str]:
+    """Place, passenger and destination apart."""
+    rest, destination = divmod(int(observation), 4)
+    place, passenger = divmod(rest, 5)
+    return [f"at:{place // 5},{place % 5}", f"passenger:{passenger}", f"to:{destination}"]
+
+
+def room_state(observation: dict[str, Any]) -> list[str]:
+    """Where the agent of a MiniGrid stands and looks, as one Token."""
+    (east,), (south,) = np.nonzero(observation["image"][:, :, 0] == 10)
+    return [f"at:{east},{south},{observation['direction']}"]
+
+
+def room() -> gymnasium.Env[Any, Any]:
+    """An empty room of 6 x 6 places, seen from above."""
+    return minigrid.wrappers.FullyObsWrapper(gymnasium.make("MiniGrid-Empty-8x8-v0"))  # type: ignore[no-untyped-call]
+
+
+WORLDS = (
+    World("FrozenLake", lambda: gymnasium.make("FrozenLake-v1", is_slippery=False), state, 5_000),
+    World("FrozenLake, slippery", lambda: gymnasium.make("FrozenLake-v1"), state, 20_000),
+    World(
+        "CliffWalking",
+        lambda: gymnasium.make("CliffWalking-v1", max_episode_steps=200),
+        state,
+        10_000,
+        goal="state:47",
+        floor=-50.0,
+    ),
+    World("Taxi", lambda: gymnasium.make("Taxi-v4"), state, 10_000),
+    World("Taxi, in parts", lambda: gymnasium.make("Taxi-v4"), taxi_parts, 10_000),
+    World("MiniGrid room", room, room_state, 10_000),
+)
+
+
+def model_play(world: World, seed: int, parameters: Parameters) -> Iterator[Episode]:
+    """The episodes of a model, which learns on while it is judged."""
+    env = world.env()
+    model = DynamicExpectancyModel(action_costs(env), parameters, rng=np.random.default_rng(seed))
+    return play(model, env, world.tokens, goal=[world.goal], seed=seed)
+
+
+class QLearner:
+    """Tabular Q-learning."""
+
+    def __init__(self, world: World, seed: int) -> None:
+        self._world = world
+        self._env = world.env()
+        self._seed = seed
+        self._rng = np.random.default_rng(seed)
+        actions = len(action_costs(self._env))
+        self._q: dict[str, Any] = defaultdict(lambda: np.zeros(actions))
+        self._epsilon = 0.1
+
+    def be_greedy(self) -> None:
+        """Explore no more."""
+        self._epsilon = 0.0
+
+    def play(self) -> Iterator[Episode]:
+        """Episode after episode."""
+        seed: int | None = self._seed
+        while True:
+            observation, _ = self._env.reset(seed=seed)
+            seed = None
+            at, steps, total, over = self._key(observation), 0, 0.0, False
+            terminated, reward = False, 0.0
+            while not over:
+                action = self._choose(self._q[at])
+                observation, paid, terminated, truncated, _ = self._env.step(action)
+                reward = float(paid)
+                before, at = at, self._key(observation)
+                best = 0.0 if terminated else self._q[at].max()
+                self._q[before][action] += 0.1 * (reward + 0.99 * best - self._q[before][action])
+                steps, total, over = steps + 1, total + reward, terminated or truncated
+            yield Episode(steps, total, int(terminated and reward > self._world.floor))
+
+    def _key(self, observation: Any) -> str:
+        return " ".join(self._world.tokens(observation))
+
+    def _choose(self, values: Any) -> int:
+        if self._rng.random() < self._epsilon:
+            return int(self._rng.integers(len(values)))
+        return int(self._rng.choice(np.flatnonzero(values == values.max())))
+
+
+def judge(world: World, learner: str, seed: int) -> Result:
+    """Let it learn for the budget, then count successes."""
+    episodes, be_judged = LEARNERS[learner](world, seed)
+    steps, first = 0, None
+    while steps < world.budget:
+        episode = next(episodes)
+        steps += episode.steps
+        if episode.reached and first is None:
+            first = steps
+    be_judged()
+    judged = list(islice(episodes, JUDGED))
+    successes = sum(episode.reached > 0 for episode in judged)
+    effort = sum(episode.steps for episode in judged) / successes if successes else None
+    return Result(first, successes / JUDGED, effort)
+
+
+def _random(world: World, seed: int) -> Learner:
+    return model_play(world, seed, Parameters()), lambda: None
+
+
+def _curious(world: World, seed: int) -> Learner:
+    return model_play(world, seed, Parameters(curiosity=Curiosity())), lambda: None
+
+
+def _q_learning(world: World, seed: int) -> Learner:
+    learner = QLearner(world, seed)
+    return learner.play(), learner.be_greedy
+
+
+LEARNERS = {
+    "DEM, random exploration": _random,
+    "DEM, curious": _curious,
+    "Q-learning": _q_learning,
+}
+
+
+def row(results: list[Result]) -> list[str]:
+    """The cells of a learner in a world."""
+    firsts = [result.first for result in results if result.first is not None]
+    efforts = [result.effort for result in results if result.effort is not None]
+    rates = [result.rate for result in results]
+    return [
+        f"{median(firsts):,.0f}" if firsts else "-",
+        f"{len(firsts)}/{len(results)}",
+        f"{mean(rates):.0%} ({min(rates):.0%} to {max(rates):.0%})",
+        f"{median(efforts):,.1f}" if efforts else "-",
+    ]
+
+
+def main(seeds: int, only: str = "") -> None:
+    """Measure in as many processes as there are processors, and print the table."""
+    console = Console()
+    table = Table(
+        "world", "budget, steps", "learner", "first success, steps", "seeds with one",
+        f"success rate, {JUDGED} episodes after", "steps per success then",
+    )  # fmt: skip
+    jobs = [
+        (world, learner, seed)
+        for world in range(len(WORLDS))
+        for learner in LEARNERS
+        for seed in range(seeds)
+        if only in WORLDS[world].name
+    ]
+    results = defaultdict(list)
+    with ProcessPoolExecutor() as pool:
+        judged = pool.map(_job, jobs)
+        for job, result in zip(jobs, track(judged, total=len(jobs), console=console), strict=True):
+            results[job[:2]].append(result)
+    for (world, learner), found in results.items():
+        name, budget = WORLDS[world].name, f"{WORLDS[world].budget:,}"
+        table.add_row(name, budget, learner, *row(found))
+    console.print(table)
+
+
+def _job(job: tuple[int, str, int]) -> Result:
+    world, learner, seed = job
+    return judge(WORLDS[world], learner, seed)
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 10, *sys.argv[2:])

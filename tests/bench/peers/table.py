@@ -1,0 +1,86 @@
+"""The Dynamic Expectancy Model beside its peers: python tests/bench/peers/table.py [SEEDS].
+
+Prints one table of means and standard deviations, over 30 seeds unless told otherwise. Every
+learner plays all tasks with one set of parameters, but for the peers' on the two mazes that
+change: those are the ones that their published figures were made with.
+"""
+
+import sys
+from collections.abc import Callable
+from multiprocessing import Pool
+from typing import Any
+
+import numpy as np
+from baselines import DynaQ, DynaQPlus, PrioritizedSweeping, QLearning
+from dem_player import DemPlayer
+from mazes import Player, blocking_maze, dyna_maze, new_goal, shortcut_maze
+from msgspec.structs import replace
+from numpy.random import Generator
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from farside.dem import Curiosity, Parameters
+
+PROCESSES = 2
+EPSILON = 0.1
+LEARNING = Parameters(alpha=0.3, beta=0.5, initial_cm=0.8)
+CURIOSITY = Curiosity(optimistic_cost=10.0, restlessness=2e4)
+
+# The heading, the task, which of the peers' parameters are meant, the line to reach.
+TASKS: dict[str, tuple[Callable[[Player, int], int], str, str]] = {
+    "Dyna maze\nsteps": (lambda player, _: dyna_maze(player), "still", "850 or fewer"),
+    "blocking\nreward": (lambda player, _: blocking_maze(player), "blocking", "208 or more"),
+    "shortcut\nreward": (lambda player, _: shortcut_maze(player), "shortcut", "445 or more"),
+    "new goal\nextra steps": (new_goal, "still", "0"),
+}
+DYNA: dict[str, Any] = {
+    "still": {"planning": 50},
+    "blocking": {"planning": 10, "alpha": 1.0},
+    "shortcut": {"planning": 50, "alpha": 1.0},
+}
+KAPPA = {"still": 1e-4, "blocking": 1e-4, "shortcut": 1e-3}
+PLAYERS: dict[str, Callable[[Generator, str], Player]] = {
+    "Q-learning": lambda rng, _: QLearning(rng),
+    "Dyna-Q": lambda rng, maze: DynaQ(rng, **DYNA[maze]),
+    "Dyna-Q+": lambda rng, maze: DynaQPlus(rng, **DYNA[maze], kappa=KAPPA[maze]),
+    "prioritized sweeping": lambda rng, _: PrioritizedSweeping(rng, planning=5),
+    "DEM, random": lambda rng, _: DemPlayer(rng, LEARNING),
+    "DEM, ε .1": lambda rng, _: DemPlayer(rng, LEARNING, epsilon=EPSILON),
+    "DEM, curious": lambda rng, _: DemPlayer(rng, replace(LEARNING, curiosity=CURIOSITY)),
+}
+
+
+def play(job: tuple[str, str, int]) -> tuple[str, str, int]:
+    """One player in one task with one seed: the two names, and the score."""
+    player, task, seed = job
+    score, maze, _ = TASKS[task]
+    return player, task, score(PLAYERS[player](np.random.default_rng(seed), maze), seed)
+
+
+def main() -> None:
+    """Play everything, and print the table."""
+    seeds = int(sys.argv[1]) if sys.argv[1:] else 30
+    jobs = [(player, task, seed) for seed in range(seeds) for player in PLAYERS for task in TASKS]
+    scores: dict[tuple[str, str], list[int]] = {}
+    console = Console()
+    with Pool(PROCESSES) as pool:
+        played = pool.imap_unordered(play, jobs)
+        for player, task, score in track(played, "playing", len(jobs), console=console):
+            scores.setdefault((player, task), []).append(score)
+    table = Table("player", title=f"{seeds} seeds: mean ± standard deviation")
+    for task in TASKS:
+        table.add_column(task, justify="right", no_wrap=True)
+    for player in PLAYERS:
+        table.add_row(player, *(_summary(scores[player, task]) for task in TASKS))
+    table.add_section()
+    table.add_row("line for the curious", *(line for _, _, line in TASKS.values()))
+    console.print(table)
+
+
+def _summary(scores: list[int]) -> str:
+    return f"{np.mean(scores):,.1f} ± {np.std(scores):,.1f}"
+
+
+if __name__ == "__main__":
+    main()

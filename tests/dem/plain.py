@@ -1,0 +1,233 @@
+"""The learning cycle once more, as plain as it can be said.
+
+Written from the rules and not from the code: lists of small records, searched from end to end.
+What this and the model disagree about is a mistake in one of them.
+"""
+
+from dataclasses import dataclass, field
+from math import log
+
+
+@dataclass(eq=False)
+class KnownSign:
+    """A Sign, whether it was ever active, and how often each action was performed while it was."""
+
+    tokens: tuple
+    met: bool = False
+    tries: dict = field(default_factory=dict)
+
+
+@dataclass(eq=False)
+class MuHypothesis:
+    """A µ-hypothesis. `watch` holds a case for each prediction judged while it is watched."""
+
+    context: KnownSign
+    action: str
+    outcome: KnownSign
+    delay: int
+    cm: float
+    credit: float
+    predictions: int = 0
+    successes: int = 0
+    watches: int = 0
+    watch: list | None = None
+
+    def ends(self):
+        """What tells it from any other hypothesis."""
+        return self.context, self.action, self.outcome, self.delay
+
+
+class PlainModel:
+    """Signs, hypotheses and predictions, each a list in order of age."""
+
+    def __init__(self, parameters, rng):
+        self.parameters = parameters
+        self.rng = rng
+        self.signs = []
+        self.hypotheses = []
+        self.predictions = []  # (cycle it is due, hypothesis)
+        self.past = []  # (active Signs, action), one cycle ago first
+        self.cycle = 0
+
+    def know(self, tokens):
+        """The Sign of these Tokens, made if there is none."""
+        for sign in self.signs:
+            if sign.tokens == tokens:
+                return sign
+        self.signs.append(KnownSign(tokens))
+        return self.signs[-1]
+
+    def sense(self, tokens, goals=()):
+        """Settle what was predicted, differentiate, remove, create."""
+        for token in sorted(set(tokens)):
+            self.know((token,))
+        self.active = [sign for sign in self.signs if set(sign.tokens) <= set(tokens)]
+        novel = [sign for sign in self.active if not sign.met]
+        due = [hypothesis for cycle, hypothesis in self.predictions if cycle == self.cycle]
+        unexpected = [
+            sign
+            for sign in self.active
+            if sign.met and not any(h.outcome == sign and self.is_credible(h) for h in due)
+        ]
+        for sign in novel:
+            sign.met = True
+        self.settle(due)
+        for hypothesis in due if self.parameters.differentiation else []:
+            self.differentiate(hypothesis)
+        for hypothesis in due if self.parameters.removal else []:
+            self.remove_if_useless(hypothesis, goals)
+        for sign in novel + unexpected:
+            self.explain(sign)
+
+    def perform(self, action, goals=()):
+        """Every hypothesis whose context and action are active predicts."""
+        for sign in self.active if action is not None else []:
+            sign.tries[action] = sign.tries.get(action, 0) + 1
+            for hypothesis in self.hypotheses:
+                if hypothesis.context == sign and hypothesis.action == action:
+                    self.predictions.append((self.cycle + hypothesis.delay, hypothesis))
+        self.past = [(self.active, action), *self.past]
+        gone = [sign for active, _ in self.past[self.parameters.reach :] for sign in active]
+        self.past = self.past[: self.parameters.reach]
+        self.forget(gone if self.parameters.removal else [], goals)
+        self.cycle += 1
+
+    def is_credible(self, hypothesis):
+        """Only half the first credit or more makes a Sign expected."""
+        return not self.parameters.own_credit or (
+            hypothesis.credit >= self.parameters.initial_cm / 2
+        )
+
+    def settle(self, due):
+        """C_m and credit; a success that was foretold better is no credit."""
+        alpha, beta = self.parameters.alpha, self.parameters.beta
+        foretold = [(h.outcome, h.credit) for h in due]
+        for h in due:
+            h.predictions += 1
+            if h.outcome in self.active:
+                h.successes += 1
+                h.cm += alpha * (1.0 - h.cm)
+                if not any(sign == h.outcome and credit > h.credit for sign, credit in foretold):
+                    h.credit += alpha * (1.0 - h.credit)
+            else:
+                h.cm -= beta * h.cm
+                h.credit -= beta * h.credit
+
+    def explain(self, outcome):
+        """Hypotheses that end in `outcome` from all that was active within reach."""
+        for delay, (contexts, action) in enumerate(self.past, start=1):
+            for context in contexts if action is not None else []:
+                if self.holds(context, action, outcome, delay):
+                    continue
+                if self.rng.random() < self.parameters.learning_probability:
+                    rarest = min(other.tries[action] for other in contexts)
+                    credit = self.parameters.initial_cm * rarest / context.tries[action]
+                    self.create(context, action, outcome, delay, credit)
+
+    def differentiate(self, h):
+        """A mature, middling hypothesis is watched; then it may spawn a copy."""
+        maturity = self.parameters.maturity
+        if h.watch is None:
+            middling = 0.08 < h.successes / h.predictions < 0.92
+            if middling and h.predictions % maturity == 0 and h.watches < 4:
+                h.watch, h.watches = [], h.watches + 1
+            return
+        active_then = self.past[h.delay - 1][0]
+        tokens = [sign.tokens[0] for sign in active_then if len(sign.tokens) == 1]
+        beside = [token for token in tokens if token not in h.context.tokens]
+        h.watch.append((beside, h.outcome in self.active))
+        if len(h.watch) == maturity:
+            token, margin = telling_token(h.watch)
+            h.watch = None
+            if margin > 0.5 and not self.tells_alone(token, h):
+                context = self.know(tuple(sorted({*h.context.tokens, token})))
+                if not self.holds(context, h.action, h.outcome, h.delay):
+                    first = self.parameters.initial_cm
+                    self.create(context, h.action, h.outcome, h.delay, first)
+
+    def tells_alone(self, token, h):
+        """Whether the Token's own Sign foretells the outcome nearly for sure."""
+        return any(
+            other.context.tokens == (token,) and other.ends()[1:] == h.ends()[1:] and other.cm > 0.9
+            for other in self.hypotheses
+        )
+
+    def remove_if_useless(self, h, goals):
+        """Remove a proven failure, or a conjunction that tells no better than a part of it."""
+        needed = [*goals, *(sign.tokens for sign in self.active)]
+        alone = sum(other.outcome == h.outcome for other in self.hypotheses) == 1
+        if h not in self.hypotheses or h.predictions < self.parameters.maturity:
+            return
+        if alone and h.outcome.tokens in needed:
+            return
+        if h.cm < self.parameters.ineffective or self.is_redundant(h):
+            self.drop(h, needed)
+
+    def is_redundant(self, h):
+        """Whether a part of the context does as well, but for less than a quarter of failures."""
+        maturity = self.parameters.maturity
+        if h.predictions % maturity:
+            return False
+        shares = [
+            other.successes / other.predictions
+            for other in self.hypotheses
+            if set(other.context.tokens) < set(h.context.tokens)
+            and other.ends()[1:] == h.ends()[1:]
+            and other.predictions >= maturity
+        ]
+        own = h.successes / h.predictions
+        return any(own <= share + 0.25 * (1.0 - share) for share in shares)
+
+    def drop(self, h, needed):
+        """Remove a hypothesis, and its context if that was a conjunction for nothing else."""
+        self.hypotheses = [other for other in self.hypotheses if other != h]
+        self.predictions = [(cycle, other) for cycle, other in self.predictions if other != h]
+        self.forget([h.context], needed)
+
+    def forget(self, signs, needed):
+        """Remove those conjunctions that are no context any more, with all that ends in them."""
+        for sign in signs:
+            kept = [other for active, _ in self.past for other in active]
+            kept += [other.context for other in self.hypotheses]
+            if len(sign.tokens) > 1 and sign not in kept and sign.tokens not in needed:
+                for h in [other for other in self.hypotheses if other.outcome == sign]:
+                    if h in self.hypotheses:
+                        self.drop(h, needed)
+                self.signs = [other for other in self.signs if other != sign]
+
+    def holds(self, *ends):
+        """Whether there is this very hypothesis."""
+        return any(hypothesis.ends() == ends for hypothesis in self.hypotheses)
+
+    def create(self, context, action, outcome, delay, credit):
+        """Add a hypothesis with the first C_m."""
+        cm = self.parameters.initial_cm
+        self.hypotheses.append(MuHypothesis(context, action, outcome, delay, cm, credit))
+
+
+def telling_token(watch):
+    """The Token with the greatest P(success | Token) − P(success | no Token), and that margin.
+
+    Only of Tokens for which the two differ beyond chance: G over 10.83.
+    """
+    best, best_margin = None, 0.0
+    for token in dict.fromkeys(token for beside, _ in watch for token in beside):
+        with_it = [success for beside, success in watch if token in beside]
+        without = [success for beside, success in watch if token not in beside]
+        if without and g_statistic(with_it, without) > 10.83:
+            margin = sum(with_it) / len(with_it) - sum(without) / len(without)
+            if margin > best_margin:
+                best, best_margin = token, margin
+    return best, best_margin
+
+
+def g_statistic(*columns):
+    """2 Σ O ln(O/E) over the cells of a table whose columns are lists of truths."""
+    total = sum(len(column) for column in columns)
+    statistic = 0.0
+    for column in columns:
+        for truth in (True, False):
+            observed = column.count(truth)
+            expected = len(column) * sum(other.count(truth) for other in columns) / total
+            statistic += 2 * observed * log(observed / expected) if observed else 0.0
+    return statistic

@@ -1,0 +1,154 @@
+"""The model in gymnasium environments: what it is shown, how it ends, and that it gets there."""
+
+import subprocess
+import sys
+from itertools import islice
+
+import gymnasium
+import numpy as np
+import pytest
+
+from farside.dem import Curiosity, DynamicExpectancyModel, Parameters
+from farside.dem.gym import REWARDED, Episode, action_costs, play
+
+
+class Corridor(gymnasium.Env):
+    """Places 0 to 5 in a row, from 2 on. Action 11 goes up, 10 down; both ends terminate.
+
+    The upper end pays 5, each other step 1 is lost. Resets tell their seeds to `seeds`.
+    """
+
+    def __init__(self, limit=None):
+        self.action_space = gymnasium.spaces.Discrete(2, start=10)
+        self.observation_space = gymnasium.spaces.Discrete(6)
+        self.limit = limit
+        self.seeds = []
+
+    def reset(self, *, seed=None, options=None):  # noqa: ARG002 - as gymnasium has it
+        super().reset(seed=seed)
+        self.seeds.append(seed)
+        self.at, self.steps = 2, 0
+        return self.at, {}
+
+    def step(self, action):
+        self.at += 1 if action == 11 else -1
+        self.steps += 1
+        over = self.at in {0, 5}
+        late = self.limit is not None and self.steps >= self.limit
+        return self.at, 5.0 if self.at == 5 else -1.0, over, late and not over, {}
+
+
+def place(observation):
+    return [f"at:{observation}"]
+
+
+@pytest.fixture
+def make():
+    """A model for an environment."""
+
+    def model(env, seed=0, **parameters):
+        rng = np.random.default_rng(seed)
+        return DynamicExpectancyModel(action_costs(env), Parameters(**parameters), rng=rng)
+
+    return model
+
+
+def causes(model, outcome):
+    return {
+        (hypothesis.context, hypothesis.action)
+        for hypothesis in model.hypotheses
+        if hypothesis.outcome == (outcome,)
+    }
+
+
+def test_actions_are_named_by_the_numbers_that_the_environment_gives_them():
+    assert action_costs(Corridor()) == {"10": 1.0, "11": 1.0}
+
+
+def test_actions_that_are_not_discrete_are_refused():
+    env = Corridor()
+    env.action_space = gymnasium.spaces.Box(0, 1)
+    with pytest.raises(TypeError, match=r"expected gymnasium\.spaces\.Discrete, found Box"):
+        action_costs(env)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_what_followed_a_reward_is_a_goal_that_one_can_set_without_knowing_where_it_is(make, seed):
+    env = Corridor()
+    model = make(env, seed)
+    episodes = list(islice(play(model, env, place), 30))
+    assert episodes[-1] == Episode(steps=3, reward=3.0, reached=1)
+    assert causes(model, REWARDED) == {(("at:4",), "11")}
+
+
+def test_a_goal_may_be_any_sign_and_need_not_end_the_episode(make):
+    env = Corridor(limit=20)
+    model = make(env)
+    *_, last = islice(play(model, env, place, goal=["at:1"]), 30)
+    assert last.reached > 0
+    assert [goal.tokens for goal in model.goals] == [("at:1",)]
+
+
+def test_a_reward_counts_only_above_the_threshold(make):
+    env = Corridor()
+    model = make(env)
+    for _ in islice(play(model, env, place, reward_above=5.0), 30):
+        pass
+    assert (REWARDED,) not in model.signs
+    for _ in islice(play(model, env, place, reward_above=-2.0), 30):
+        pass
+    assert (("at:3",), "10") in causes(model, REWARDED)
+
+
+def test_the_end_of_an_episode_leads_to_the_start_of_the_next_whatever_is_done(make):
+    env = Corridor()
+    model = make(env)
+    for _ in islice(play(model, env, place, goal=["nowhere"]), 60):
+        pass
+    assert {("at:0",), ("at:5",)} <= {context for context, _ in causes(model, "at:2")}
+
+
+def test_nothing_is_learned_across_the_jump_after_a_time_limit(make):
+    env = Corridor(limit=1)
+    model = make(env)
+    for _ in islice(play(model, env, place), 30):
+        pass
+    assert set(model.signs) == {("at:1",), ("at:2",), ("at:3",)}
+    assert causes(model, "at:2") == set()
+
+
+def test_the_seed_is_that_of_the_first_reset_only(make):
+    env = Corridor()
+    for _ in islice(play(make(env), env, place, seed=7), 3):
+        pass
+    assert env.seeds == [7, None, None]
+
+
+def test_the_same_seeds_play_the_same_episodes(make):
+    def episodes():
+        env = gymnasium.make("FrozenLake-v1")
+        return list(islice(play(make(env, 3), env, place, seed=3), 20))
+
+    assert episodes() == episodes()
+
+
+@pytest.mark.parametrize("curiosity", [None, Curiosity()], ids=["random", "curious"])
+@pytest.mark.parametrize("seed", range(3))
+def test_the_frozen_lake_that_is_not_slippery_is_solved_in_six_steps(make, seed, curiosity):
+    env = gymnasium.make("FrozenLake-v1", is_slippery=False)
+    model = make(env, seed, curiosity=curiosity)
+    episodes = list(islice(play(model, env, place, seed=seed), 250))
+    assert episodes[-10:] == [Episode(steps=6, reward=1.0, reached=1)] * 10
+
+
+def test_curiosity_does_not_come_back_to_a_hole_for_ever(make):
+    """Nobody can act in a hole: without the jump to the start it would stay unknown, and lure."""
+    env = gymnasium.make("FrozenLake-v1", is_slippery=False)
+    model = make(env, curiosity=Curiosity())
+    episodes = list(islice(play(model, env, place, seed=0), 60))
+    assert sum(episode.reached for episode in episodes) > 20
+
+
+def test_the_model_itself_does_without_gymnasium():
+    script = "import sys, farside.dem; sys.exit('gymnasium' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0  # noqa: S603

@@ -1,0 +1,227 @@
+"""A model is saved, and taken up again as if nothing had been."""
+
+import struct
+import zlib
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from farside.dem import (
+    Curiosity,
+    DynamicExpectancyModel,
+    InherentGoal,
+    Parameters,
+    UnreadableMemoryError,
+)
+
+HEADER = struct.Struct("<8sHQI")
+COSTS = {"go": 2.5, "turn": 1}
+TOKENS = "abcdef"
+KINDS = ["MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64"]
+
+signs = st.frozensets(st.sampled_from(TOKENS), min_size=1, max_size=3).map(sorted)
+goals = st.one_of(
+    st.none(),
+    st.tuples(st.just("set"), signs, st.integers(0, 3)),
+    st.tuples(st.just("withdraw"), signs, st.just(0)),
+)
+cycles = st.tuples(
+    st.frozensets(st.sampled_from(TOKENS), max_size=4).map(sorted),
+    st.sampled_from(["go", "turn", "as it chooses", None]),
+    goals,
+)
+restless_parameters = st.builds(
+    Parameters,
+    beta=st.sampled_from([0.2, 0.6]),
+    learning_probability=st.sampled_from([0.5, 1]),
+    reach=st.integers(1, 3),
+    own_credit=st.booleans(),
+    maturity=st.integers(1, 6),
+    ineffective=st.sampled_from([0.02, 0.3]),
+    break_multiple=st.just(1.2),
+    recovery=st.integers(1, 5),
+    curiosity=st.sampled_from([None, Curiosity()]),
+)
+
+
+def drawn(model):
+    """What the model's random generator would give next."""
+    return model._rng.random(3).tolist()
+
+
+def restless_model(kind="PCG64"):
+    parameters = Parameters(
+        maturity=8,
+        reach=2,
+        learning_probability=0.7,
+        ineffective=0.3,
+        break_multiple=1.1,
+        recovery=10,
+    )
+    inherent = [InherentGoal(when=("a",), goal=("b", "c"), priority=1)]
+    bits = getattr(np.random, kind)(3)
+    return DynamicExpectancyModel(
+        COSTS, parameters, rng=np.random.Generator(bits), inherent=inherent
+    )
+
+
+@given(
+    parameters=restless_parameters,
+    lived=st.integers(0, 120),
+    before=st.lists(cycles),
+    after=st.lists(cycles),
+)
+def test_saved_and_loaded_it_goes_on_as_if_never_saved(
+    eventful, live, *, parameters, lived, before, after
+):
+    model = DynamicExpectancyModel(COSTS, parameters, rng=np.random.default_rng(1))
+    live(model, eventful(lived) + before)
+    loaded = DynamicExpectancyModel.load(model.save())
+
+    assert live(loaded, after) == live(model, after)
+    assert (loaded.signs, loaded.hypotheses) == (model.signs, model.hypotheses)
+    assert loaded.save() == model.save()
+    assert drawn(loaded) == drawn(model)
+
+
+@pytest.mark.parametrize(("kind", "cut"), [*zip(KINDS, [1, 20, 90, 150, 250], strict=True)])
+def test_a_long_life_can_be_interrupted_whatever_the_generator(eventful, live, kind, cut):
+    stream = eventful(300)
+    model = restless_model(kind)
+    live(model, stream[:cut])
+    loaded = DynamicExpectancyModel.load(model.save())
+
+    assert live(loaded, stream[cut:]) == live(model, stream[cut:])
+    assert loaded.hypotheses == model.hypotheses
+    assert drawn(loaded) == drawn(model)
+
+
+def test_in_that_long_life_all_comes_about_that_has_to_be_kept(eventful, live):
+    model = restless_model()
+    sensed, signs = [], set()
+    for cycle in eventful(500):
+        sensed.append(live(model, [cycle])[0])
+        signs.update(model.signs)
+    kept = model._learner.state()
+
+    assert sum(one.removed for one in sensed) > 50
+    assert any(one.suspended for one in sensed)
+    assert max(len(one.context) for one in model.hypotheses) > 1
+    assert {one.delay for one in model.hypotheses} == {1, 2}
+    assert kept.hypotheses.free
+    assert kept.differentiation.watches
+    assert all(kept.predictions)
+
+
+def test_early_in_it_a_sign_is_forgotten(eventful, live):
+    model = restless_model()
+    signs = set()
+    for cycle in eventful(30):
+        live(model, [cycle])
+        signs.update(model.signs)
+
+    assert signs - set(model.signs) == {("a", "b")}
+    assert model._learner.state().signs.free
+
+
+def test_it_can_be_saved_between_choosing_and_performing(eventful, live):
+    model = restless_model()
+    live(model, eventful(200))
+    model.set_goal(["b"], 1)
+    model.sense(["a", "d"])
+    model.choose()
+    loaded = DynamicExpectancyModel.load(model.save())
+
+    for one in (model, loaded):
+        with pytest.raises(RuntimeError, match=r"sense\(\) twice"):
+            one.sense(["a"])
+        one.perform("go")
+    assert live(loaded, eventful(300)[200:]) == live(model, eventful(300)[200:])
+
+
+def test_a_suspended_goal_recovers_when_it_would_have(eventful, live):
+    model, stream = restless_model(), eventful(300)
+    while not any(goal.suspended for goal in model.goals):
+        live(model, [stream.pop(0)])
+    loaded = DynamicExpectancyModel.load(model.save())
+
+    assert loaded.goals == model.goals
+    assert live(loaded, stream) == live(model, stream)
+
+
+def test_saving_changes_nothing(eventful, live):
+    model, other = restless_model(), restless_model()
+    for cycle in eventful(100):
+        assert live(model, [cycle]) == live(other, [cycle])
+        model.save()
+
+
+@given(parameters=restless_parameters, lived=st.integers(0, 120), stream=st.lists(cycles))
+def test_what_is_loaded_is_saved_as_the_same_bytes(eventful, live, parameters, lived, stream):
+    model = DynamicExpectancyModel(COSTS, parameters, rng=np.random.default_rng(1))
+    live(model, eventful(lived) + stream)
+    saved = model.save()
+
+    assert DynamicExpectancyModel.load(saved).save() == saved
+
+
+@pytest.fixture(scope="module")
+def saved(eventful, live):
+    model = restless_model()
+    live(model, eventful(40))
+    return model.save()
+
+
+def test_cut_short_anywhere_it_is_refused(saved):
+    for length in range(len(saved)):
+        with pytest.raises(UnreadableMemoryError, match="expected"):
+            DynamicExpectancyModel.load(saved[:length])
+
+
+def test_with_any_byte_changed_it_is_refused(saved):
+    rng = np.random.default_rng(2)
+    for at, flip in enumerate(rng.integers(1, 256, len(saved)).tolist()):
+        damaged = saved[:at] + bytes([saved[at] ^ flip]) + saved[at + 1 :]
+        with pytest.raises(UnreadableMemoryError, match="expected"):
+            DynamicExpectancyModel.load(damaged)
+
+
+@settings(max_examples=300)
+@given(data=st.binary(max_size=60))
+def test_what_is_no_memory_is_refused(data):
+    with pytest.raises(UnreadableMemoryError, match="a model's memory: expected"):
+        DynamicExpectancyModel.load(data)
+
+
+def test_the_message_says_what_is_wrong(saved):
+    magic, _, length, check = HEADER.unpack_from(saved)
+    body = saved[HEADER.size :]
+    with pytest.raises(UnreadableMemoryError, match=r"begin with b'FARSIDE.*found b'GIF89a'$"):
+        DynamicExpectancyModel.load(b"GIF89a")
+    with pytest.raises(UnreadableMemoryError, match="expected format 1, found format 2"):
+        DynamicExpectancyModel.load(HEADER.pack(magic, 2, length, check) + body)
+    with pytest.raises(UnreadableMemoryError, match=f"{length} bytes after .* {length + 1}$"):
+        DynamicExpectancyModel.load(saved + b"\0")
+    with pytest.raises(UnreadableMemoryError, match="is damaged: expected CRC-32"):
+        DynamicExpectancyModel.load(saved[:-1] + bytes([saved[-1] ^ 1]))
+
+
+@pytest.mark.parametrize("body", [b"", zlib.compress(b""), zlib.compress(b"\x90")])
+def test_a_right_check_over_wrong_contents_does_not_help(body):
+    data = HEADER.pack(b"FARSIDE\0", 1, len(body), zlib.crc32(body)) + body
+    with pytest.raises(UnreadableMemoryError, match="expected what format 1 holds, found"):
+        DynamicExpectancyModel.load(data)
+
+
+def test_a_generator_of_unknown_kind_is_not_saved():
+    class Foreign:
+        state = {"bit_generator": "Foreign"}  # noqa: RUF012
+
+    class Rng:
+        bit_generator = Foreign()
+
+    model = DynamicExpectancyModel(COSTS, rng=Rng())
+    with pytest.raises(TypeError, match=r"expected one of MT19937, .* found Foreign"):
+        model.save()

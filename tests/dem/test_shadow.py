@@ -1,0 +1,264 @@
+"""A shadow is told what happens to a model's lists, and holds the same."""
+
+from collections import Counter
+
+import msgspec
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from farside.dem import (
+    Delta,
+    DeltaError,
+    DynamicExpectancyModel,
+    Parameters,
+    ShadowModel,
+    UnreadableMemoryError,
+)
+from farside.dem.journal import HypothesisAdded, HypothesisRemoved, SignAdded, SignRemoved
+
+COSTS = {"go": 2.5, "turn": 1}
+TOKENS = "abcdef"
+PARAMETERS = Parameters(
+    maturity=8,
+    reach=2,
+    learning_probability=0.7,
+    ineffective=0.3,
+    break_multiple=1.1,
+    recovery=10,
+)
+
+signs = st.frozensets(st.sampled_from(TOKENS), min_size=1, max_size=3).map(sorted)
+changes = st.one_of(
+    st.none(),
+    st.tuples(st.just("set"), signs, st.integers(0, 3)),
+    st.tuples(st.just("withdraw"), signs, st.just(0)),
+)
+cycles = st.tuples(
+    st.frozensets(st.sampled_from(TOKENS), max_size=4).map(sorted),
+    st.sampled_from(["go", "turn", "as it chooses", None]),
+    changes,
+)
+cuts = st.sampled_from(["delta", "whole", "nothing", "nothing"])
+restless_parameters = st.builds(
+    Parameters,
+    learning_probability=st.sampled_from([0.5, 1]),
+    reach=st.integers(1, 3),
+    own_credit=st.booleans(),
+    maturity=st.integers(1, 6),
+    ineffective=st.sampled_from([0.02, 0.3]),
+    break_multiple=st.just(1.2),
+    recovery=st.integers(1, 5),
+)
+
+
+def sent(delta):
+    """What arrives of a delta that crossed a link."""
+    return msgspec.msgpack.decode(msgspec.msgpack.encode(delta), type=Delta)
+
+
+def lists(model):
+    """Everything that a shadow has to hold too, floats to the last bit."""
+    return model.signs, model.hypotheses, model.goals, model.policy_map()
+
+
+def recorded(parameters=PARAMETERS, seed=1):
+    model = DynamicExpectancyModel(COSTS, parameters, rng=np.random.default_rng(seed))
+    model.record_changes()
+    return model, ShadowModel(COSTS, parameters)
+
+
+@given(
+    parameters=restless_parameters,
+    lived=st.integers(0, 120),
+    after=st.lists(st.tuples(cycles, cuts)),
+)
+def test_whatever_happens_and_however_it_is_cut_a_shadow_holds_the_same(
+    eventful, live, parameters, lived, after
+):
+    model = DynamicExpectancyModel(COSTS, parameters, rng=np.random.default_rng(1))
+    shadow = ShadowModel(COSTS, parameters)
+    live(model, eventful(lived))
+    model.record_changes()
+    for cycle, cut in after:
+        live(model, [cycle])
+        if cut != "nothing":
+            shadow.apply(sent(model.take_delta() if cut == "delta" else model.whole()))
+            assert lists(shadow) == lists(model)
+    shadow.apply(sent(model.take_delta()))
+    assert lists(shadow) == lists(model)
+
+
+@pytest.mark.parametrize("cycles_per_delta", [1, 7, 100])
+def test_over_a_long_life_it_holds_the_same(eventful, live, cycles_per_delta):
+    model, shadow = recorded()
+    stream, suspensions = eventful(500), 0
+    for begin in range(0, len(stream), cycles_per_delta):
+        live(model, stream[begin : begin + cycles_per_delta])
+        shadow.apply(sent(model.take_delta()))
+        assert lists(shadow) == lists(model)
+        assert shadow._hypotheses.cm_sum == model._hypotheses.cm_sum
+        suspensions += any(goal.suspended for goal in shadow.goals)
+    assert suspensions or cycles_per_delta > 1, "a goal is suspended, if not for long"
+
+
+def test_in_that_long_life_all_comes_about_that_there_is_to_tell(eventful, live):
+    model, _ = recorded()
+    model.take_delta()
+    live(model, eventful(500))
+    told = Counter(type(entry) for entry in model.take_delta().entries)
+
+    assert told.keys() == {int, SignAdded, SignRemoved, HypothesisAdded, HypothesisRemoved}
+    assert told[HypothesisRemoved] > 50
+    assert max(len(one.context) for one in model.hypotheses) > 1
+    assert {one.delay for one in model.hypotheses} == {1, 2}
+
+
+def test_recording_changes_nothing_else(eventful, live):
+    model, _ = recorded()
+    other = DynamicExpectancyModel(COSTS, PARAMETERS, rng=np.random.default_rng(1))
+    assert live(model, eventful(200)) == live(other, eventful(200))
+    assert model.save() == other.save()
+
+
+def test_a_shadow_begins_with_all_that_was_learned_before_recording(eventful, live):
+    model = DynamicExpectancyModel(COSTS, PARAMETERS, rng=np.random.default_rng(1))
+    live(model, eventful(50))
+    shadow = ShadowModel(COSTS, PARAMETERS)
+    model.record_changes()
+    shadow.apply(sent(model.take_delta()))
+
+    assert lists(shadow) == lists(model)
+    assert (shadow.number, len(shadow.hypotheses)) == (1, model.hypothesis_count)
+
+
+def test_a_loaded_model_is_recorded_anew_from_a_whole(eventful, live):
+    model, shadow = recorded()
+    live(model, eventful(20))
+    shadow.apply(model.take_delta())
+    loaded = DynamicExpectancyModel.load(model.save())
+    loaded.record_changes()
+    live(loaded, eventful(20))
+    shadow.apply(loaded.take_delta())
+
+    assert lists(shadow) == lists(loaded)
+
+
+def test_the_value_of_a_sign_is_that_of_the_models_map(eventful, live):
+    model, shadow = recorded()
+    live(model, eventful(30))
+    model.set_goal(["a"], 1)
+    shadow.apply(model.take_delta())
+
+    for row in model.policy_map():
+        assert shadow.value(row.sign) == row.value
+    assert shadow.value(["z"]) == float("inf")
+    with pytest.raises(TypeError, match="write"):
+        shadow.value("z")
+
+
+def test_without_goal_nothing_has_a_value(eventful, live):
+    model, shadow = recorded()
+    live(model, eventful(30))
+    shadow.apply(model.take_delta())
+
+    assert shadow.policy_map() == ()
+    assert shadow.value(["a"]) == float("inf")
+
+
+def test_before_a_whole_no_delta_is_taken():
+    model, shadow = recorded()
+    model.take_delta()
+    with pytest.raises(DeltaError, match="expected a whole first, found delta 2: ask for a whole"):
+        shadow.apply(model.take_delta())
+
+
+def test_a_gap_is_refused_changes_nothing_and_a_whole_gets_over_it(eventful, live):
+    model, shadow = recorded()
+    shadow.apply(model.take_delta())
+    live(model, eventful(10))
+    lost = model.take_delta()
+    live(model, eventful(10))
+    with pytest.raises(DeltaError, match="expected delta 2, found delta 3: ask for a whole"):
+        shadow.apply(model.take_delta())
+    assert (shadow.number, shadow.signs) == (1, ())
+
+    live(model, eventful(10))
+    shadow.apply(sent(model.whole()))
+    assert lists(shadow) == lists(model)
+    with pytest.raises(DeltaError, match="expected delta 5, found delta 2"):
+        shadow.apply(lost)
+    live(model, eventful(10))
+    shadow.apply(sent(model.take_delta()))
+    assert lists(shadow) == lists(model)
+
+
+def test_no_delta_is_taken_twice(eventful, live):
+    model, shadow = recorded()
+    shadow.apply(model.take_delta())
+    live(model, eventful(10))
+    delta = model.take_delta()
+    shadow.apply(delta)
+    with pytest.raises(DeltaError, match="expected delta 3, found delta 2"):
+        shadow.apply(delta)
+    assert lists(shadow) == lists(model)
+
+
+def test_a_delta_of_another_model_is_refused_even_with_the_right_number(eventful, live):
+    model, shadow = recorded()
+    other, _ = recorded()
+    live(other, eventful(10))
+    shadow.apply(model.take_delta())
+    other.take_delta()
+    live(other, eventful(10))
+    with pytest.raises(DeltaError, match="delta 2 is of another model"):
+        shadow.apply(other.take_delta())
+    assert shadow.signs == ()
+
+
+def test_a_whole_of_a_model_with_other_actions_or_parameters_is_refused():
+    model, _ = recorded()
+    whole = model.take_delta()
+    with pytest.raises(DeltaError, match=r"another model: expected action costs \{'go': 3\}"):
+        ShadowModel({"go": 3}, PARAMETERS).apply(whole)
+    with pytest.raises(DeltaError, match=r"expected .*reach=1.* found .*reach=2"):
+        ShadowModel(COSTS, Parameters()).apply(whole)
+
+
+def test_a_damaged_whole_is_refused_and_changes_nothing(eventful, live):
+    model, shadow = recorded()
+    live(model, eventful(10))
+    shadow.apply(model.take_delta())
+    held = lists(shadow)
+    damaged = msgspec.structs.replace(model.whole(), whole=b"damaged")
+    with pytest.raises(UnreadableMemoryError):
+        shadow.apply(damaged)
+    assert lists(shadow) == held
+
+
+def test_nothing_is_recorded_unasked():
+    model = DynamicExpectancyModel(COSTS, rng=np.random.default_rng(1))
+    for take in (model.take_delta, model.whole):
+        with pytest.raises(RuntimeError, match=r"call record_changes\(\) first"):
+            take()
+    assert model._signs.journal is None
+
+
+def test_asking_again_to_record_loses_nothing(eventful, live):
+    model, shadow = recorded()
+    shadow.apply(model.take_delta())
+    live(model, eventful(10))
+    model.record_changes()
+    shadow.apply(model.take_delta())
+    assert lists(shadow) == lists(model)
+
+
+def test_goals_are_sent_only_when_they_change():
+    model, _ = recorded()
+    model.take_delta()
+    model.set_goal(["a"], 2)
+    assert model.take_delta().goals == model.goals
+    assert model.take_delta().goals is None
+    model.withdraw_goal(["a"])
+    assert model.take_delta().goals == ()

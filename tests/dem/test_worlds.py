@@ -1,0 +1,128 @@
+"""Stories of whole worlds, with numbers."""
+
+import pytest
+from worlds import aliased_trial, phantom_trial, removal_curve, walk_to
+
+from farside.dem import Curiosity, Parameters
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_place_and_heading_are_joined_where_neither_tells_alone(seed):
+    model, trial = aliased_trial(seed, Parameters())
+    assert trial.ratio <= 1.15
+    learned = {(h.context, h.action, h.outcome) for h in model.hypotheses if h.cm > 0.9}
+    assert (("at:1,1", "heading:N"), "forward", ("at:1,2",)) in learned
+    assert (("at:1,1", "heading:E"), "forward", ("at:2,1",)) in learned
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_without_differentiation_they_stay_apart_and_the_way_is_lost(seed):
+    model, trial = aliased_trial(seed, Parameters(differentiation=False))
+    assert trial.ratio > 1.15
+    assert all(len(sign) == 1 for sign in model.signs)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_tokens_sensed_everywhere_make_no_phantom_shortcuts(seed):
+    _, trial = phantom_trial(seed, Parameters())
+    assert trial.ratio <= 1.05
+
+
+def test_what_was_seen_once_can_be_done_again_though_tokens_are_active_everywhere(make_model):
+    """One trial is enough: no second visit is needed to tell the cause from the bystanders."""
+    everywhere = {"battery:ok", "mode:nominal"}
+    model = make_model()
+    for place in range(6):
+        model.sense({f"at:{place}", *everywhere})
+        model.perform("E")
+    model.sense({"at:6", *everywhere})
+    model.perform(None)
+    model.set_goal(["at:6"], priority=1.0)
+    for place in range(6):
+        model.sense({f"at:{place}", *everywhere})
+        choice = model.choose()
+        assert (choice.goal, choice.action) == (("at:6",), "E")
+        model.perform("E")
+    assert model.sense({"at:6", *everywhere}).reached
+
+
+def test_in_noise_removal_keeps_the_lists_small_and_goals_are_still_reached():
+    model, world, beside, kept = removal_curve(Parameters(), cycles=1500, every=1500)
+    *_, all_of_them = removal_curve(Parameters(removal=False), cycles=1500, every=1500)
+    assert kept[-1].hypotheses < 0.7 * all_of_them[-1].hypotheses
+    assert walk_to(model, world, ["at:0,0"], 100, beside) < 60
+
+
+def test_the_last_hypothesis_for_a_goal_is_never_removed(make_model):
+    model = make_model(maturity=2, ineffective=0.3)
+    model.sense(["at:A"])
+    model.perform("E")
+    model.sense(["at:B"])
+    model.perform(None)
+    model.set_goal(["at:B"], priority=1.0)
+    for _ in range(40):
+        model.sense(["at:A"])
+        model.perform("E")
+    kept = [h for h in model.hypotheses if h.outcome == ("at:B",)]
+    assert len(kept) == 1
+    assert kept[0].cm < 0.3
+    model.withdraw_goal(["at:B"])
+    model.sense(["at:A"])
+    model.perform("E")
+    assert not [h for h in model.hypotheses if h.outcome == ("at:B",)]
+
+
+def test_who_reaches_a_whole_has_reached_its_parts():
+    model, _ = aliased_trial(0, Parameters())
+    model.set_goal(["at:2,2"], priority=1.0)
+    value = {row.sign: row.value for row in model.policy_map()}
+    wholes = [sign for sign in value if len(sign) > 1]
+    assert wholes
+    for whole in wholes:
+        for token in whole:
+            assert value[whole] <= value.get((token,), float("inf"))
+
+
+def test_curiosity_tries_everything_sooner_than_chance(make_model, grid):
+    def cycles_to_try_all(model):
+        tried, cycles = set(), 0
+        while len(tried) < 4 * len(grid.places):
+            cycles += 1
+            model.sense(grid.tokens())
+            action = model.choose().action
+            tried.add((grid.at, action))
+            model.perform(grid.do(action))
+        return cycles
+
+    start = grid.at
+    curious = cycles_to_try_all(make_model(curiosity=Curiosity()))
+    grid.at = start
+    at_random = cycles_to_try_all(make_model())
+    assert curious < at_random / 3
+
+
+def test_curiosity_walks_through_the_map_to_what_it_never_tried(make_model, corridor):
+    """All is known but for the far end of a corridor of six places."""
+    model = make_model(curiosity=Curiosity())
+    for action in "EWEEWWEEEWWWEEEEWWWW":
+        model.sense(corridor.tokens())
+        model.perform(corridor.do(action))
+    for _ in range(5):
+        for action in "NS":
+            model.sense(corridor.tokens())
+            model.perform(corridor.do(action))
+        model.sense(corridor.tokens())
+        model.perform(corridor.do("E"))
+    assert corridor.at == (5, 0)
+    known = model.hypothesis_count
+    for _ in range(4):
+        model.sense(corridor.tokens())
+        choice = model.choose()
+        assert choice.goal is None
+        model.perform(corridor.do(choice.action))
+    model.sense(corridor.tokens())
+    assert model.hypothesis_count > known
+
+
+def test_exploration_is_random_unless_curiosity_is_asked_for():
+    assert Parameters().curiosity is None
