@@ -49,7 +49,7 @@ $(VENV)/.ready-to-run: pyproject.toml constraints.txt | $(BIN)/pip
 
 $(VENV)/.ready-to-develop: pyproject.toml constraints.txt | $(BIN)/pip
 	@echo "Installing Farside and its development tools into $(VENV)"
-	@$(INSTALL) --editable '.[dev]'
+	@$(INSTALL) --editable '.[dev,figures,gymnasium]'
 	@touch $@ $(VENV)/.ready-to-run
 
 $(BIN)/pip:

@@ -135,15 +135,14 @@ def test_ineffective_hypotheses_are_removed_unless_one_asks_to_keep_them(farside
 
 
 def test_conjunctions_are_made_unless_one_asks_for_none(farside, tmp_path):
-    """Where the same action ends depends on the light, which alone tells nothing."""
-    lights = np.random.default_rng(1).integers(2, size=400)
-    (tmp_path / "lit.jsonl").write_text(
-        "".join(
-            f'{{"tokens": ["at:a", "light:{light}"], "action": "E"}}\n'
-            f'{{"tokens": ["at:{"bc"[light]}", "light:{light}"], "action": "W"}}\n'
-            for light in lights
-        )
-    )
+    """Where the same action ends depends on place and light together; neither alone tells."""
+    rng = np.random.default_rng(1)
+    cycles = []
+    for place, light in zip(rng.integers(2, size=600), rng.integers(2, size=600), strict=True):
+        end = "bc"[place ^ light]
+        cycles.append(f'{{"tokens": ["at:{"ad"[place]}", "light:{light}"], "action": "E"}}\n')
+        cycles.append(f'{{"tokens": ["at:{end}", "light:{light}"], "action": "W"}}\n')
+    (tmp_path / "lit.jsonl").write_text("".join(cycles))
 
     def longest(*options):
         _, out, _ = farside("learn", "lit.jsonl", "--json", *options)
