@@ -3,7 +3,7 @@
 A Sign that is active nearly everywhere, such as `battery:ok`, comes to stand in the context of
 hypotheses to every place. Each succeeds now and then, and C_m forgets failures quickly, so
 `cost / C_m` over one such arc undercuts a long honest path: a phantom shortcut. The seed has no
-answer to this. Two rules, both project defaults, keep a second measure beside C_m, the credit,
+answer to this. Three rules, all project defaults, keep a second measure beside C_m, the credit,
 which the Dynamic Policy Map then reckons costs with:
 
 1. *A rare cause explains more.* When an outcome first follows several contexts and one action,
@@ -11,6 +11,9 @@ which the Dynamic Policy Map then reckons costs with:
    one the less, the more often it has met the action without this outcome.
 2. *A success that was foretold better is no credit.* Credit moves as C_m does, except that a
    success does not raise it where a hypothesis of more credit foretold the same outcome.
+3. *What nobody can believe was not expected.* A Sign counts as predicted only if a hypothesis with
+   at least half of the first C_m as credit named it; else phantoms, which name every outcome, would
+   keep the honest hypotheses from being made (`farside.dem.learning`).
 
 An outcome seen once from a context never tried before still has the full first credit, so one
 trial remains enough. Where no two contexts compete, credit and C_m are the same number.
