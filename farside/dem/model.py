@@ -25,8 +25,8 @@ class Sensed(msgspec.Struct, frozen=True):
         tokens: what was sensed, sorted.
         active: the active Signs S*, in order of age, as all Signs here.
         novel: those active for the first time ever.
-        unexpected: those others that no due prediction with credit named (see `farside.dem.credit`);
-            all of them where none was due.
+        unexpected: those others that no due prediction with credit named, see
+            `farside.dem.credit`; all of them where none was due.
         succeeded, failed: how many due predictions came true, or did not.
         created, removed: how many hypotheses were made, or removed as ineffective.
         reached: goals satisfied and removed, highest first.
