@@ -83,6 +83,7 @@ class LearnerState(msgspec.Struct, frozen=True, array_like=True):
     predictions: tuple[tuple[int, ...], ...]
     differentiation: DifferentiationState
     past: tuple[tuple[tuple[int, ...], int | None], ...]
+    probation: tuple[int, ...]
     cycle: int
 
 
@@ -105,6 +106,7 @@ class Learner:
         self._predictions = PredictionList(parameters.reach)
         self._differentiation = Differentiation(parameters.maturity)
         self._gone: set[int] = set()
+        self._probation: set[int] = set()
         # One cycle ago first.
         self._past: deque[_Past] = deque(maxlen=parameters.reach)
 
@@ -125,6 +127,7 @@ class Learner:
         if self._parameters.removal:
             self._remove(due, [*needed, *active])
         removed = grown - self.hypotheses.count
+        self._end_probation(due)
         self._create(novel + unexpected)
         return Learned(
             active=active,
@@ -157,6 +160,17 @@ class Learner:
             self._forget_sign(sign, needed)
         self.cycle += 1
 
+    def forget(self, sign: int, needed: Sequence[int]) -> None:
+        """Remove a conjunction that a goal no longer needs, unless anything else refers to it.
+
+        Args:
+            sign: the conjunction.
+            needed: Signs that goals need, and those active.
+        """
+        if self._parameters.removal:
+            self._gone.clear()
+            self._forget_sign(sign, needed)
+
     def state(self) -> LearnerState:
         """Everything that `restore` needs."""
         return LearnerState(
@@ -166,6 +180,7 @@ class Learner:
             predictions=self._predictions.state(),
             differentiation=self._differentiation.state(),
             past=tuple((tuple(past.active), past.action) for past in self._past),
+            probation=tuple(sorted(self._probation)),
             cycle=self.cycle,
         )
 
@@ -177,6 +192,7 @@ class Learner:
         self._predictions.restore(state.predictions)
         self._differentiation.restore(state.differentiation)
         self._past.extend(_Past(list(active), action) for active, action in state.past)
+        self._probation.update(state.probation)
         self.cycle = state.cycle
 
     @property
@@ -237,16 +253,45 @@ class Learner:
 
     def _spawn(self, hypothesis: int, context: Sign) -> None:
         hypotheses = self.hypotheses
+        if self.signs.find(context) is None:
+            self._probation.add(self.signs.add(context))
         sign = self.signs.add(context)
         action, outcome = hypotheses.action[hypothesis], hypotheses.outcome[hypothesis]
         delay = hypotheses.delay[hypothesis]
         if not hypotheses.holds(sign, action, outcome, delay):
             hypotheses.add(sign, action, outcome, delay, self._parameters.initial_cm)
 
+    # --- conjunctions on probation -------------------------------------------------------------
+
+    def know(self, sign: Sign) -> None:
+        """Make a Sign known, or end its probation if it was spawned."""
+        self._probation.discard(self.signs.add(sign))
+
+    def _end_probation(self, due: list[int]) -> None:
+        """Let those conjunctions into further hypotheses that have proved good for one.
+
+        A conjunction that was spawned belongs to one hypothesis at first. Chance makes such too,
+        and if each became outcome and context of everything, the lists would grow for ever in a
+        noisy world. So it has to be right a quarter of maturity without a failure, or to be kept
+        when mature (project default).
+        """
+        if not self._probation:
+            return
+        hypotheses, maturity = self.hypotheses, self._parameters.maturity
+        for hypothesis in due:
+            judged = hypotheses.predictions[hypothesis]
+            never_failed = hypotheses.successes[hypothesis] == judged
+            if hypothesis not in self._gone and (
+                judged >= maturity or (never_failed and judged >= maturity // 4)
+            ):
+                self._probation.discard(hypotheses.context[hypothesis])
+
     # --- creation and removal ------------------------------------------------------------------
 
     def _create(self, outcomes: list[int]) -> None:
         for outcome in outcomes:
+            if outcome in self._probation:
+                continue
             for delay, past in enumerate(self._past, start=1):
                 if past.action is not None:
                     self._take_opportunities(past, outcome, delay)
@@ -254,8 +299,9 @@ class Learner:
     def _take_opportunities(self, past: _Past, outcome: int, delay: int) -> None:
         hypotheses, action = self.hypotheses, past.action
         assert action is not None  # noqa: S101 - the caller sees to it
-        tries = [self.trials.tried(hypotheses.cause(context, action)) for context in past.active]
-        for context, tried in zip(past.active, tries, strict=True):
+        contexts = [context for context in past.active if context not in self._probation]
+        tries = [self.trials.tried(hypotheses.cause(context, action)) for context in contexts]
+        for context, tried in zip(contexts, tries, strict=True):
             if hypotheses.holds(context, action, outcome, delay):
                 continue
             if self._rng.random() < self._parameters.learning_probability:
@@ -323,3 +369,4 @@ class Learner:
             first = self.hypotheses.cause(sign, 0)
             self.trials.forget(range(first, first + len(self.actions)))
             self.signs.remove(sign)
+            self._probation.discard(sign)

@@ -14,6 +14,7 @@ class KnownSign:
 
     tokens: tuple
     met: bool = False
+    on_probation: bool = False
     tries: dict = field(default_factory=dict)
 
 
@@ -76,8 +77,11 @@ class PlainModel:
             self.differentiate(hypothesis)
         for hypothesis in due if self.parameters.removal else []:
             self.remove_if_useless(hypothesis, goals)
+        for hypothesis in due:
+            self.end_probation(hypothesis)
         for sign in novel + unexpected:
-            self.explain(sign)
+            if not sign.on_probation:
+                self.explain(sign)
 
     def perform(self, action, goals=()):
         """Every hypothesis whose context and action are active predicts."""
@@ -115,7 +119,8 @@ class PlainModel:
 
     def explain(self, outcome):
         """Hypotheses that end in `outcome` from all that was active within reach."""
-        for delay, (contexts, action) in enumerate(self.past, start=1):
+        for delay, (then, action) in enumerate(self.past, start=1):
+            contexts = [context for context in then if not context.on_probation]
             for context in contexts if action is not None else []:
                 if self.holds(context, action, outcome, delay):
                     continue
@@ -140,10 +145,18 @@ class PlainModel:
             token, margin = telling_token(h.watch)
             h.watch = None
             if margin > 0.5 and not self.tells_alone(token, h):
+                known = len(self.signs)
                 context = self.know(tuple(sorted({*h.context.tokens, token})))
+                context.on_probation |= len(self.signs) > known
                 if not self.holds(context, h.action, h.outcome, h.delay):
                     first = self.parameters.initial_cm
                     self.create(context, h.action, h.outcome, h.delay, first)
+
+    def end_probation(self, h):
+        """A spawned conjunction waits until a hypothesis of it was right often, or is kept."""
+        often = h.predictions == h.successes and h.predictions >= self.parameters.maturity // 4
+        if h in self.hypotheses and (often or h.predictions >= self.parameters.maturity):
+            h.context.on_probation = False
 
     def tells_alone(self, token, h):
         """Whether the Token's own Sign foretells the outcome nearly for sure."""

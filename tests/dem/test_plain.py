@@ -48,7 +48,7 @@ class Pair:
         for goal in GOALS if wants_goals else ():
             self.model.set_goal(goal, priority=1.0)
             if len(goal) > 1:
-                self.twin.know(goal)
+                self.twin.know(goal).on_probation = False
         goals = [goal.tokens for goal in self.model.goals]
         self.removed += self.model.sense(tokens).removed
         self.twin.sense(tokens, goals)
