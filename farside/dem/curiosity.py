@@ -4,12 +4,12 @@ See `farside.dem.Curiosity` for the rule. The map made here is apart from the Dy
 which never holds an arc that is not a hypothesis.
 """
 
-import math
 from collections.abc import Sequence
-from heapq import heapify
 from typing import NamedTuple
 
+import numpy as np
 from numpy.random import Generator
+from numpy.typing import NDArray
 
 from farside.dem.learning import Learner
 from farside.dem.parameters import Curiosity
@@ -33,28 +33,32 @@ class Lead(NamedTuple):
 
 
 class CuriousMap:
-    """Least cost from every Sign to the goal or the frontier, whichever is cheaper to reach.
+    """Least cost to the goal or the frontier, whichever is cheaper to reach.
+
+    It is made for one choice, as what was tried long ago grows more tempting with every cycle, and
+    only as far as that choice needs: the values of the active Signs and of what is no farther.
 
     Args:
         learner: the lists.
         curiosity: what the unknown is worth.
         goal: the goal's Sign; `None` where there is none, or it is not known.
+        active: the Signs to choose an action for.
     """
 
-    def __init__(self, learner: Learner, curiosity: Curiosity, goal: int | None) -> None:
+    def __init__(
+        self, learner: Learner, curiosity: Curiosity, goal: int | None, active: Sequence[int]
+    ) -> None:
         self._learner = learner
         self._curiosity = curiosity
-        names = learner.signs.names
-        self._value = [
-            self._try_cost(sign) if names[sign] else math.inf for sign in range(len(names))
-        ]
+        self._active = active
+        cost = self._try_costs()
         if goal is not None:
-            self._value[goal] = 0.0
-        frontier = [(value, sign) for sign, value in enumerate(self._value) if value < math.inf]
-        heapify(frontier)
-        relax(self._value, frontier, learner.hypotheses, learner.signs)
+            cost[goal] = 0.0
+        self._value: list[float] = cost.tolist()
+        if active:
+            self._relax(cost)
 
-    def lead(self, active: Sequence[int], last_action: int | None, rng: Generator) -> Lead | None:
+    def lead(self, last_action: int | None, rng: Generator) -> Lead | None:
         """What to do with these Signs active, `None` without any.
 
         Least cost first; ties to the older Sign, then to what is known over what is to be tried.
@@ -62,15 +66,34 @@ class CuriousMap:
         them at random.
 
         Args:
-            active: Signs.
             last_action: what was performed in the cycle before, if anything.
             rng: drawn from once where several actions tie and none of them goes on.
         """
-        if not active:
+        if not self._active:
             return None
         born = self._learner.signs.born
-        sign = min(active, key=lambda one: (self._value[one], born[one]))
+        sign = min(self._active, key=lambda one: (self._value[one], born[one]))
         return self._known(sign) or self._untried(sign, last_action, rng)
+
+    def _try_costs(self) -> NDArray[np.float64]:
+        """The least cost of trying anything, by Sign: of what was tried longest ago or never.
+
+        An id without a Sign has one as well, but nothing leads there.
+        """
+        learner, curiosity = self._learner, self._curiosity
+        sign_count, action_count = len(learner.signs.names), len(learner.actions)
+        last = np.full(sign_count * action_count, -1, dtype=np.int64)
+        last[: len(learner.trials.last)] = learner.trials.last
+        oldest = last.reshape(sign_count, action_count).min(axis=1)
+        again = curiosity.optimistic_cost + curiosity.restlessness / (learner.cycle - oldest)
+        return np.where(oldest < 0, curiosity.optimistic_cost, again)
+
+    def _relax(self, cost: NDArray[np.float64]) -> None:
+        near = np.flatnonzero(cost <= cost[self._active].min())
+        near = near[np.argsort(cost[near], kind="stable")]
+        frontier = list(zip(cost[near].tolist(), near.tolist(), strict=True))
+        lists = self._learner
+        relax(self._value, frontier, lists.hypotheses, lists.signs, until=frozenset(self._active))
 
     def _known(self, sign: int) -> Lead | None:
         """The hypothesis that the Sign owes its value to: its own, or one of a part of it."""
@@ -99,11 +122,6 @@ class CuriousMap:
         else:
             action = tied[rng.integers(len(tied))] if len(tied) > 1 else tied[0]
         return Lead(sign, action, least, tries=True)
-
-    def _try_cost(self, sign: int) -> float:
-        return min(
-            self._cost_of_trying(sign, action) for action in range(len(self._learner.actions))
-        )
 
     def _cost_of_trying(self, sign: int, action: int) -> float:
         """Optimistic cost c of an action never tried here, c + r/n of one tried n cycles ago."""

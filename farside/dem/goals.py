@@ -1,12 +1,12 @@
 """G, the Goal List: what is wanted, how much, and what is out of reach for now."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import NamedTuple
 
 import msgspec
 
-from farside.dem.signs import Sign
+from farside.dem.signs import Sign, to_sign
 
 
 class Goal(msgspec.Struct, frozen=True):
@@ -26,21 +26,40 @@ class Goal(msgspec.Struct, frozen=True):
 class InherentGoal(msgspec.Struct, frozen=True):
     """A rule of the robot's own: while the Sign `when` is active, `goal` is wanted.
 
-    The goal leaves the list when `when` is no longer active.
+    Several rules may have one goal; the highest priority of those that hold counts. While `when`
+    and `goal` are both active, the goal is off the list, and it is reached but once. Source: seed
+    for such goals; how they go together is a project default.
+
+    Raises:
+        ValueError: if `goal` has no Tokens or `priority` is not finite.
+        TypeError: if `when` or `goal` is a string.
     """
 
     when: Sign
     goal: Sign
     priority: float
 
+    def __post_init__(self) -> None:
+        msgspec.structs.force_setattr(self, "when", to_sign(self.when))
+        msgspec.structs.force_setattr(self, "goal", to_sign(self.goal))
+        _check(self.goal, self.priority)
+
 
 class GoalState(msgspec.Struct, frozen=True, array_like=True):
-    """A goal as it is saved, with the memory that its break point needs."""
+    """A goal as it is saved; see `_Entry`."""
 
     tokens: Sign
-    priority: float
+    given: float | None
+    inherent: float | None
     value_at_start: float
     suspended_until: int | None
+
+
+class GoalsState(msgspec.Struct, frozen=True, array_like=True):
+    """A Goal List as it is saved, the oldest goal first, and what rules want but have."""
+
+    goals: tuple[GoalState, ...]
+    had: tuple[Sign, ...]
 
 
 class Outlook(NamedTuple):
@@ -56,16 +75,36 @@ class Outlook(NamedTuple):
 
 
 class _Entry:
-    """A goal with the memory that its break point needs."""
+    """A goal: who wants it, and the memory that its break point needs.
 
-    def __init__(self, priority: float) -> None:
-        self.priority = priority
+    Attributes:
+        given: the priority it was set with, `None` if it was not set.
+        inherent: the priority that the robot's own rules give it, `None` if none wants it.
+    """
+
+    def __init__(self) -> None:
+        self.given: float | None = None
+        self.inherent: float | None = None
         self.value_at_start = math.inf
         self.suspended_until: int | None = None
+
+    @property
+    def priorities(self) -> list[float]:
+        return [one for one in (self.given, self.inherent) if one is not None]
+
+
+def _check(sign: Sign, priority: float) -> None:
+    if not sign:
+        raise ValueError("a goal: expected one Token at least, found none")
+    if not math.isfinite(priority):
+        raise ValueError(f"priority of goal {sign}: expected a finite number, found {priority}")
 
 
 class GoalList:
     """G, the goals: those that are not suspended first, by priority, ties to the older.
+
+    A goal is there while it was set or a rule of the robot's own wants it, with the higher of the
+    two priorities.
 
     A goal has a *break point*: when its policy value has grown past a multiple of what it was
     when the goal was set, and past the same multiple of what the best path would cost if all went
@@ -83,6 +122,8 @@ class GoalList:
         self._break_multiple = break_multiple
         self._recovery = recovery
         self._entries: dict[Sign, _Entry] = {}
+        # What rules want but have: reached, and active ever since.
+        self._had: set[Sign] = set()
 
     @property
     def top(self) -> Sign | None:
@@ -98,22 +139,38 @@ class GoalList:
         Raises:
             ValueError: if `sign` has no Tokens or `priority` is not finite.
         """
-        if not sign:
-            raise ValueError("a goal: expected one Token at least, found none")
-        if not math.isfinite(priority):
-            raise ValueError(f"priority of goal {sign}: expected a finite number, found {priority}")
-        if sign in self._entries:
-            self._entries[sign].priority = priority
-        else:
-            self._entries[sign] = _Entry(priority)
+        _check(sign, priority)
+        self._entries.setdefault(sign, _Entry()).given = priority
         self._order()
 
     def withdraw(self, sign: Sign) -> bool:
-        """Remove a goal. False if there was none of this Sign."""
-        found = self._entries.pop(sign, None) is not None
-        if found:
-            self._order()
-        return found
+        """Remove a goal that was set. False if none was of this Sign.
+
+        While a rule wants it, it stays, with the priority that the rule gives it.
+        """
+        entry = self._entries.get(sign)
+        if entry is None or entry.given is None:
+            return False
+        entry.given = None
+        self._order()
+        return True
+
+    def follow(self, rules: Iterable[InherentGoal], tokens: Sign) -> None:
+        """Want what the rules want when `tokens` are sensed, and no longer what they wanted before.
+
+        What was reached is wanted again only after it was inactive.
+        """
+        wanted: dict[Sign, float] = {}
+        for rule in rules:
+            if set(rule.when).issubset(tokens):
+                wanted[rule.goal] = max(rule.priority, wanted.get(rule.goal, rule.priority))
+        self._had = {sign for sign in self._had if sign in wanted and set(sign).issubset(tokens)}
+        for entry in self._entries.values():
+            entry.inherent = None
+        for sign, priority in wanted.items():
+            if sign not in self._had:
+                self._entries.setdefault(sign, _Entry()).inherent = priority
+        self._order()
 
     def take_satisfied(self, tokens: Sign) -> tuple[Goal, ...]:
         """Remove and return the goals that are active when `tokens` are sensed."""
@@ -121,7 +178,10 @@ class GoalList:
             return ()
         satisfied = tuple(goal for goal in self.ordered if set(goal.tokens).issubset(tokens))
         for goal in satisfied:
-            self.withdraw(goal.tokens)
+            if self._entries.pop(goal.tokens).inherent is not None:
+                self._had.add(goal.tokens)
+        if satisfied:
+            self._order()
         return satisfied
 
     def recover(self, cycle: int) -> tuple[Sign, ...]:
@@ -137,7 +197,12 @@ class GoalList:
         return tuple(recovered)
 
     def suspend_broken(
-        self, cycle: int, outlook_of: Callable[[Sign], Outlook], *, on_course: bool
+        self,
+        cycle: int,
+        outlook_of: Callable[[Sign], Outlook],
+        detour_of: Callable[[Sign], Outlook],
+        *,
+        on_course: bool,
     ) -> tuple[Sign, ...]:
         """Suspend top-goals one after the other as long as they are past their break points.
 
@@ -145,6 +210,9 @@ class GoalList:
             cycle: now.
             outlook_of: what the present situation promises for a goal. One that no known path
                 leads to is not suspended: it waits to be explored for.
+            detour_of: what it would promise without the step to be taken next. A goal that has a
+                detour that can be trusted, by the same multiple, is not suspended either: the
+                step has only to fail a few times more to be dearer than the way round.
             on_course: whether the policy map's own choice was performed last. A value that grew
                 because somebody led the robot away says nothing of a block.
         """
@@ -159,29 +227,39 @@ class GoalList:
                 entry.value_at_start = max(entry.value_at_start, value)
             if value <= self._break_multiple * max(entry.value_at_start, planned):
                 break
+            detour = detour_of(sign)
+            if detour.value <= self._break_multiple * detour.planned < math.inf:
+                break
             entry.suspended_until = cycle + self._recovery
             suspended.append(sign)
             self._order()
         return tuple(suspended)
 
-    def state(self) -> tuple[GoalState, ...]:
-        """Everything that `restore` needs, the oldest goal first."""
-        return tuple(
-            GoalState(sign, entry.priority, entry.value_at_start, entry.suspended_until)
+    def state(self) -> GoalsState:
+        """Everything that `restore` needs."""
+        goals = tuple(
+            GoalState(
+                sign, entry.given, entry.inherent, entry.value_at_start, entry.suspended_until
+            )
             for sign, entry in self._entries.items()
         )
+        return GoalsState(goals, tuple(sorted(self._had)))
 
-    def restore(self, state: tuple[GoalState, ...]) -> None:
+    def restore(self, state: GoalsState) -> None:
         """Become the list that `state` was taken of. This one is new and has no goals yet."""
-        for saved in state:
-            entry = self._entries[saved.tokens] = _Entry(saved.priority)
+        for saved in state.goals:
+            entry = self._entries[saved.tokens] = _Entry()
+            entry.given, entry.inherent = saved.given, saved.inherent
             entry.value_at_start = saved.value_at_start
             entry.suspended_until = saved.suspended_until
+        self._had.update(state.had)
         self._order()
 
     def _order(self) -> None:
+        """Drop what nobody wants any more, and put the rest in order."""
+        self._entries = {sign: entry for sign, entry in self._entries.items() if entry.priorities}
         goals = (
-            Goal(sign, entry.priority, entry.suspended_until is not None)
+            Goal(sign, max(entry.priorities), entry.suspended_until is not None)
             for sign, entry in self._entries.items()
         )
         self.ordered = tuple(sorted(goals, key=lambda goal: (goal.suspended, -goal.priority)))

@@ -20,7 +20,7 @@ import msgspec
 import numpy as np
 from numpy.random import Generator
 
-from farside.dem.goals import GoalState, InherentGoal
+from farside.dem.goals import GoalsState, InherentGoal
 from farside.dem.learning import LearnerState
 from farside.dem.parameters import Parameters
 
@@ -60,7 +60,7 @@ class ModelState(msgspec.Struct, frozen=True, array_like=True):
     inherent: tuple[InherentGoal, ...]
     random: bytes
     learner: LearnerState
-    goals: tuple[GoalState, ...]
+    goals: GoalsState
     active: tuple[int, ...]
     awaits_action: bool
     chosen: str | None

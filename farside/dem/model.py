@@ -124,12 +124,14 @@ class DynamicExpectancyModel:
         sensed = to_sign(tokens)
         learned = self._learner.sense(sensed, self._needed())
         self._active = learned.active
-        self._set_inherent(sensed)
+        if self._inherent:
+            self._goals.follow(self._inherent, sensed)
+            self._know_goals()
         reached = self._goals.take_satisfied(sensed)
         recovered = self._goals.recover(self._learner.cycle)
         self._awaits_action = True
         suspended = self._goals.suspend_broken(
-            self._learner.cycle, self._outlook, on_course=self._on_course
+            self._learner.cycle, self._outlook, self._detour, on_course=self._on_course
         )
         self._aim()
         return Sensed(
@@ -203,8 +205,8 @@ class DynamicExpectancyModel:
         assert self._parameters.curiosity is not None  # noqa: S101 - the caller sees to it
         top = self._goals.top
         goal = None if top is None else self._signs.find(top)
-        curious = CuriousMap(self._learner, self._parameters.curiosity, goal)
-        lead = curious.lead(self._active, self._learner.last_action, self._rng)
+        curious = CuriousMap(self._learner, self._parameters.curiosity, goal, self._active)
+        lead = curious.lead(self._learner.last_action, self._rng)
         if lead is None:
             return None
         return Choice(
@@ -220,12 +222,11 @@ class DynamicExpectancyModel:
         wanted += [rule.goal for rule in self._inherent]
         return [sign for sign in map(self._signs.find, wanted) if sign is not None]
 
-    def _set_inherent(self, sensed: Sign) -> None:
-        for rule in self._inherent:
-            if set(rule.when).issubset(sensed):
-                self._goals.set(rule.goal, rule.priority)
-            else:
-                self._goals.withdraw(rule.goal)
+    def _know_goals(self) -> None:
+        # A Sign of one Token becomes known by itself, when it is first sensed.
+        for goal in self._goals.ordered:
+            if len(goal.tokens) > 1:
+                self._learner.know(goal.tokens)
 
     # --- goals and the policy ------------------------------------------------------------------
 
@@ -240,14 +241,20 @@ class DynamicExpectancyModel:
             ValueError: if there are no Tokens or `priority` is not finite.
             TypeError: if `tokens` is a string.
         """
-        sign = to_sign(tokens)
-        self._goals.set(sign, priority)
-        if len(sign) > 1:
-            self._signs.add(sign)
+        self._goals.set(to_sign(tokens), priority)
+        self._know_goals()
 
     def withdraw_goal(self, tokens: Iterable[str]) -> bool:
-        """Take a Sign off the Goal List. False if it was not there."""
-        return self._goals.withdraw(to_sign(tokens))
+        """Take back `set_goal`. False if there is nothing to take back.
+
+        The Sign stays on the Goal List while a rule of the robot's own wants it. With removal on, a
+        Sign of several Tokens that nothing refers to any more is forgotten.
+        """
+        sign = to_sign(tokens)
+        withdrawn, known = self._goals.withdraw(sign), self._signs.find(sign)
+        if withdrawn and known is not None:
+            self._learner.forget(known, [*self._needed(), *self._active])
+        return withdrawn
 
     @property
     def goals(self) -> tuple[Goal, ...]:
@@ -281,6 +288,10 @@ class DynamicExpectancyModel:
     def _outlook(self, goal: Sign) -> Outlook:
         self._planner.aim(goal)
         return self._planner.outlook(self._active)
+
+    def _detour(self, goal: Sign) -> Outlook:
+        self._planner.aim(goal)
+        return self._planner.detour(self._active)
 
     # --- keeping and shadowing -----------------------------------------------------------------
 

@@ -11,6 +11,8 @@ from farside.dem.policy import PolicyMap
 from farside.dem.signs import Sign, SignList
 from farside.dem.spread import Spread
 
+_NO_WAY = Outlook(math.inf, math.inf)
+
 
 class PolicyValue(msgspec.Struct, frozen=True):
     """What the DPM knows of a Sign.
@@ -103,11 +105,27 @@ class Planner:
 
     def outlook(self, active: Sequence[int]) -> Outlook:
         """What the situation promises for the top-goal."""
+        return _NO_WAY if self._map is None else self._outlook(self._map, active)
+
+    def detour(self, active: Sequence[int]) -> Outlook:
+        """What it would promise if the hypothesis to act on now never came true again."""
         entry = self.entry(active)
+        if entry is None or self._map is None:
+            return _NO_WAY
+        cost, blocked = self._hypotheses.cost, next(self._walk(entry))
+        held, cost[blocked] = cost[blocked], math.inf
+        try:
+            return self._outlook(PolicyMap(self._map.goal, self._spread), active)
+        finally:
+            cost[blocked] = held
+
+    def _outlook(self, policy: PolicyMap, active: Sequence[int]) -> Outlook:
+        entry = policy.entry(active)
         if entry is None:
-            return Outlook(math.inf, math.inf)
+            return _NO_WAY
         costs, action = self._actions.costs, self._hypotheses.action
-        return Outlook(self.value(entry), sum(costs[action[arc]] for arc in self._walk(entry)))
+        planned = sum(costs[action[arc]] for arc in policy.walk(entry))
+        return Outlook(policy.value[entry], planned)
 
     def path(self, active: Sequence[int]) -> tuple[PathStep, ...]:
         """The best-estimate walk from the situation to the top-goal."""

@@ -125,7 +125,8 @@ class PolicyMap:
                 value[sign] = offer
                 frontier.append((offer, sign))
         heapify(frontier)
-        return relax(value, frontier, self._hypotheses, self._signs, limit + len(frontier))
+        limit += len(frontier)
+        return relax(value, frontier, self._hypotheses, self._signs, limit=limit)
 
     def _lose(self, doubtful: Iterable[int], limit: int) -> list[int] | None:
         """Make infinite every value that may have grown; which, or `None` if above `limit`.

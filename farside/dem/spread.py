@@ -6,6 +6,7 @@ in `policy` agree to the last bit.
 """
 
 import math
+from collections.abc import Container
 from heapq import heappop, heappush
 from typing import Any
 
@@ -36,7 +37,9 @@ def relax(
     frontier: list[tuple[float, int]],
     hypotheses: HypothesisList,
     signs: SignList,
+    *,
     limit: float = math.inf,
+    until: Container[int] = (),
 ) -> bool:
     """Lower `value` until nothing is gained any more, beginning at `frontier`.
 
@@ -49,17 +52,23 @@ def relax(
         hypotheses: arcs from context to outcome, at their cost estimates.
         signs: arcs from whole to part, at no cost.
         limit: number of Signs to spread from.
+        until: the nearest of these Signs ends it, once all as near as it have their values. What
+            is farther may be left too high, but above the value of that Sign.
 
     Returns:
         False if `limit` was reached, with `value` halfway.
     """
     context, cost, wholes = hypotheses.context, hypotheses.cost, signs.wholes
     first, following = hypotheses.by_outcome.first, hypotheses.by_outcome.following
-    spread_from = 0
+    spread_from, farthest = 0, math.inf
     while frontier:
         reached, sign = heappop(frontier)
+        if reached > farthest:
+            break
         if reached > value[sign]:
             continue
+        if sign in until:
+            farthest = reached
         spread_from += 1
         if spread_from > limit:
             return False

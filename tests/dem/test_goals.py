@@ -26,6 +26,9 @@ def promising(value, planned=1.0):
     return lambda _: Outlook(value, planned)
 
 
+NO_DETOUR = promising(math.inf, math.inf)
+
+
 def test_the_highest_goal_comes_first_and_ties_go_to_the_older(goals):
     for sign, priority in [(A, 1.0), (B, 2.0), (C, 1.0)]:
         goals.set(sign, priority)
@@ -83,8 +86,8 @@ def test_a_goal_without_tokens_is_refused(goals):
 def test_a_goal_breaks_when_its_value_is_past_the_multiple_of_what_it_was(goals):
     goals.set(A, 1.0)
     for value in (5.0, 12.0, 20.0):
-        assert goals.suspend_broken(0, promising(value), on_course=True) == ()
-    assert goals.suspend_broken(3, promising(20.1), on_course=True) == (A,)
+        assert goals.suspend_broken(0, promising(value), NO_DETOUR, on_course=True) == ()
+    assert goals.suspend_broken(3, promising(20.1), NO_DETOUR, on_course=True) == (A,)
     assert goals.ordered == (Goal(A, 1.0, suspended=True),)
     assert goals.top is None
 
@@ -92,49 +95,47 @@ def test_a_goal_breaks_when_its_value_is_past_the_multiple_of_what_it_was(goals)
 def test_a_suspended_goal_lets_the_next_one_be_the_top(goals):
     goals.set(A, 2.0)
     goals.set(B, 1.0)
-    goals.suspend_broken(0, promising(5.0), on_course=True)
-    assert goals.suspend_broken(1, promising(50.0), on_course=True) == (A,)
+    goals.suspend_broken(0, promising(5.0), NO_DETOUR, on_course=True)
+    assert goals.suspend_broken(1, promising(50.0), NO_DETOUR, on_course=True) == (A,)
     assert goals.top == B
     assert goals.ordered == (Goal(B, 1.0), Goal(A, 2.0, suspended=True))
-
-    """B was measured while it came first; then A came before it, and the way to both broke."""
 
 
 def test_all_that_are_past_their_break_points_are_suspended_at_once(goals):
     """B was measured while it was the top-goal; then A came before it, and both broke."""
     goals.set(B, 1.0)
-    goals.suspend_broken(0, promising(5.0), on_course=True)
+    goals.suspend_broken(0, promising(5.0), NO_DETOUR, on_course=True)
     goals.set(A, 2.0)
-    goals.suspend_broken(1, promising(5.0), on_course=True)
-    assert goals.suspend_broken(2, promising(50.0), on_course=True) == (A, B)
+    goals.suspend_broken(1, promising(5.0), NO_DETOUR, on_course=True)
+    assert goals.suspend_broken(2, promising(50.0), NO_DETOUR, on_course=True) == (A, B)
     assert goals.top is None
 
 
 def test_a_suspended_goal_recovers_when_its_time_is_over_and_is_measured_anew(goals):
     goals.set(A, 1.0)
-    goals.suspend_broken(0, promising(5.0), on_course=True)
-    goals.suspend_broken(5, promising(50.0), on_course=True)
+    goals.suspend_broken(0, promising(5.0), NO_DETOUR, on_course=True)
+    goals.suspend_broken(5, promising(50.0), NO_DETOUR, on_course=True)
     assert goals.recover(14) == ()
     assert goals.recover(15) == (A,)
     assert goals.recover(16) == ()
     assert goals.ordered == (Goal(A, 1.0),)
-    assert goals.suspend_broken(15, promising(50.0), on_course=True) == ()
-    assert goals.suspend_broken(16, promising(200.0), on_course=True) == ()
-    assert goals.suspend_broken(17, promising(201.0), on_course=True) == (A,)
+    assert goals.suspend_broken(15, promising(50.0), NO_DETOUR, on_course=True) == ()
+    assert goals.suspend_broken(16, promising(200.0), NO_DETOUR, on_course=True) == ()
+    assert goals.suspend_broken(17, promising(201.0), NO_DETOUR, on_course=True) == (A,)
 
 
 def test_setting_a_suspended_goal_again_does_not_end_its_suspension(goals):
     goals.set(A, 1.0)
-    goals.suspend_broken(0, promising(5.0), on_course=True)
-    goals.suspend_broken(0, promising(50.0), on_course=True)
+    goals.suspend_broken(0, promising(5.0), NO_DETOUR, on_course=True)
+    goals.suspend_broken(0, promising(50.0), NO_DETOUR, on_course=True)
     goals.set(A, 3.0)
     assert goals.ordered == (Goal(A, 3.0, suspended=True),)
 
 
 def test_a_suspended_goal_that_comes_about_is_satisfied(goals):
     goals.set(A, 1.0)
-    goals.suspend_broken(0, promising(5.0), on_course=True)
-    goals.suspend_broken(0, promising(50.0), on_course=True)
+    goals.suspend_broken(0, promising(5.0), NO_DETOUR, on_course=True)
+    goals.suspend_broken(0, promising(50.0), NO_DETOUR, on_course=True)
     assert goals.take_satisfied(A) == (Goal(A, 1.0, suspended=True),)
     assert goals.recover(99) == ()
 
@@ -142,30 +143,30 @@ def test_a_suspended_goal_that_comes_about_is_satisfied(goals):
 def test_a_goal_that_no_path_leads_to_waits_and_is_measured_when_one_does(goals):
     goals.set(A, 1.0)
     for value in (math.inf, 50.0, math.inf, 200.0):
-        assert goals.suspend_broken(0, promising(value), on_course=True) == ()
-    assert goals.suspend_broken(0, promising(201.0), on_course=True) == (A,)
+        assert goals.suspend_broken(0, promising(value), NO_DETOUR, on_course=True) == ()
+    assert goals.suspend_broken(0, promising(201.0), NO_DETOUR, on_course=True) == (A,)
 
 
 def test_a_value_that_grew_while_led_away_is_the_new_measure(goals):
     goals.set(A, 1.0)
-    goals.suspend_broken(0, promising(5.0), on_course=True)
-    assert goals.suspend_broken(1, promising(50.0), on_course=False) == ()
-    assert goals.suspend_broken(2, promising(200.0), on_course=True) == ()
-    assert goals.suspend_broken(3, promising(201.0), on_course=True) == (A,)
+    goals.suspend_broken(0, promising(5.0), NO_DETOUR, on_course=True)
+    assert goals.suspend_broken(1, promising(50.0), NO_DETOUR, on_course=False) == ()
+    assert goals.suspend_broken(2, promising(200.0), NO_DETOUR, on_course=True) == ()
+    assert goals.suspend_broken(3, promising(201.0), NO_DETOUR, on_course=True) == (A,)
 
 
 def test_being_led_nearer_leaves_the_measure_as_it_was(goals):
     goals.set(A, 1.0)
-    goals.suspend_broken(0, promising(50.0), on_course=True)
-    goals.suspend_broken(1, promising(5.0), on_course=False)
-    assert goals.suspend_broken(2, promising(200.0), on_course=True) == ()
+    goals.suspend_broken(0, promising(50.0), NO_DETOUR, on_course=True)
+    goals.suspend_broken(1, promising(5.0), NO_DETOUR, on_course=False)
+    assert goals.suspend_broken(2, promising(200.0), NO_DETOUR, on_course=True) == ()
 
 
 def test_a_long_way_round_that_would_go_as_planned_is_no_block(goals):
     goals.set(A, 1.0)
-    goals.suspend_broken(0, promising(5.0), on_course=True)
-    assert goals.suspend_broken(1, promising(60.0, planned=15.0), on_course=True) == ()
-    assert goals.suspend_broken(2, promising(60.0, planned=14.9), on_course=True) == (A,)
+    goals.suspend_broken(0, promising(5.0), NO_DETOUR, on_course=True)
+    assert goals.suspend_broken(1, promising(60.0, planned=15.0), NO_DETOUR, on_course=True) == ()
+    assert goals.suspend_broken(2, promising(60.0, planned=14.9), NO_DETOUR, on_course=True) == (A,)
 
 
 # --- stories -----------------------------------------------------------------------------------
@@ -239,19 +240,202 @@ def test_the_robot_charges_while_its_battery_is_low_and_then_goes_on(corridor):
     assert [place for place, _ in story] == [0, 1, 2, 3, 2, 1, 0, 0, 0, 1, 2, 3, 4, 5]
     assert [(place, signs) for place, signs in story if signs] == [
         (0, [("on_charge",)]),
-        (0, [("on_charge",)]),
         (5, [("at:5,0",)]),
     ]
 
 
-def test_an_inherent_goal_is_given_up_with_its_trigger(make_model):
-    rules = [InherentGoal(when=("dark",), goal=("lamp:on",), priority=1.0)]
-    model = DynamicExpectancyModel({"press": 1.0}, rng=np.random.default_rng(0), inherent=rules)
-    model.sense(["dark"])
-    assert model.goals == (Goal(("lamp:on",), 1.0),)
+LAMP = ("lamp:on",)
+
+
+def with_rules(*rules):
+    """A model with goals of its own, each a trigger, a goal and a priority."""
+    inherent = [InherentGoal(when, goal, priority) for when, goal, priority in rules]
+    return DynamicExpectancyModel({"press": 1.0}, rng=np.random.default_rng(0), inherent=inherent)
+
+
+@pytest.fixture
+def lit_when_dark():
+    """A model that wants its lamp on while it is dark."""
+    return with_rules((["dark"], LAMP, 1.0))
+
+
+def listed_after(model, cycle, tokens):
+    """The Goal List when `tokens` were sensed."""
+    cycle(model, tokens, None)
+    return model.goals
+
+
+def test_an_inherent_goal_is_given_up_with_its_trigger(lit_when_dark, cycle):
+    assert listed_after(lit_when_dark, cycle, ["dark"]) == (Goal(LAMP, 1.0),)
+    assert cycle(lit_when_dark, ["dawn"], None).reached == ()
+    assert lit_when_dark.goals == ()
+
+
+def test_what_the_operator_wants_as_well_stays_when_the_rule_lets_go(lit_when_dark, cycle):
+    lit_when_dark.set_goal(LAMP, priority=0.5)
+    assert listed_after(lit_when_dark, cycle, ["dark"]) == (Goal(LAMP, 1.0),)
+    assert listed_after(lit_when_dark, cycle, ["dawn"]) == (Goal(LAMP, 0.5),)
+    assert lit_when_dark.withdraw_goal(LAMP)
+    assert lit_when_dark.goals == ()
+
+
+def test_the_higher_of_both_priorities_counts(lit_when_dark, cycle):
+    cycle(lit_when_dark, ["dark"], None)
+    lit_when_dark.set_goal(LAMP, priority=3.0)
+    assert lit_when_dark.goals == (Goal(LAMP, 3.0),)
+    assert listed_after(lit_when_dark, cycle, ["dark"]) == (Goal(LAMP, 3.0),)
+
+
+def test_what_a_rule_wants_as_well_stays_when_the_operator_lets_go(lit_when_dark, cycle):
+    cycle(lit_when_dark, ["dark"], None)
+    lit_when_dark.set_goal(LAMP, priority=3.0)
+    assert lit_when_dark.withdraw_goal(LAMP)
+    assert lit_when_dark.goals == (Goal(LAMP, 1.0),)
+    assert not lit_when_dark.withdraw_goal(LAMP)
+    assert lit_when_dark.goals == (Goal(LAMP, 1.0),)
+
+
+@pytest.mark.parametrize("first", [1.0, 2.0])
+def test_a_goal_of_two_rules_is_wanted_while_either_holds_with_the_higher_priority(first, cycle):
+    second = 3.0 - first
+    model = with_rules((["dark"], LAMP, first), (["visitor"], LAMP, second))
+    assert listed_after(model, cycle, ["dark"]) == (Goal(LAMP, first),)
+    assert listed_after(model, cycle, ["dark", "visitor"]) == (Goal(LAMP, 2.0),)
+    assert listed_after(model, cycle, ["visitor"]) == (Goal(LAMP, second),)
+    assert listed_after(model, cycle, ["dawn"]) == ()
+
+
+def test_an_inherent_goal_is_reached_once_and_wanted_again_when_it_was_lost(lit_when_dark, cycle):
+    nights = [["dark"], ["dark", *LAMP], ["dark", *LAMP], ["dark"], ["dark", *LAMP], LAMP]
+    story = [(cycle(lit_when_dark, night, None).reached, lit_when_dark.goals) for night in nights]
+    wanted = (Goal(LAMP, 1.0),)
+    assert story == [((), wanted), (wanted, ()), ((), ()), ((), wanted), (wanted, ()), ((), ())]
+
+
+def test_every_time_that_its_trigger_comes_a_goal_that_is_there_is_reached(lit_when_dark, cycle):
+    days = [["dark", *LAMP], LAMP, ["dark", *LAMP]]
+    story = [len(cycle(lit_when_dark, day, None).reached) for day in days]
+    assert story == [1, 0, 1]
+
+
+def test_what_a_rule_has_the_operator_may_want_and_is_told_of_too(lit_when_dark, cycle):
+    cycle(lit_when_dark, ["dark", *LAMP], None)
+    lit_when_dark.set_goal(LAMP, priority=0.5)
+    assert lit_when_dark.goals == (Goal(LAMP, 0.5),)
+    assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == (Goal(LAMP, 0.5),)
+    assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == ()
+
+
+def test_what_both_want_is_reached_once_with_the_higher_priority(lit_when_dark, cycle):
+    lit_when_dark.set_goal(LAMP, priority=0.5)
+    assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == (Goal(LAMP, 1.0),)
+    assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == ()
+    assert lit_when_dark.goals == ()
+
+
+def test_a_rule_may_want_a_sign_of_several_tokens_in_any_order(cycle):
+    model = with_rules((["dark"], ["lamp:on", "door:shut"], 1.0))
+    cycle(model, ["door:shut"], "press")
+    assert listed_after(model, cycle, ["dark"]) == (Goal(("door:shut", "lamp:on"), 1.0),)
+    assert ("door:shut", "lamp:on") in model.signs
+    cycle(model, ["dark", "door:shut"], "press")
+    assert cycle(model, ["dark", "door:shut", "lamp:on"], None).reached != ()
+    cycle(model, ["dark", "door:shut"], None)
+    model.sense(["dark", "door:shut"])
+    assert model.choose().goal == ("door:shut", "lamp:on")
+
+
+def test_a_rule_without_a_goal_or_an_order_is_refused():
+    with pytest.raises(ValueError, match="one Token at least"):
+        InherentGoal(when=("dark",), goal=(), priority=1.0)
+    with pytest.raises(ValueError, match="expected a finite number"):
+        InherentGoal(when=("dark",), goal=LAMP, priority=math.nan)
+    with pytest.raises(TypeError, match="found the string 'dark'"):
+        InherentGoal(when="dark", goal=LAMP, priority=1.0)
+
+
+# --- Signs that goals made known ---------------------------------------------------------------
+
+BOTH = ("at:A", "drill:out")
+
+
+def test_a_sign_that_only_a_goal_needed_goes_with_it(make_model, cycle):
+    model = make_model()
+    model.set_goal(BOTH, priority=1.0)
+    cycle(model, ["at:A"], "E")
+    assert BOTH in model.signs
+    model.withdraw_goal(BOTH)
+    assert model.signs == (("at:A",),)
+    model.sense(["at:A"])
+    assert model.policy_map() == ()
+
+
+def test_without_removal_it_stays(make_model):
+    model = make_model(removal=False)
+    model.set_goal(BOTH, priority=1.0)
+    model.withdraw_goal(BOTH)
+    assert model.signs == (BOTH,)
+
+
+def test_withdrawn_while_it_is_active_it_goes_when_the_traces_have_left_it(make_model, cycle):
+    model = make_model(reach=2)
+    model.set_goal(BOTH, priority=1.0)
+    model.sense(BOTH)
+    model.set_goal(BOTH, priority=1.0)
+    model.withdraw_goal(BOTH)
+    held = [BOTH in model.signs]
     model.perform(None)
-    assert model.sense(["dawn"]).reached == ()
-    assert model.goals == ()
+    for _ in range(2):
+        cycle(model, ["dust"], None)
+        held.append(BOTH in model.signs)
+    assert held == [True, True, False]
+
+
+def test_reached_it_goes_when_the_traces_have_left_it(make_model, cycle):
+    model = make_model()
+    model.set_goal(BOTH, priority=1.0)
+    assert cycle(model, BOTH, None).reached == (Goal(BOTH, 1.0),)
+    assert BOTH in model.signs
+    cycle(model, ["dust"], None)
+    assert BOTH not in model.signs
+
+
+def test_a_sign_that_hypotheses_begin_from_outlives_its_goal(make_model, cycle):
+    model = make_model()
+    model.set_goal(BOTH, priority=1.0)
+    cycle(model, BOTH, "E")
+    cycle(model, ["at:B"], None)
+    model.set_goal(BOTH, priority=1.0)
+    model.withdraw_goal(BOTH)
+    assert BOTH in {hypothesis.context for hypothesis in model.hypotheses}
+    assert BOTH in model.signs
+
+
+def test_a_sign_that_a_rule_needs_outlives_the_operators_goal():
+    model = with_rules((["dark"], BOTH, 1.0))
+    model.set_goal(BOTH, priority=1.0)
+    model.withdraw_goal(BOTH)
+    assert model.signs == (BOTH,)
+
+
+def test_what_ends_in_a_forgotten_sign_goes_with_it_though_it_was_about_to_be_judged(
+    make_model, cycle
+):
+    """The drill has come out at A once, and E is done there again when the goal is withdrawn."""
+    model = make_model()
+    model.set_goal(BOTH, priority=1.0)
+    cycle(model, ["at:A"], "E")
+    cycle(model, BOTH, None)
+    model.set_goal(BOTH, priority=1.0)
+    cycle(model, ["dust"], None)
+    cycle(model, ["at:A"], "E")
+    assert BOTH in {hypothesis.outcome for hypothesis in model.hypotheses}
+    model.withdraw_goal(BOTH)
+    assert BOTH not in model.signs
+    assert BOTH not in {hypothesis.outcome for hypothesis in model.hypotheses}
+    sensed = model.sense(["at:A", "drill:out"])
+    assert sensed.active == (("at:A",), ("drill:out",))
+    assert (sensed.succeeded, sensed.failed) == (2, 0)
 
 
 @pytest.fixture
@@ -311,8 +495,7 @@ def test_a_way_blocked_for_good_is_left_to_explore_until_a_detour_is_found(
 
 
 def test_a_long_detour_that_is_known_does_not_suspend_the_goal(make_model, two_ways):
-    """Two failures at the rock are enough to turn to it, at more than twice the cost at first."""
-    model = make_model(break_multiple=2.0, beta=0.8)
+    model = make_model()
     learn(model, two_ways, "EEEEEWWNNNNWWWSSSS" * 6)
     two_ways.at = (0, 0)
     learn(model, two_ways, "NNNNEEESSSSEEWWWWW" * 6)
@@ -324,6 +507,22 @@ def test_a_long_detour_that_is_known_does_not_suspend_the_goal(make_model, two_w
     assert reached(story) == [GOAL]
     assert suspended(story) == []
     assert two_ways.steps_to((5, 0))[1, 0] * 2.66 > 2.0 * at_first
+
+
+def test_a_detour_of_many_times_the_way_is_still_a_way(make_model, grid):
+    """Once round a ring of 14 places, because the goal next door cannot be entered any more."""
+    ring = type(grid)("....", ".##.", ".##.", ".##.", "....")
+    model = make_model()
+    learn(model, ring, ("EEENNNNWWWSSSS" + "NNNNEEESSSSWWW") * 3)
+    model.set_goal(["at:1,0"], priority=1.0)
+    beside = ring.beside
+    ring.beside = lambda place, action: (
+        place if (place, action) == ((0, 0), "E") else beside(place, action)
+    )
+    story = drive(model, ring, patience=60)
+    assert reached(story) == [("at:1,0",)]
+    assert suspended(story) == []
+    assert len(story) - 1 > 13
 
 
 def test_whoever_leads_the_robot_away_from_its_goal_does_not_suspend_it(make_model, cycle):

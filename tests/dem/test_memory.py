@@ -46,6 +46,14 @@ restless_parameters = st.builds(
 )
 
 
+# Goals of the robot's own, two of them the same, that are set and reached besides.
+RULES = [
+    InherentGoal(when=("a",), goal=("b",), priority=1),
+    InherentGoal(when=("c",), goal=("b",), priority=2),
+    InherentGoal(when=("a",), goal=("c", "d"), priority=3),
+]
+
+
 def drawn(model):
     """What the model's random generator would give next."""
     return model._rng.random(3).tolist()
@@ -76,7 +84,8 @@ def restless_model(kind="PCG64"):
 def test_saved_and_loaded_it_goes_on_as_if_never_saved(
     eventful, live, *, parameters, lived, before, after
 ):
-    model = DynamicExpectancyModel(COSTS, parameters, rng=np.random.default_rng(1))
+    rng = np.random.default_rng(1)
+    model = DynamicExpectancyModel(COSTS, parameters, rng=rng, inherent=RULES)
     live(model, eventful(lived) + before)
     loaded = DynamicExpectancyModel.load(model.save())
 

@@ -12,6 +12,7 @@ from farside.dem import (
     Delta,
     DeltaError,
     DynamicExpectancyModel,
+    InherentGoal,
     Parameters,
     ShadowModel,
     UnreadableMemoryError,
@@ -77,7 +78,10 @@ def recorded(parameters=PARAMETERS, seed=1):
 def test_whatever_happens_and_however_it_is_cut_a_shadow_holds_the_same(
     eventful, live, parameters, lived, after
 ):
-    model = DynamicExpectancyModel(COSTS, parameters, rng=np.random.default_rng(1))
+    rules = [InherentGoal(when=("a",), goal=("b",), priority=1)]
+    rules += [InherentGoal(when=("c",), goal=("d", "e"), priority=2)]
+    rng = np.random.default_rng(1)
+    model = DynamicExpectancyModel(COSTS, parameters, rng=rng, inherent=rules)
     shadow = ShadowModel(COSTS, parameters)
     live(model, eventful(lived))
     model.record_changes()
