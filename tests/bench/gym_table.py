@@ -1,10 +1,10 @@
 """The model in worlds of other people, beside tabular Q-learning at the same budget of steps.
 
-`python tests/bench/gym_table.py [SEEDS [PART OF A WORLD'S NAME]]` prints one table. Needs the extra
-`gymnasium`, and minigrid for the room. Q-learning has α .1, γ .99, ε .1 while it learns and ε 0
-while it is judged, starts from zero and breaks ties at random. It is told every reward, of which
-the model only senses that one was above 0; on the cliff, where none is, the model is told which
-Token is the goal.
+`python tests/bench/gym_table.py [SEEDS [PART OF A WORLD'S NAME]]` prints one table. Without SEEDS
+it takes 6, about 10 minutes' work for one processor. Needs the extra `gymnasium`, and minigrid for
+the room. Q-learning has α .1, γ .99, ε .1 while it learns and ε 0 while it is judged, starts from
+zero and breaks ties at random. It is told every reward, of which the model only senses that one was
+above 0; on the cliff, where none is, the model is told which Token is the goal.
 """
 
 import sys
@@ -221,4 +221,4 @@ def _job(job: tuple[int, str, int]) -> Result:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]) if len(sys.argv) > 1 else 10, *sys.argv[2:])
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else 6, *sys.argv[2:])
