@@ -29,6 +29,8 @@ lint: $(VENV)/.ready-to-develop ## check style, types and the direction of impor
 
 bench: $(VENV)/.ready-to-develop ## measure simulated seconds per wall second
 	$(BIN)/python tests/bench/run.py
+	$(BIN)/python tests/bench/link_channel.py
+	$(BIN)/python tests/bench/link_emulator.py
 	$(BIN)/python tests/bench/dem_cycle.py
 	$(BIN)/python tests/bench/dem_map.py
 	$(BIN)/python tests/bench/dem_worlds.py
@@ -49,7 +51,7 @@ $(VENV)/.ready-to-run: pyproject.toml constraints.txt | $(BIN)/pip
 
 $(VENV)/.ready-to-develop: pyproject.toml constraints.txt | $(BIN)/pip
 	@echo "Installing Farside and its development tools into $(VENV)"
-	@$(INSTALL) --editable '.[dev,figures,gymnasium]'
+	@$(INSTALL) --editable '.[dev,astropy,figures,gymnasium]'
 	@touch $@ $(VENV)/.ready-to-run
 
 $(BIN)/pip:

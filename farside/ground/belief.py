@@ -9,7 +9,7 @@ class Belief:
     Attributes:
         telemetry: the newest, by the time when it was so; `None` before the first.
         heard_ns: when any frame last arrived.
-        events: all events, in the rover's order, up to the first that is missing.
+        events: all events that have arrived, in the rover's order.
         proposal: the newest proposal.
     """
 
@@ -19,16 +19,10 @@ class Belief:
         self.events: list[Event] = []
         self.proposal: Proposal | None = None
 
-    def learn(self, telemetry: Telemetry) -> list[Event]:
-        """Take in telemetry; give back the events that are new."""
+    def learn(self, telemetry: Telemetry) -> None:
+        """Take in telemetry, unless newer telemetry is known."""
         if self.telemetry is None or telemetry.time_ns >= self.telemetry.time_ns:
             self.telemetry = telemetry
-        new = []
-        for event in telemetry.events:
-            if event.number == len(self.events) + 1:
-                self.events.append(event)
-                new.append(event)
-        return new
 
     def consider(self, proposal: Proposal) -> None:
         """Take in a proposal, unless a newer one is known."""

@@ -1,7 +1,7 @@
 """What a mission file says of the ground station. Defaults are project defaults."""
 
-from farside.link.config import Count, NonNegative, Positive, Section
 from farside.link.messages import Mode
+from farside.link.section import Count, NonNegative, Positive, Section
 
 
 class OverrideAt(Section, frozen=True):

@@ -2,17 +2,16 @@
 
 from collections.abc import Sequence
 
+import msgspec
+
 from farside.ground.belief import Belief
 from farside.ground.config import GroundConfig
-from farside.ground.desk import CommandDesk, Sending
+from farside.ground.desk import CommandDesk
 from farside.ground.operator import Operator, Situation
-from farside.link.endpoint import ground_endpoint
-from farside.link.messages import Approve, Heartbeat, Order, Override, Proposal, Telemetry
-from farside.link.node import NS_PER_S, Frame, Step, to_ns
+from farside.link.endpoint import LinkTerms, ground_endpoint
+from farside.link.messages import Approve, Event, Heartbeat, Order, Override, Proposal, Telemetry
+from farside.link.node import Frame, Step, to_ns
 from farside.link.records import CommandSent, EventLearned, Journal, Review, Silence
-
-# Telemetry comes every second, and an acknowledgement waits for it.
-_ANSWER_MARGIN_NS = 2 * NS_PER_S
 
 
 class Ground:
@@ -22,25 +21,22 @@ class Ground:
         config: the `[ground]` table.
         operator: who decides.
         tick_ns: the grid of decisions.
-        round_trip_ns: propagation both ways.
+        terms: what was agreed on with the rover of the link between them.
     """
 
     def __init__(
-        self, config: GroundConfig, operator: Operator, *, tick_ns: int, round_trip_ns: int
+        self, config: GroundConfig, operator: Operator, *, tick_ns: int, terms: LinkTerms
     ) -> None:
         self._tick_ns = tick_ns
         self._now_ns = 0
         self._operator = operator
-        self._endpoint = ground_endpoint()
         self._journal = Journal()
+        self._endpoint = ground_endpoint(terms, self._note)
         self._belief = Belief()
-        self._desk = CommandDesk(
-            answer_ns=round_trip_ns + _ANSWER_MARGIN_NS,
-            valid_ns=round_trip_ns + to_ns(config.command_lifetime_s),
-        )
+        self._desk = CommandDesk(terms.round_trip_ns + to_ns(config.command_lifetime_s))
         self._heartbeat_ns = to_ns(config.heartbeat_s)
         self._heartbeat_at_ns = 0
-        self._silent_after_ns = round_trip_ns + to_ns(config.silent_after_s)
+        self._silent_after_ns = terms.round_trip_ns + to_ns(config.silent_after_s)
         self._silent = False
 
     def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
@@ -48,6 +44,7 @@ class Ground:
         self._endpoint.expect(arrivals)
         while self._now_ns < until_ns:
             self._tick()
+            self._endpoint.pump(self._now_ns)
             self._now_ns += self._tick_ns
         return Step(self._endpoint.take_sent(), self._journal.take())
 
@@ -57,27 +54,27 @@ class Ground:
         self._judge_silence()
         if now_ns >= self._heartbeat_at_ns:
             self._heartbeat_at_ns = now_ns + self._heartbeat_ns
-            self._endpoint.send(Heartbeat(len(self._belief.events)), now_ns)
+            self._endpoint.send(Heartbeat(), now_ns)
         for order in self._operator.act(self._situation()):
             self._note_review(order)
-            self._send(self._desk.give(order, now_ns))
-        for sending in self._desk.overdue(now_ns):
-            self._send(sending)
+            command = self._desk.give(order, now_ns)
+            self._endpoint.send(command, now_ns)
+            self._note(CommandSent(command.number, command.order), now_ns)
 
     def _listen(self) -> None:
-        for arrival_ns, message in self._endpoint.received(self._now_ns):
-            self._belief.heard_ns = arrival_ns
+        now_ns = self._now_ns
+        for _, message in self._endpoint.received(now_ns):
             match message:
                 case Telemetry():
-                    self._learn(message)
+                    self._journal.note(message, now_ns, publish_time_ns=message.time_ns)
+                    self._belief.learn(message)
+                case Event():
+                    entry = EventLearned(message)
+                    self._journal.note(entry, now_ns, publish_time_ns=message.time_ns)
+                    self._belief.events.append(message)
                 case Proposal():
                     self._belief.consider(message)
-
-    def _learn(self, telemetry: Telemetry) -> None:
-        self._journal.note(telemetry, self._now_ns, publish_time_ns=telemetry.time_ns)
-        for event in self._belief.learn(telemetry):
-            self._journal.note(EventLearned(event), self._now_ns, publish_time_ns=event.time_ns)
-        self._desk.acknowledge(telemetry.command_acked, self._now_ns)
+        self._belief.heard_ns = self._endpoint.heard_ns or 0
 
     def _judge_silence(self) -> None:
         silent = self._now_ns - self._belief.heard_ns >= self._silent_after_ns
@@ -90,12 +87,8 @@ class Ground:
         settled = telemetry is not None and telemetry.commands_done == self._desk.last_given
         return Situation(self._now_ns, self._belief, settled, self._silent)
 
-    def _send(self, sending: Sending) -> None:
-        command = sending.command
-        self._endpoint.send(command, self._now_ns)
-        self._journal.note(
-            CommandSent(command.number, sending.attempt, command.order), self._now_ns
-        )
+    def _note(self, entry: msgspec.Struct, time_ns: int) -> None:
+        self._journal.note(entry, time_ns)
 
     def _note_review(self, order: Order) -> None:
         if isinstance(order, Approve | Override) and self._belief.proposal is not None:

@@ -5,10 +5,11 @@
 
 from farside.link.channel import Channel
 from farside.link.config import Affected, Blackout, LinkConfig, OneWay
-from farside.link.endpoint import Endpoint, FrameError, ground_endpoint, rover_endpoint
+from farside.link.endpoint import Endpoint, LinkTerms, ground_endpoint, rover_endpoint
 from farside.link.node import Direction, Frame, Node, Record, Role, Step, to_ns, to_s
 from farside.link.places import ACTIONS, Cell, Chart
 from farside.link.records import TOPICS, Fate, FrameFate, Journal
+from farside.link.wire import FrameError
 
 __all__ = [
     "ACTIONS",
@@ -26,6 +27,7 @@ __all__ = [
     "FrameFate",
     "Journal",
     "LinkConfig",
+    "LinkTerms",
     "Node",
     "OneWay",
     "Record",

@@ -1,155 +1,380 @@
 """The channel: what the link does to frames, decided from the frames and their times alone."""
 
 import heapq
+import math
+from bisect import bisect_left, bisect_right
+from collections import deque
 from collections.abc import Mapping, Sequence
+from itertools import accumulate, compress, repeat
+from operator import attrgetter, itemgetter
 
+import msgspec
 from numpy.random import Generator
 
-from farside.link.config import Blackout, LinkConfig, OneWay
-from farside.link.node import NS_PER_S, Direction, Frame, Step, to_ns
+from farside.link.chance import Chance
+from farside.link.config import LinkConfig, OneWay, OutageReason
+from farside.link.node import Direction, Frame, Step, to_ns
+from farside.link.queueing import Passage, Transmitter
 from farside.link.records import Fate, FrameFate, Journal, LinkOutage
+from farside.link.schedule import Delay, Outage, outages_of
+
+_sequence = attrgetter("sequence")
+_time = attrgetter("time_ns")
+_end = attrgetter("end_ns")
 
 
-class _Way:
-    """One direction: a queue, a transmitter, a distance, and the outages at the rover's end."""
+class _Entry(msgspec.Struct, frozen=True, order=True, gc=False):
+    """When something comes to be known, what orders it among others of that time, and what."""
 
-    def __init__(
-        self,
-        direction: Direction,
-        config: OneWay,
-        outages: Sequence[tuple[int, int]],
-        rng: Generator,
-    ) -> None:
-        self._direction = direction
-        self._config = config
-        self._delay_ns = to_ns(config.delay_s)
-        self._outages = outages
-        self._rng = rng
-        self._busy_until_ns = 0
+    time_ns: int
+    direction: Direction
+    sequence: int
+    copy: int
+    what: FrameFate | LinkOutage
 
-    def pass_on(self, frame: Frame) -> FrameFate:
-        """Decide what becomes of the next frame of this direction."""
-        lost = self._rng.random() < self._config.loss
-        size_byte = len(frame.payload)
-        start_ns = max(frame.time_ns, self._busy_until_ns)
-        if self._waiting_byte(frame.time_ns) + size_byte > self._config.queue_byte:
-            return self._fate(frame, (frame.time_ns, frame.time_ns), None, Fate.QUEUE_FULL)
-        end_ns = self._busy_until_ns = start_ns + self._serialisation_ns(size_byte)
-        arrival_ns = end_ns + self._delay_ns
-        if self._is_out(start_ns, end_ns, arrival_ns):
-            return self._fate(frame, (start_ns, end_ns), None, Fate.OUTAGE)
-        if lost:
-            return self._fate(frame, (start_ns, end_ns), None, Fate.LOST)
-        return self._fate(frame, (start_ns, end_ns), arrival_ns, Fate.DELIVERED)
 
-    def decided_ns(self, fate: FrameFate) -> int:
-        """When a fate comes about: at the transmitter, or where the frame would have arrived."""
-        if fate.fate is Fate.QUEUE_FULL:
-            return fate.queued_ns
-        if fate.fate is Fate.OUTAGE and self._direction is Direction.DOWN:
-            return fate.sent_end_ns
-        return fate.sent_end_ns + self._delay_ns
+class _Departure(msgspec.Struct, frozen=True, gc=False):
+    """A frame on its way that will arrive, and when its last bit left."""
 
-    def _waiting_byte(self, now_ns: int) -> float:
-        if self._config.rate_bit_s is None:
-            return 0
-        backlog_ns = max(0, self._busy_until_ns - now_ns)
-        return backlog_ns * self._config.rate_bit_s / (8 * NS_PER_S)
-
-    def _serialisation_ns(self, size_byte: int) -> int:
-        if self._config.rate_bit_s is None:
-            return 0
-        return -(-size_byte * 8 * NS_PER_S // self._config.rate_bit_s)
-
-    def _is_out(self, start_ns: int, end_ns: int, arrival_ns: int) -> bool:
-        # Outages are at the rover's end: what matters is when a frame is there.
-        if self._direction is Direction.UP:
-            start_ns = end_ns = arrival_ns
-        return any(begin <= end_ns and start_ns < end for begin, end in self._outages)
-
-    def _fate(
-        self, frame: Frame, sent_ns: tuple[int, int], arrival_ns: int | None, fate: Fate
-    ) -> FrameFate:
-        return FrameFate(
-            direction=frame.direction,
-            sequence=frame.sequence,
-            size_byte=len(frame.payload),
-            queued_ns=frame.time_ns,
-            sent_ns=sent_ns[0],
-            sent_end_ns=sent_ns[1],
-            arrival_ns=arrival_ns,
-            fate=fate,
-        )
+    end_ns: int
+    frame: Frame
 
 
 class Channel:
     """The link between the two endpoints, as a `Node` whose arrivals are the frames sent into it.
 
-    Each direction has a rate cap with a bounded queue in front of it (serialisation), then a
-    propagation delay. Every frame is lost with a fixed probability of its own. A frame is lost to
-    an outage if it is at the rover's end during one: an uplink frame when it would arrive, a
-    downlink frame when any of it is sent. What already passed arrives.
+    In each direction a frame waits in the queue for the transmitter, which takes the highest
+    priority first, is sent (rate, overhead), propagates, and is delayed by jitter on top. Nothing
+    overtakes, except what is held back, comes twice, or was sent before the delay was changed.
+    Chance decides its luck when it is handed over; see `farside.link.chance`.
 
-    One random number is drawn for every frame in order of sending, needed or not, so that
-    changing a rate or a blackout leaves the losses of all other frames as they were.
+    A frame is lost to an outage if it is at the rover's end during one: an uplink frame when it
+    would arrive, a downlink frame when any of it is sent. What already passed arrives.
+
+    A frame is decided upon when its last bit leaves. Until then it has no fate, and what is
+    changed about the link holds for it: the rate, the delay, outages.
+
+    Args:
+        config: the link, resolved. Its `changes` take place on their own.
+        rngs: a generator for each direction, from which one for each purpose is spawned.
     """
 
     def __init__(self, config: LinkConfig, rngs: Mapping[Direction, Generator]) -> None:
         self._journal = Journal()
         self._now_ns = 0
-        # (time, direction, sequence) is unique, so a heap never compares the entries themselves.
-        self._pending: list[tuple[int, str, int, FrameFate | LinkOutage]] = []
-        self._ways: dict[Direction, _Way] = {}
-        for direction, one_way in ((Direction.UP, config.up), (Direction.DOWN, config.down)):
-            outages = _merged(config.blackouts, direction)
-            self._ways[direction] = _Way(direction, one_way, outages, rngs[direction])
-            for begin_ns, end_ns in outages:
-                self._plan(begin_ns, LinkOutage(direction, down=True, reason="blackout"))
-                self._plan(end_ns, LinkOutage(direction, down=False, reason="blackout"))
+        # In the order of records, and of frames, of the same time.
+        self._ways = {
+            direction: _Way(direction, config, rngs[direction])
+            for direction in (Direction.DOWN, Direction.UP)
+        }
 
     def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
         """Take the frames sent up to `until_ns`; give back those that will arrive, at their time.
 
+        They are in the order in which they were sent, which is not that of their arrival.
+
         Raises:
             ValueError: if a frame was sent before this window or after it.
         """
-        delivered = []
-        for frame in sorted(arrivals, key=_sending_order):
+        # Two sorts by a number each are faster than one by both.
+        frames = sorted(arrivals, key=_sequence)
+        frames.sort(key=_time)
+        self._expect_in_window(frames, until_ns)
+        sent: list[_Departure] = []
+        entries: list[_Entry] = []
+        for direction, way in self._ways.items():
+            own = [frame for frame in frames if frame.direction is direction]
+            sent += way.advance(until_ns, own)
+            entries += way.agenda.due(until_ns)
+        entries.sort()
+        sent.sort(key=_end)
+        self._journal.note_all([e.what for e in entries], [e.time_ns for e in entries])
+        self._now_ns = until_ns
+        return Step([departure.frame for departure in sent], self._journal.take())
+
+    def change(self, direction: Direction, one_way: OneWay) -> None:
+        """From the present on, `direction` is as `one_way` says.
+
+        Chance goes by it for the frames handed over from now on, all else for those not yet sent.
+        """
+        self._ways[direction].change(self._now_ns, one_way)
+
+    def set_out(self, direction: Direction, out: bool) -> None:  # noqa: FBT001 - a state to be in
+        """From the present on, `direction` is out, or as scheduled again.
+
+        An uplink frame that was given back already arrives even so.
+        """
+        self._ways[direction].set_out(self._now_ns, out=out)
+
+    def _expect_in_window(self, frames: Sequence[Frame], until_ns: int) -> None:
+        for frame in (*frames[:1], *frames[-1:]):
             if not self._now_ns <= frame.time_ns < until_ns:
                 raise ValueError(
                     f"expected {frame.direction} frame {frame.sequence} to be sent in the window "
                     f"[{self._now_ns}, {until_ns}) ns, found {frame.time_ns} ns"
                 )
-            way = self._ways[frame.direction]
-            fate = way.pass_on(frame)
-            heapq.heappush(
-                self._pending, (way.decided_ns(fate), frame.direction, frame.sequence, fate)
-            )
-            if fate.arrival_ns is not None:
-                delivered.append(
-                    Frame(frame.direction, frame.sequence, fate.arrival_ns, frame.payload)
-                )
-        while self._pending and self._pending[0][0] < until_ns:
-            time_ns, _, _, entry = heapq.heappop(self._pending)
-            self._journal.note(entry, time_ns)
-        self._now_ns = until_ns
-        return Step(delivered, self._journal.take())
-
-    def _plan(self, time_ns: int, outage: LinkOutage) -> None:
-        heapq.heappush(self._pending, (time_ns, outage.direction, -1, outage))
 
 
-def _sending_order(frame: Frame) -> tuple[int, str, int]:
-    return frame.time_ns, frame.direction, frame.sequence
+class _Agenda:
+    """What will come to be known of one direction, and when."""
+
+    def __init__(self) -> None:
+        # Each part in order, and how far it has been read: first the one with the next entry.
+        self._parts: list[tuple[int, int, list[_Entry], int]] = []
+        self._added = 0
+
+    def add(self, entries: list[_Entry]) -> None:
+        """Keep `entries` until their times; the list is the agenda's from now on."""
+        if entries:
+            entries.sort()
+            self._added += 1
+            heapq.heappush(self._parts, (entries[0].time_ns, self._added, entries, 0))
+
+    def due(self, until_ns: int) -> list[_Entry]:
+        """What comes to be known before `until_ns`."""
+        due: list[_Entry] = []
+        parts = self._parts
+        while parts and parts[0][0] < until_ns:
+            _, added, entries, begin = heapq.heappop(parts)
+            end = bisect_left(entries, until_ns, lo=begin, key=_time)
+            due += entries[begin:end]
+            if end < len(entries):
+                heapq.heappush(parts, (entries[end].time_ns, added, entries, end))
+        return due
 
 
-def _merged(blackouts: Sequence[Blackout], direction: Direction) -> list[tuple[int, int]]:
-    """The outages of one direction in order, those that touch or overlap made one."""
-    merged: list[tuple[int, int]] = []
-    spans = sorted(b.span_ns for b in blackouts if b.direction.includes(direction))
-    for begin_ns, end_ns in spans:
-        if merged and begin_ns <= merged[-1][1]:
-            merged[-1] = merged[-1][0], max(merged[-1][1], end_ns)
+class _Outages:
+    """When one direction is out: as scheduled, and as told during the run."""
+
+    def __init__(self, scheduled: Sequence[Outage]) -> None:
+        self._begins_ns = [outage.begin_ns for outage in scheduled]
+        self._ends_ns = [outage.end_ns for outage in scheduled]
+        self._reasons = [outage.reason for outage in scheduled]
+        self._told: list[tuple[int, float]] = []
+
+    @property
+    def told_out(self) -> bool:
+        """Whether the direction is out because it was told so."""
+        return bool(self._told) and self._told[-1][1] == math.inf
+
+    def tell(self, now_ns: int) -> None:
+        """Tell it to be out, or as scheduled again."""
+        if self.told_out:
+            self._told[-1] = self._told[-1][0], now_ns
         else:
-            merged.append((begin_ns, end_ns))
-    return merged
+            self._told.append((now_ns, math.inf))
+
+    def reasons(
+        self, starts_ns: Sequence[int], ends_ns: Sequence[int]
+    ) -> Sequence[OutageReason | None] | None:
+        """For each span, why the direction is out at any moment of it; `None` if it never is."""
+        if self._reason(min(starts_ns), max(ends_ns)) is None:
+            return None
+        return list(map(self._reason, starts_ns, ends_ns))
+
+    def _reason(self, start_ns: int, end_ns: int) -> OutageReason | None:
+        first = bisect_right(self._ends_ns, start_ns)
+        if first < len(self._ends_ns) and self._begins_ns[first] <= end_ns:
+            return self._reasons[first]
+        if any(begin_ns <= end_ns and start_ns < stop_ns for begin_ns, stop_ns in self._told):
+            return OutageReason.CONTROL
+        return None
+
+
+class _Way:
+    """One direction: chance, a transmitter, a distance, and the outages at the rover's end.
+
+    Attributes:
+        agenda: the records to be made.
+    """
+
+    def __init__(self, direction: Direction, link: LinkConfig, rng: Generator) -> None:
+        self._direction = direction
+        self._changes = deque(
+            sorted(
+                (
+                    (to_ns(change.at_s), change)
+                    for change in link.changes
+                    if change.direction.includes(direction)
+                ),
+                key=itemgetter(0),
+            )
+        )
+        self._config = link.way(direction)
+        self._chance = Chance(rng, self._config)
+        self._transmitter = Transmitter(self._config)
+        self._delay = Delay(self._config)
+        self._latest_ns = 0
+        self._delivered: list[_Departure] = []
+        self._outages = _Outages(scheduled := outages_of(link, direction))
+        self._outages_noted = 0
+        self.agenda = _Agenda()
+        for begin_ns, end_ns, reason in scheduled:
+            self._note_outage(begin_ns, reason, down=True)
+            self._note_outage(end_ns, reason, down=False)
+
+    def advance(self, until_ns: int, frames: Sequence[Frame]) -> list[_Departure]:
+        """Take the frames handed over up to `until_ns`, and the changes on the way.
+
+        Returns:
+            the frames that will arrive, each with when its last bit left.
+        """
+        begin = 0
+        while self._changes and self._changes[0][0] < until_ns:
+            at_ns, change = self._changes.popleft()
+            end = bisect_left(frames, at_ns, lo=begin, key=_time)
+            self._run(at_ns, frames[begin:end])
+            self.change(at_ns, change.applied_to(self._config))
+            begin = end
+        self._run(until_ns, frames[begin:])
+        delivered, self._delivered = self._delivered, []
+        return delivered
+
+    def change(self, now_ns: int, config: OneWay) -> None:
+        """From `now_ns` on, be as `config` says."""
+        before, self._config = self._config, config
+        self._chance.configure(config)
+        self._transmitter.change(now_ns, config)
+        self._settle()
+        if (config.delay_s, config.delay_table) != (before.delay_s, before.delay_table):
+            self._delay = Delay(config)
+            # What is sent from now on may be there before what went another way.
+            self._latest_ns = 0
+
+    def set_out(self, now_ns: int, *, out: bool) -> None:
+        """From `now_ns` on, be out, or as scheduled."""
+        if out is not self._outages.told_out:
+            self._outages.tell(now_ns)
+            self._note_outage(now_ns, OutageReason.CONTROL, down=out)
+
+    def _run(self, until_ns: int, frames: Sequence[Frame]) -> None:
+        self._transmitter.run(until_ns, frames, self._chance.draw(frames))
+        self._settle()
+
+    def _settle(self) -> None:
+        """Decide what becomes of the frames that have left, or never will.
+
+        All at once, column by column: that is three times as fast as frame by frame.
+        """
+        sent, dropped = self._transmitter.take()
+        if dropped:
+            passages = [drop.passage for drop in dropped]
+            never, no = [None] * len(dropped), [None] * len(dropped)
+            fates = [drop.fate for drop in dropped]
+            self._note(passages, fates, [drop.time_ns for drop in dropped], never, no, 0)
+        if sent:
+            self._propagate(sent)
+
+    def _propagate(self, sent: Sequence[Passage]) -> None:
+        lucks = [passage.luck for passage in sent]
+        there_ns = self._propagated_ns([passage.end_ns for passage in sent])
+        # A frame that is lost or held back holds up others as if it were not, and a copy does not:
+        # so no impairment shows in what another one does.
+        jittered_ns = [there + luck.jitter_ns for there, luck in zip(there_ns, lucks, strict=True)]
+        jittered_ns[0] = max(jittered_ns[0], self._latest_ns)
+        in_order_ns = list(accumulate(jittered_ns, max))
+        self._latest_ns = in_order_ns[-1]
+        arrivals_ns = [time + luck.hold_ns for time, luck in zip(in_order_ns, lucks, strict=True)]
+        fates = self._decide(sent, arrivals_ns, copy=0)
+        twice = [
+            place
+            for place, luck in enumerate(lucks)
+            if luck.copy_ns is not None and fates[place] is Fate.DELIVERED
+        ]
+        if twice:
+            copies_ns = [
+                max(there_ns[place] + (lucks[place].copy_ns or 0), in_order_ns[place])
+                + lucks[place].hold_ns
+                for place in twice
+            ]
+            self._decide([sent[place] for place in twice], copies_ns, copy=1)
+
+    def _propagated_ns(self, ends_ns: Sequence[int]) -> list[int]:
+        if self._config.delay_table:
+            return [end_ns + self._delay.at(end_ns) for end_ns in ends_ns]
+        delay_ns = self._config.least_delay_ns
+        return [end_ns + delay_ns for end_ns in ends_ns]
+
+    def _decide(
+        self, sent: Sequence[Passage], arrivals_ns: Sequence[int], copy: int
+    ) -> Sequence[Fate]:
+        """The fates of frames that would arrive at these times; notes them, and what arrives."""
+        fates = [passage.luck.loss or Fate.DELIVERED for passage in sent]
+        known_ns = list(arrivals_ns)
+        if self._direction is Direction.UP:
+            reasons = self._outages.reasons(arrivals_ns, arrivals_ns)
+        else:
+            ends_ns = [passage.end_ns for passage in sent]
+            reasons = self._outages.reasons([passage.start_ns for passage in sent], ends_ns)
+        for place, reason in enumerate(reasons or ()):
+            if reason is not None:
+                fates[place] = Fate.OUTAGE
+                if self._direction is Direction.DOWN:
+                    known_ns[place] = sent[place].end_ns
+        delivered = [fate is Fate.DELIVERED for fate in fates]
+        self._hand_out(list(compress(sent, delivered)), list(compress(arrivals_ns, delivered)))
+        times_ns = [
+            time if arrives else None for time, arrives in zip(arrivals_ns, delivered, strict=True)
+        ]
+        self._note(sent, fates, known_ns, times_ns, reasons or [None] * len(sent), copy)
+        return fates
+
+    def _hand_out(self, passages: Sequence[Passage], arrivals_ns: Sequence[int]) -> None:
+        frames = map(
+            Frame,
+            repeat(self._direction),
+            [passage.frame.sequence for passage in passages],
+            arrivals_ns,
+            [
+                _flipped(passage.frame.payload, passage.luck.flips)
+                if passage.luck.flips
+                else passage.frame.payload
+                for passage in passages
+            ],
+        )
+        self._delivered += map(_Departure, [passage.end_ns for passage in passages], frames)
+
+    def _note(  # noqa: PLR0917 - a column each
+        self,
+        passages: Sequence[Passage],
+        fates: Sequence[Fate],
+        known_ns: Sequence[int],
+        arrivals_ns: Sequence[int | None],
+        reasons: Sequence[OutageReason | None],
+        copy: int,
+    ) -> None:
+        frames = [passage.frame for passage in passages]
+        sequences = [frame.sequence for frame in frames]
+        notes = map(
+            FrameFate,
+            repeat(self._direction),
+            sequences,
+            [passage.size_byte for passage in passages],
+            [frame.time_ns for frame in frames],
+            [passage.start_ns for passage in passages],
+            [passage.end_ns for passage in passages],
+            arrivals_ns,
+            fates,
+            [frame.priority for frame in frames],
+            repeat(copy),
+            [
+                0 if arrival_ns is None else len(passage.luck.flips)
+                for passage, arrival_ns in zip(passages, arrivals_ns, strict=True)
+            ],
+            reasons,
+        )
+        entries = map(_Entry, known_ns, repeat(self._direction), sequences, repeat(copy), notes)
+        self.agenda.add(list(entries))
+
+    def _note_outage(self, time_ns: int, reason: OutageReason, *, down: bool) -> None:
+        # Counted, so that the end of one outage stays before the begin of the next.
+        self._outages_noted += 1
+        outage = LinkOutage(self._direction, down=down, reason=reason)
+        self.agenda.add([_Entry(time_ns, self._direction, -1, self._outages_noted, outage)])
+
+
+def _flipped(payload: bytes, bits: Sequence[int]) -> bytes:
+    flipped = bytearray(payload)
+    for bit in bits:
+        flipped[bit // 8] ^= 1 << bit % 8
+    return bytes(flipped)

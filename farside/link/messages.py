@@ -4,8 +4,8 @@ The seed's paths (figure 2) in these words: A1 is `Drive`, A2 is `Proposal` with
 `Approve` and `Override`, A4 is `SetMode`, A5 is `SetGoal` and `WithdrawGoal`, and S1 is
 `Telemetry`.
 
-Nothing here is lost for good when a frame is: the ground repeats a command until telemetry
-acknowledges its number, and the rover repeats an event until a heartbeat does.
+Commands, proposals and events are sent until they have arrived, in order; of heartbeats and
+telemetry only the latest counts. See `farside.link.endpoint.ROUTES`.
 """
 
 from enum import StrEnum
@@ -105,9 +105,7 @@ class Command(_Message, frozen=True, tag="command"):
 
 
 class Heartbeat(_Message, frozen=True, tag="heartbeat"):
-    """The ground is there. `events_acked` is the last event number it knows without a gap."""
-
-    events_acked: int
+    """The ground is there."""
 
 
 Uplink = Command | Heartbeat
@@ -145,7 +143,7 @@ class CommandRefused(_Message, frozen=True, tag="refused"):
 Happening = ModeChanged | FailsafeChanged | GoalReached | CommandRefused
 
 
-class Event(_Message, frozen=True):
+class Event(_Message, frozen=True, tag="event"):
     """Something the operator must learn of, however late. `number` counts from 1."""
 
     number: int
@@ -190,9 +188,7 @@ class Telemetry(_Message, frozen=True, tag="telemetry"):
         mode, failsafe: who drives, and how the rover takes the silence.
         action: what it is doing, `None` when it is standing.
         goals: the Goal List, top-goal first.
-        command_acked: last command number taken.
         commands_done: last command number taken and, where it was an action, finished.
-        events: the oldest events not yet acknowledged.
     """
 
     time_ns: int
@@ -205,9 +201,7 @@ class Telemetry(_Message, frozen=True, tag="telemetry"):
     failsafe: Failsafe
     action: str | None
     goals: tuple[Tokens, ...]
-    command_acked: int
     commands_done: int
-    events: tuple[Event, ...] = ()
 
 
-Downlink = Proposal | Telemetry
+Downlink = Event | Proposal | Telemetry

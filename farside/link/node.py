@@ -43,12 +43,16 @@ class Frame(msgspec.Struct, frozen=True, array_like=True, gc=False):
             frame's id, the same on both sides and in the log.
         time_ns: when the sender handed it over; on the far side, when it arrived.
         payload: what the endpoints made of a message.
+        priority: which of the frames that wait goes first: the highest, then the oldest.
+        lifetime_ns: how long it may wait to be sent; as long as the link says where absent.
     """
 
     direction: Direction
     sequence: int
     time_ns: int
     payload: bytes
+    priority: int = 0
+    lifetime_ns: int | None = None
 
 
 class Record(msgspec.Struct, frozen=True, array_like=True, gc=False):

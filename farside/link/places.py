@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from typing import NamedTuple
 
-WALL, PLACE, ROCK = "#", ".", "o"
+WALL, PLACE, ROCK, SHADOW = "#", ".", "o", "~"
 
 ACTIONS: dict[str, tuple[int, int]] = {"N": (0, 1), "E": (1, 0), "S": (0, -1), "W": (-1, 0)}
 """Moves to a neighbouring place, as (east, north) in cells."""
@@ -25,7 +25,8 @@ class Chart:
     """A walled yard drawn with one character a cell, northernmost row first.
 
     `#` is wall, `o` a rock, `.` a place without a name and any capital letter a place with that
-    name. The Token of a place is `at:NAME`, or `at:EAST,NORTH` without a name. `D` is the dock
+    name; `~` is a place without a name from which the terrain hides the other end of the link. The
+    Token of a place is `at:NAME`, or `at:EAST,NORTH` without a name. `D` is the dock
     where the rover charges.
 
     Raises:
@@ -38,6 +39,7 @@ class Chart:
         self.cell_m = cell_m
         self.tokens: dict[Cell, str] = {}
         self.rocks: list[Cell] = []
+        self.shadow: set[Cell] = set()
         self._check_shape()
         for row, line in enumerate(rows):
             for east, character in enumerate(line):
@@ -63,14 +65,16 @@ class Chart:
         if character == ROCK:
             self.rocks.append(cell)
             return
-        if character == PLACE:
+        if character in {PLACE, SHADOW}:
             token = f"at:{cell.east},{cell.north}"
+            if character == SHADOW:
+                self.shadow.add(cell)
         elif "A" <= character <= "Z":
             token = f"at:{character}"
         else:
             raise ValueError(
-                f"map row {row + 1} has '{character}': expected '{WALL}', '{PLACE}', '{ROCK}' or "
-                "a capital letter"
+                f"map row {row + 1} has '{character}': expected '{WALL}', '{PLACE}', '{ROCK}', "
+                f"'{SHADOW}' or a capital letter"
             )
         if token in self.tokens.values():
             raise ValueError(f"map row {row + 1} names a second place '{character}'")

@@ -139,7 +139,8 @@ def _proposal(picture: Picture, entry: Proposal) -> None:
 
 
 def _telemetry(picture: Picture, entry: Telemetry) -> None:
-    picture.telemetry = entry
+    if picture.telemetry is None or entry.time_ns >= picture.telemetry.time_ns:
+        picture.telemetry = entry
 
 
 def _silence(picture: Picture, entry: Silence) -> None:
@@ -148,6 +149,8 @@ def _silence(picture: Picture, entry: Silence) -> None:
 
 def _frame_fate(picture: Picture, entry: FrameFate) -> None:
     side = picture.link[entry.direction]
+    if entry.copy:
+        return
     if entry.fate is Fate.DELIVERED:
         side.delivered += 1
     else:

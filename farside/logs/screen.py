@@ -12,7 +12,7 @@ from rich.text import Text
 
 from farside.link.messages import Failsafe, Mode
 from farside.link.node import Direction, Role, to_s
-from farside.link.places import ROCK, WALL, Cell, Chart
+from farside.link.places import ROCK, SHADOW, WALL, Cell, Chart
 from farside.link.records import ActionStarted
 from farside.logs.picture import Picture
 from farside.logs.story import Line, clock, name
@@ -143,6 +143,8 @@ def _map(picture: Picture, width: int) -> list[Text]:
                 mark, style = "█" * columns, _DIM
             elif character == ROCK:
                 mark, style = "▒" * columns, _FAIR
+            elif character == SHADOW and mark == " ":
+                mark, style = "~", _DIM
             row.append(mark.ljust(columns), style=style)
         drawing.append(row)
     return drawing

@@ -4,6 +4,7 @@ from typing import NamedTuple
 
 import msgspec
 
+from farside.link.config import OutageReason
 from farside.link.messages import (
     Approve,
     CommandRefused,
@@ -81,12 +82,22 @@ def tell(t_ns: int, entry: msgspec.Struct) -> Line | None:
             return _tell_of_link_or_ground(t_ns, entry)
 
 
+_OUTAGES = {
+    OutageReason.BLACKOUT: "blackout",
+    OutageReason.PASS: "gap between passes",
+    OutageReason.CONTACT: "gap between contacts",
+    OutageReason.CONJUNCTION: "solar conjunction",
+    OutageReason.CONTROL: "outage by hand",
+}
+
+
 def _tell_of_link_or_ground(t_ns: int, entry: msgspec.Struct) -> Line | None:
     match entry:
         case LinkOutage(direction=direction, down=down, reason=reason):
             way = "uplink" if direction is Direction.UP else "downlink"
-            return Line(t_ns, Role.LINK, f"{way}: {reason} {'begins' if down else 'ends'}")
-        case CommandSent(number=number, order=order, attempt=1):
+            text = f"{way}: {_OUTAGES[reason]} {'begins' if down else 'ends'}"
+            return Line(t_ns, Role.LINK, text)
+        case CommandSent(number=number, order=order):
             text = f"command {number}: {_order(order)}"
             return Line(t_ns, Role.GROUND, text, routine=isinstance(order, Drive | Approve))
         case EventLearned(event=event):

@@ -1,7 +1,7 @@
 """Asking a finished run: who drove when, what was reached, what became of every frame."""
 
 from bisect import bisect_right
-from collections import defaultdict
+from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
 from functools import cached_property
 from operator import attrgetter
@@ -76,8 +76,10 @@ class LinkCounters(msgspec.Struct, frozen=True):
     """The frames of one direction whose fate came about in the run.
 
     Attributes:
-        sent: how many the sender handed over; the sum of the next four.
-        delivered, lost, outage, queue_full: how many of them met each `Fate`.
+        sent: how many the sender handed over; the sum of the next six.
+        delivered, lost, outage, queue_full, expired, bit_error: how many of them met each `Fate`.
+        duplicated: how many arrived a second time.
+        damaged: how many arrived with bits flipped.
         bytes: payload of all that were handed over.
         delay_s: mean time from handing over to arrival, `None` if none arrived.
     """
@@ -87,6 +89,10 @@ class LinkCounters(msgspec.Struct, frozen=True):
     lost: int
     outage: int
     queue_full: int
+    expired: int
+    bit_error: int
+    duplicated: int
+    damaged: int
     bytes: int
     delay_s: float | None
 
@@ -266,8 +272,8 @@ class RunView:
 
     def link_counters(self, direction: Direction) -> LinkCounters:
         """How the frames of one direction fared."""
-        frames = self.frames(direction)
-        fates = [frame.fate for frame in frames]
+        frames = [frame for frame in self.frames(direction) if not frame.copy]
+        fates = Counter(frame.fate for frame in frames)
         delays_s = [
             to_s(frame.arrival_ns - frame.queued_ns)
             for frame in frames
@@ -275,10 +281,14 @@ class RunView:
         ]
         return LinkCounters(
             sent=len(frames),
-            delivered=fates.count(Fate.DELIVERED),
-            lost=fates.count(Fate.LOST),
-            outage=fates.count(Fate.OUTAGE),
-            queue_full=fates.count(Fate.QUEUE_FULL),
+            delivered=fates[Fate.DELIVERED],
+            lost=fates[Fate.LOST],
+            outage=fates[Fate.OUTAGE],
+            queue_full=fates[Fate.QUEUE_FULL],
+            expired=fates[Fate.EXPIRED],
+            bit_error=fates[Fate.BIT_ERROR],
+            duplicated=sum(frame.copy for frame in self.frames(direction, Fate.DELIVERED)),
+            damaged=sum(frame.flipped_bits > 0 for frame in frames),
             bytes=sum(frame.size_byte for frame in frames),
             delay_s=fmean(delays_s) if delays_s else None,
         )

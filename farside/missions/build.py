@@ -8,7 +8,8 @@ from numpy.random import Generator
 from farside.ground.node import Ground
 from farside.ground.operator import ScriptedOperator
 from farside.link.channel import Channel
-from farside.link.node import Direction, Node, Role, to_ns
+from farside.link.endpoint import LinkTerms
+from farside.link.node import Direction, Node, Role
 from farside.missions.schema import MissionFile
 from farside.rover.node import Rover, RoverStreams
 
@@ -40,8 +41,7 @@ def _rover(mission: MissionFile) -> Rover:
         mission.rover,
         mission.world.chart(),
         tick_ns=mission.tick_ns,
-        light_time_ns=to_ns(mission.link.up.delay_s),
-        round_trip_ns=mission.link.round_trip_ns,
+        terms=LinkTerms.simulated(mission.link, mission.seed),
         streams=RoverStreams(
             soil=_stream(mission.seed, _Purpose.SOIL),
             sensors=_stream(mission.seed, _Purpose.SENSORS),
@@ -64,7 +64,7 @@ def _ground(mission: MissionFile) -> Ground:
         mission.ground,
         ScriptedOperator(mission.ground.script, mission.world.chart()),
         tick_ns=mission.tick_ns,
-        round_trip_ns=mission.link.round_trip_ns,
+        terms=LinkTerms.simulated(mission.link, mission.seed),
     )
 
 

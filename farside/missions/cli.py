@@ -1,4 +1,4 @@
-"""The command line: `farside run`, `check`, `replay` and `dem`."""
+"""The command line: `farside run`, `check`, `replay`, `link` and `dem`."""
 
 import math
 import signal
@@ -11,10 +11,12 @@ import msgspec
 import typer
 from rich.console import Console
 
+from farside.link.light import EphemerisError
 from farside.logs import LogError, LogFile, play
 from farside.missions.crew import CrewError
 from farside.missions.dem_cli import dem_app
 from farside.missions.dem_stream import StreamError
+from farside.missions.link_cli import link_app
 from farside.missions.load import MissionError, load_mission
 from farside.missions.progress import ProgressDisplay
 from farside.missions.result import Outcome
@@ -36,6 +38,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+app.add_typer(link_app, name="link")
 app.add_typer(dem_app, name="dem")
 
 Mission = Annotated[
@@ -178,7 +181,7 @@ def main() -> NoReturn:
     """The `farside` command."""
     try:
         app()
-    except (MissionError, LogError, StreamError) as error:
+    except (MissionError, LogError, StreamError, EphemerisError) as error:
         _say(str(error))
         sys.exit(_BAD_INPUT)
     except BrokenPipeError:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import msgspec
 
-from farside.missions.shape import one_line
+from farside.link.shape import one_line
 
 STDIN = "-"
 """The name under which `read_stream` reads standard input."""

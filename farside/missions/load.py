@@ -12,9 +12,10 @@ import msgspec
 
 from farside.ground.config import AwaitReached, Pursue, Tour
 from farside.link.places import ACTIONS, Cell, Chart
+from farside.link.resolve import LinkConfigError, resolve_link, with_preset
+from farside.link.shape import Key, Problem, did_you_mean, dotted, mismatches, shown
 from farside.missions.overrides import Override, put, read_overrides
 from farside.missions.schema import MissionFile, ReachedExpected
-from farside.missions.shape import Key, Problem, did_you_mean, dotted, mismatches, shown
 
 _SCHEMA = msgspec.inspect.type_info(MissionFile)
 _COORDINATES = re.compile(r"([0-9]{1,4}),([0-9]{1,4})")
@@ -32,7 +33,8 @@ class LoadedMission(NamedTuple):
     """A mission and where it came from.
 
     Attributes:
-        mission: the mission, overrides applied, checked.
+        mission: the mission, overrides applied, checked, its link resolved: no file is read, and
+            no ephemeris asked, once it runs.
         text: the mission file to the letter, without the overrides.
         source: the path, or the name of a shipped mission, as it was asked for.
     """
@@ -70,11 +72,16 @@ def load_mission(
         raise MissionError(f"{source}: {error}") from error
     if seed is not None:
         changes.append(Override(("seed",), seed, f"--seed {seed}"))
-    problems = [*_put_in(changes, data), *mismatches(data, _SCHEMA)]
+    problems = [*_put_in(changes, data), *_preset_in(data), *mismatches(data, _SCHEMA)]
     _refuse(problems, source, changes)
     mission = msgspec.convert(data, MissionFile)
     _refuse(_contradictions(mission), source, changes)
-    return LoadedMission(mission, text, str(source))
+    try:
+        link = resolve_link(mission.link, folder=Path(source).parent, duration_s=mission.duration_s)
+    except LinkConfigError as error:
+        _refuse(_of_link(error), source, changes)
+        raise
+    return LoadedMission(msgspec.structs.replace(mission, link=link), text, str(source))
 
 
 def _read(source: str | Path) -> str:
@@ -119,6 +126,19 @@ def _put_in(changes: Sequence[Override], data: dict[str, Any]) -> Iterator[Probl
             put(change, data)
         except ValueError as error:
             yield Problem(change.key, str(error))
+
+
+def _preset_in(data: dict[str, Any]) -> Iterator[Problem]:
+    """Put the preset that the link names under what the mission says of it."""
+    if isinstance(link := data.get("link"), dict):
+        try:
+            data["link"] = with_preset(link)
+        except LinkConfigError as error:
+            yield from _of_link(error)
+
+
+def _of_link(error: LinkConfigError) -> Iterator[Problem]:
+    return (Problem(("link", *key), text) for key, text in error.problems)
 
 
 def _refuse(problems: Iterable[Problem], source: str | Path, changes: Sequence[Override]) -> None:

@@ -4,7 +4,7 @@ import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
-from farside.missions.shape import Key, dotted, one_line, shown
+from farside.link.shape import Key, dotted, one_line, shown
 
 
 class Override(NamedTuple):

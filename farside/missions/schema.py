@@ -5,9 +5,10 @@ from typing import Annotated
 from msgspec import Meta
 
 from farside.ground.config import GroundConfig
-from farside.link.config import LinkConfig, Positive, Section
+from farside.link.config import LinkConfig
 from farside.link.node import to_ns
 from farside.link.places import Chart
+from farside.link.section import Positive, Section
 from farside.rover.config import RoverConfig
 
 

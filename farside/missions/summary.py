@@ -4,7 +4,6 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from farside.logs.view import LinkCounters
 from farside.missions.result import Outcome, RunResult
 
 _STYLE = {Outcome.SUCCESS: "bold green", Outcome.FAILURE: "bold red", Outcome.ABORTED: "bold red"}
@@ -47,22 +46,27 @@ def _goals(result: RunResult) -> Table:
 
 
 def _link(result: RunResult) -> Table:
-    table = _table("link", "frames", "delivered", "lost", "in outage", "queue full", "mean delay")
-    for name, counters in (("up", result.link.uplink), ("down", result.link.downlink)):
-        table.add_row(name, *_counts(counters))
+    """What became of the frames; what happened to none has no column, unless it always may."""
+    ways = {"up": result.link.uplink, "down": result.link.downlink}
+    columns = {
+        "frames": [way.sent for way in ways.values()],
+        "delivered": [way.delivered for way in ways.values()],
+        "lost": [way.lost for way in ways.values()],
+        "in outage": [way.outage for way in ways.values()],
+        "queue full": [way.queue_full for way in ways.values()],
+    }
+    rare = {
+        "expired": [way.expired for way in ways.values()],
+        "bit errors": [way.bit_error for way in ways.values()],
+        "damaged": [way.damaged for way in ways.values()],
+        "twice": [way.duplicated for way in ways.values()],
+    }
+    columns |= {name: counts for name, counts in rare.items() if any(counts)}
+    table = _table("link", *columns, "mean delay")
+    for name, way, *counts in zip(ways, ways.values(), *columns.values(), strict=True):
+        delay = "" if way.delay_s is None else f"{way.delay_s:.2f} s"
+        table.add_row(name, *map(str, counts), delay)
     return table
-
-
-def _counts(counters: LinkCounters) -> list[str]:
-    delay = "" if counters.delay_s is None else f"{counters.delay_s:.2f} s"
-    numbers = (
-        counters.sent,
-        counters.delivered,
-        counters.lost,
-        counters.outage,
-        counters.queue_full,
-    )
-    return [*(str(number) for number in numbers), delay]
 
 
 def _expectations(result: RunResult) -> Table:

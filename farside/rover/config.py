@@ -4,7 +4,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from farside.link.config import Count, Fraction, NonNegative, Positive, Section
+from farside.link.section import Count, Fraction, NonNegative, Positive, Section
 
 
 class BodyConfig(Section, frozen=True):

@@ -8,23 +8,23 @@ from farside.rover.config import FailsafeConfig
 class FailsafeLadder:
     """Nominal, then hold, then lost, as the time without a frame from the ground grows.
 
-    Any frame brings it back to nominal. `first_heard_ns` is when the first frame can arrive at
-    the earliest: before that there is no silence to judge.
+    Any frame brings it back to nominal; `heard_ns` is when the last one arrived. `first_heard_ns`
+    is when the first frame can arrive at the earliest: before that there is no silence to judge.
     """
 
     def __init__(self, config: FailsafeConfig, first_heard_ns: int) -> None:
-        self._heard_ns = first_heard_ns
+        self.heard_ns = first_heard_ns
         self._hold_ns = to_ns(config.hold_after_s)
         self._lost_ns = to_ns(config.lost_after_s)
         self.state = Failsafe.NOMINAL
 
     def heard(self, arrival_ns: int) -> None:
         """A frame arrived from the ground."""
-        self._heard_ns = max(self._heard_ns, arrival_ns)
+        self.heard_ns = max(self.heard_ns, arrival_ns)
 
     def silence_ns(self, now_ns: int) -> int:
         """Time since the last frame."""
-        return max(0, now_ns - self._heard_ns)
+        return max(0, now_ns - self.heard_ns)
 
     def update(self, now_ns: int) -> bool:
         """Judge the silence; true if the state changed."""

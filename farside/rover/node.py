@@ -1,13 +1,14 @@
 """The rover as a node: the world it is in, what it senses and does, and its end of the link."""
 
+from collections import deque
 from collections.abc import Sequence
 from typing import NamedTuple
 
 from numpy.random import Generator
 
 from farside.dem import DynamicExpectancyModel, Parameters
-from farside.link.endpoint import rover_endpoint
-from farside.link.messages import Command, FailsafeChanged, Heartbeat, Telemetry, Tokens
+from farside.link.endpoint import LinkTerms, rover_endpoint
+from farside.link.messages import Command, Failsafe, FailsafeChanged, Telemetry, Tokens
 from farside.link.node import NS_PER_S, Frame, Step, to_ns, to_s
 from farside.link.places import ACTIONS, Cell, Chart
 from farside.link.records import (
@@ -31,7 +32,6 @@ from farside.rover.pilot import BATTERY_LOW, ON_CHARGE, Pilot, Undertaking
 from farside.rover.world import TruePose, World
 
 _TELEMETRY_NS = NS_PER_S
-_ANSWER_MARGIN_NS = 2 * NS_PER_S
 
 
 class RoverStreams(NamedTuple):
@@ -49,8 +49,7 @@ class Rover:
         config: the `[rover]` table.
         chart: the yard; the rover knows it only as the names of places.
         tick_ns: the grid of physics and decisions.
-        light_time_ns: propagation delay of the uplink, the earliest time to hear anything.
-        round_trip_ns: propagation both ways; a proposal without an answer is repeated after it.
+        terms: what was agreed on with the ground of the link between them.
         streams: random streams.
     """
 
@@ -60,28 +59,26 @@ class Rover:
         chart: Chart,
         *,
         tick_ns: int,
-        light_time_ns: int,
-        round_trip_ns: int,
+        terms: LinkTerms,
         streams: RoverStreams,
     ) -> None:
         start = TruePose(*chart.centre_m(chart.cells[f"at:{config.start}"]), 0.0)
         tick_s = to_s(tick_ns)
         self._config, self._chart, self._tick_ns = config, chart, tick_ns
         self._now_ns = 0
-        self._endpoint = rover_endpoint()
         self._logbook = Logbook()
+        self._endpoint = rover_endpoint(terms, self._logbook.note_at)
         self._world = World(chart, config.body, start, tick_s, streams.soil)
         self._estimate = PoseEstimate(start, config.sensors, tick_s, streams.sensors)
         self._battery = Battery(config.battery)
-        self._failsafe = FailsafeLadder(config.failsafe, light_time_ns)
+        self._failsafe = FailsafeLadder(config.failsafe, terms.light_time_ns)
         self._model = _model(config, streams.learning)
         mission: dict[Tokens, float] = {
             (f"at:{goal.place}",): goal.priority for goal in config.goals
         }
         goals = Goals(self._model, mission, self._logbook)
         self._pilot = Pilot(self._model, goals, self._battery, self._logbook)
-        self._repeat_ns = round_trip_ns + _ANSWER_MARGIN_NS
-        self._repeat_at_ns = 0
+        self._unheard: deque[Telemetry] = deque()
         self._telemetry_at_ns = 0
         self._move: Move | None = None
         self._doing: Undertaking | None = None
@@ -97,6 +94,11 @@ class Rover:
             self._begin()
         while self._now_ns < until_ns:
             self._tick()
+            for event in self._logbook.take_events():
+                self._endpoint.send(event, self._now_ns)
+            if self._failsafe.state is Failsafe.NOMINAL:
+                self._endpoint.forward(self._now_ns)
+            self._endpoint.pump(self._now_ns)
             self._now_ns += self._tick_ns
         return Step(self._endpoint.take_sent(), self._logbook.take_records())
 
@@ -107,6 +109,7 @@ class Rover:
 
     def _tick(self) -> None:
         now_ns = self._logbook.now_ns = self._now_ns
+        self._endpoint.in_shadow = self._world.in_shadow
         self._listen()
         if self._failsafe.update(now_ns):
             self._tell_failsafe()
@@ -121,20 +124,13 @@ class Rover:
     # --- the link ----------------------------------------------------------------------------
 
     def _listen(self) -> None:
-        for arrival_ns, message in self._endpoint.received(self._now_ns):
-            self._failsafe.heard(arrival_ns)
+        for _, message in self._endpoint.received(self._now_ns):
             self._stirred = True
-            match message:
-                case Heartbeat():
-                    self._logbook.acknowledge(message.events_acked)
-                case Command():
-                    self._take(message)
-
-    def _take(self, command: Command) -> None:
-        # Commands count without a gap: one that is missing will come again, with all after it.
-        if command.number == self._commands_taken + 1:
-            self._commands_taken = command.number
-            self._pilot.take(command)
+            if isinstance(message, Command):
+                self._commands_taken = message.number
+                self._pilot.take(message)
+        if self._endpoint.heard_ns is not None:
+            self._failsafe.heard(self._endpoint.heard_ns)
 
     def _tell_failsafe(self) -> None:
         state, silence_ns = self._failsafe.state, self._failsafe.silence_ns(self._now_ns)
@@ -161,10 +157,6 @@ class Rover:
         own = self._estimate
         self._logbook.note(Estimate(own.x_m, own.y_m, own.heading_rad))
         self._stirred = True
-        proposal = self._pilot.proposal
-        if proposal is not None and self._now_ns >= self._repeat_at_ns:
-            self._repeat_at_ns = self._now_ns + self._repeat_ns
-            self._endpoint.send(proposal, self._now_ns)
         self._report()
 
     def _report(self) -> None:
@@ -180,11 +172,25 @@ class Rover:
             failsafe=self._failsafe.state,
             action=self._doing.action if self._doing else None,
             goals=self._pilot.goals,
-            command_acked=self._commands_taken,
             commands_done=self._commands_done,
-            events=self._logbook.to_tell,
         )
         self._endpoint.send(telemetry, self._now_ns)
+        self._keep(telemetry)
+
+    def _keep(self, telemetry: Telemetry) -> None:
+        """Store what nobody may have heard, and forward it when the link is back.
+
+        Silence is noticed some time after it began, so what was sent since the last sign of the
+        ground is stored with it.
+        """
+        self._unheard.append(telemetry)
+        if self._failsafe.state is Failsafe.NOMINAL:
+            while self._unheard and self._unheard[0].time_ns < self._failsafe.heard_ns:
+                self._unheard.popleft()
+            return
+        while self._unheard:
+            kept = self._unheard.popleft()
+            self._endpoint.store(kept, kept.time_ns)
 
     @property
     def _commands_done(self) -> int:
@@ -250,7 +256,6 @@ class Rover:
         proposal = self._pilot.propose()
         if proposal is not None:
             self._endpoint.send(proposal, self._now_ns)
-            self._repeat_at_ns = self._now_ns + self._repeat_ns
 
     def _undertake(self, undertaking: Undertaking) -> None:
         self._flow()

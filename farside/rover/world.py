@@ -34,6 +34,7 @@ class World:
     def __init__(
         self, chart: Chart, config: BodyConfig, start: TruePose, step_s: float, rng: Generator
     ) -> None:
+        self._chart = chart
         self._step_s = step_s
         self._slip = Wander(rng, config.slip_mean, config.slip_sd, step_s, config.slip_time_s)
         grip_m_s2 = config.friction * config.gravity_m_s2
@@ -56,6 +57,14 @@ class World:
         """Where the rover is now."""
         x_m, y_m = self._body.position
         return TruePose(x_m, y_m, self._body.angle)
+
+    @property
+    def in_shadow(self) -> bool:
+        """Whether the terrain hides the other end of the link from here."""
+        if not self._chart.shadow:
+            return False
+        x_m, y_m, _ = self.pose
+        return self._chart.cell_at(x_m, y_m) in self._chart.shadow
 
     @property
     def speed_m_s(self) -> float:

@@ -1,14 +1,13 @@
-"""The ground station: what it believes, what it repeats, and what its script makes it do."""
+"""The ground station: what it believes, and what its script makes it do."""
 
 import msgspec
-from hypothesis import given
-from hypothesis import strategies as st
 
 from farside.ground import Ground, GroundConfig, ScriptedOperator, Situation
 from farside.ground.belief import Belief
 from farside.ground.config import OverrideAt, Pursue, SwitchMode, Tour, WaitUntil
 from farside.ground.desk import CommandDesk
-from farside.link import Chart, rover_endpoint, to_ns
+from farside.link import Chart, LinkConfig, LinkTerms, OneWay, rover_endpoint, to_ns
+from farside.link.endpoint import ROUTES
 from farside.link.messages import (
     Approve,
     Chooser,
@@ -25,10 +24,11 @@ from farside.link.messages import (
     SetMode,
     Telemetry,
 )
-from farside.link.records import TOPICS, EventLearned, Review, Silence
+from farside.link.records import TOPICS, EventLearned, GroundFrame, Review, Silence
 
 CHART = Chart(("######", "#A..B#", "######"), 1.0)
 TICK_NS = to_ns(0.04)
+TERMS = LinkTerms.simulated(LinkConfig(up=OneWay(delay_s=1.0), down=OneWay(delay_s=1.0)), seed=1)
 
 
 def telemetry(t_s=0.0, place="A", **changes):
@@ -43,7 +43,6 @@ def telemetry(t_s=0.0, place="A", **changes):
         "failsafe": Failsafe.NOMINAL,
         "action": None,
         "goals": (),
-        "command_acked": 0,
         "commands_done": 0,
     }
     return Telemetry(**{**values, **changes})
@@ -63,42 +62,14 @@ def test_older_telemetry_does_not_overwrite_newer():
     assert belief.telemetry.tokens == ("at:B",)
 
 
-@given(st.permutations(range(1, 7)), st.integers(1, 4))
-def test_events_are_learned_once_in_order_and_without_a_gap(order, batch):
-    events = {n: Event(n, n, GoalReached((f"at:{n}",))) for n in range(1, 7)}
-    belief, learned = Belief(), []
-    for _ in range(6):  # repeated until acknowledged, as the rover does
-        for start in range(0, 6, batch):
-            some = tuple(sorted((events[n] for n in order[start : start + batch]), key=_number))
-            learned += belief.learn(telemetry(events=some))
-    assert learned == [events[n] for n in range(1, 7)]
-
-
-def _number(event):
-    return event.number
-
-
 # --- the command desk ----------------------------------------------------------------------------
 
 
-def test_a_command_is_repeated_with_all_after_it_until_it_is_acknowledged():
-    desk = CommandDesk(answer_ns=100, valid_ns=1000)
-    desk.give(Drive("N"), 0)
-    desk.give(Drive("E"), 50)
-    assert desk.overdue(99) == []
-    assert [(s.command.number, s.attempt) for s in desk.overdue(100)] == [(1, 2), (2, 2)]
-    desk.acknowledge(1, 150)
-    assert desk.overdue(249) == []
-    assert [(s.command.number, s.attempt) for s in desk.overdue(250)] == [(2, 3)]
-    desk.acknowledge(2, 300)
-    assert desk.overdue(10_000) == []
-
-
-def test_a_repeated_command_keeps_its_expiry():
-    desk = CommandDesk(answer_ns=100, valid_ns=1000)
-    first = desk.give(Drive("N"), 7)
-    assert desk.overdue(900)[0].command == first.command
-    assert first.command.expires_ns == 1007
+def test_commands_are_numbered_without_a_gap_and_expire():
+    desk = CommandDesk(valid_ns=1000)
+    assert desk.give(Drive("N"), 7) == Command(1, 1007, Drive("N"))
+    assert desk.give(Drive("E"), 9) == Command(2, 1009, Drive("E"))
+    assert desk.last_given == 2
 
 
 # --- the scripted operator -----------------------------------------------------------------------
@@ -168,10 +139,10 @@ def test_proposals_from_before_the_goal_are_not_answered():
 
 def test_a_goal_reached_before_it_was_sent_is_not_this_goal():
     scene = Scene(Pursue(place="B"), SwitchMode(mode=Mode.GUIDED))
-    scene.belief.learn(telemetry(events=(Event(1, 0, GoalReached(("at:B",))),)))
+    scene.belief.events.append(Event(1, 0, GoalReached(("at:B",))))
     assert scene.act() == [SetGoal(("at:B",), 2.0)]
     assert scene.act() == []
-    scene.belief.learn(telemetry(events=(Event(2, 9, GoalReached(("at:B",))),)))
+    scene.belief.events.append(Event(2, 9, GoalReached(("at:B",))))
     assert scene.act() == [SetMode(Mode.GUIDED)]
 
 
@@ -194,9 +165,9 @@ class Bench:
             GroundConfig(),
             ScriptedOperator(script, CHART),
             tick_ns=TICK_NS,
-            round_trip_ns=to_ns(2.0),
+            terms=TERMS,
         )
-        self.rover = rover_endpoint()
+        self.rover = rover_endpoint(TERMS, lambda *_: None)
         self.entries = []
         self.heard = []
 
@@ -207,26 +178,27 @@ class Bench:
         frames, records = self.ground.advance(to_ns(until_s), self.rover.take_sent())
         self.rover.expect(frames)
         self.heard += [message for _, message in self.rover.received(to_ns(until_s))]
-        self.entries += [msgspec.json.decode(r.payload, type=TOPICS[r.topic]) for r in records]
+        entries = [msgspec.json.decode(r.payload, type=TOPICS[r.topic]) for r in records]
+        self.entries += [entry for entry in entries if not isinstance(entry, GroundFrame)]
 
 
-def test_heartbeats_go_out_steadily_and_acknowledge_events():
+def test_heartbeats_go_out_steadily_and_events_are_learned():
     bench = Bench()
     bench.live(3.0)
-    assert bench.heard == [Heartbeat(0), Heartbeat(0)]
+    assert bench.heard == [Heartbeat(), Heartbeat()]
     event = Event(1, 5, GoalReached(("at:A",)))
-    bench.live(5.0, telemetry(1.0, events=(event,)))
-    assert bench.heard[-1] == Heartbeat(1)
-    assert bench.entries[-1] == EventLearned(event)
+    bench.live(5.0, event)
+    assert EventLearned(event) in bench.entries
 
 
-def test_an_unacknowledged_command_is_sent_again():
+def test_a_command_goes_out_once_and_again_where_no_answer_comes():
     bench = Bench(SwitchMode(mode=Mode.SHARED))
-    bench.live(9.0)
-    commands = [message for message in bench.heard if isinstance(message, Command)]
-    assert [command.number for command in commands] == [1, 1, 1]
-    bench.live(30.0, telemetry(9.0, command_acked=1))
-    assert len([message for message in bench.heard if isinstance(message, Command)]) == 3
+    frames, _ = bench.ground.advance(to_ns(30.0), [])
+    copies = [frame for frame in frames if frame.priority == ROUTES[Command].priority]
+    assert len(copies) > 1
+    bench.rover.expect(frames)
+    commands = [m for _, m in bench.rover.received(to_ns(40.0)) if isinstance(m, Command)]
+    assert [command.number for command in commands] == [1]
 
 
 def test_it_notices_silence_and_its_end():

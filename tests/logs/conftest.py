@@ -98,7 +98,6 @@ class Handmade:
             None,
             (),
             0,
-            0,
         )
         self._journal.note(heard, to_ns(t_s), publish_time_ns=to_ns(since_s))
         return self

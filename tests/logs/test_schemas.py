@@ -114,14 +114,21 @@ def test_a_schema_names_the_scalars_enums_and_structs_of_its_type_for_viewers() 
     assert schema["properties"] == {
         "event": {
             "type": "object",
-            "properties": {"number": {"type": "integer"}, "time_ns": {"type": "integer"}},
+            "properties": {
+                "type": {"type": "string", "enum": ["event"]},
+                "number": {"type": "integer"},
+                "time_ns": {"type": "integer"},
+            },
         }
     }
     schema = msgspec.json.decode(topic_schema(TOPICS["/link/outage"]))
     assert schema["properties"] == {
         "direction": {"type": "string", "enum": ["down", "up"]},
         "down": {"type": "boolean"},
-        "reason": {"type": "string"},
+        "reason": {
+            "type": "string",
+            "enum": ["blackout", "conjunction", "contact", "control", "pass"],
+        },
     }
 
 

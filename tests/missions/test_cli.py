@@ -138,7 +138,7 @@ def test_replay_into_a_pipe_prints_a_line_an_event(farside):
     _, out, _ = farside("run", "blackout", "--in-process", "--json")
     status, lines, _ = farside("replay", json.loads(out)["log"], "--start", "620")
     assert status == 0
-    assert "0:10:49.4  rover   mode autonomous: link lost" in lines
+    assert "rover   mode autonomous: link lost" in lines
 
 
 def test_a_start_beyond_the_end_is_bad_input(farside):

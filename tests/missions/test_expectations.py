@@ -104,7 +104,7 @@ def test_autonomy_follows_a_loss_in_time_and_nothing_else(events, met, detail):
 
 
 def sent(t_s, number, action="N"):
-    return (t_s, CommandSent(number, 1, Drive(action)))
+    return (t_s, CommandSent(number, Drive(action)))
 
 
 def taken(t_s, number, action="N", refused=None):

@@ -6,12 +6,13 @@ import msgspec
 import numpy as np
 import pytest
 
-from farside.link import Chart, ground_endpoint, to_ns, to_s
-from farside.link.messages import Command, Drive, Heartbeat, Order, Proposal, Telemetry
+from farside.link import Chart, Frame, LinkConfig, LinkTerms, OneWay, ground_endpoint, to_ns, to_s
+from farside.link.messages import Command, Drive, Event, Heartbeat, Order, Proposal, Telemetry
 from farside.link.records import TOPICS
 from farside.rover import Rover, RoverConfig, RoverStreams
 
 TICK_NS = to_ns(0.04)
+TERMS = LinkTerms.simulated(LinkConfig(up=OneWay(delay_s=0.0), down=OneWay(delay_s=0.0)), seed=1)
 
 YARD = (
     "########",
@@ -32,8 +33,7 @@ class Bench:
             config,
             self.chart,
             tick_ns=TICK_NS,
-            light_time_ns=0,
-            round_trip_ns=to_ns(1),
+            terms=TERMS,
             streams=RoverStreams(soil, sensors, learning),
         )
         self.link_up = True
@@ -41,9 +41,10 @@ class Bench:
         self.entries: list[tuple[float, msgspec.Struct]] = []
         self.telemetry: Telemetry | None = None
         self.proposals: list[Proposal] = []
-        self._ground = ground_endpoint()
+        self.events: list[Event] = []
+        self.frames: list[Frame] = []
+        self._ground = ground_endpoint(TERMS, lambda *_: None)
         self._commands = 0
-        self._acked = 0
         self.run(TICK_NS)
 
     def order(self, order: Order, *, expires_s: float = 1e6) -> int:
@@ -57,8 +58,9 @@ class Bench:
         until_ns = self.now_ns + time_ns
         while self.now_ns < until_ns:
             if self.link_up and self.now_ns % to_ns(2) == 0:
-                self._ground.send(Heartbeat(self._acked), self.now_ns)
+                self._ground.send(Heartbeat(), self.now_ns)
             self.now_ns += TICK_NS
+            self._ground.pump(self.now_ns)
             sent = self._ground.take_sent()
             frames, records = self.rover.advance(self.now_ns, sent if self.link_up else [])
             self._read(frames)
@@ -89,14 +91,16 @@ class Bench:
         return [entry for _, entry in self.entries if isinstance(entry, kind)]
 
     def _read(self, frames) -> None:
-        ear = ground_endpoint()
-        ear.expect(frames)
-        for _, message in ear.received(self.now_ns):
-            if isinstance(message, Telemetry):
-                self.telemetry = message
-                self._acked = max([self._acked, *(event.number for event in message.events)])
-            else:
-                self.proposals.append(message)
+        self.frames += frames
+        self._ground.expect(frames)
+        for _, message in self._ground.received(self.now_ns):
+            match message:
+                case Telemetry():
+                    self.telemetry = message
+                case Event():
+                    self.events.append(message)
+                case Proposal():
+                    self.proposals.append(message)
 
 
 @pytest.fixture

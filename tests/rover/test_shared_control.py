@@ -62,8 +62,7 @@ def test_in_shared_mode_nothing_moves_without_the_operators_word(bench):
     rover.order(SetMode(Mode.SHARED))
     rover.order(SetGoal(("at:C",), 1.0))
     rover.run_s(30)
-    assert {proposal.action for proposal in rover.proposals} == {"N"}
-    assert len(rover.proposals) > 1, "an unanswered proposal is repeated"
+    assert [proposal.action for proposal in rover.proposals] == ["N"]
     assert len(actions(rover)) == before
 
 
@@ -197,7 +196,7 @@ def test_orders_that_waited_when_the_link_was_lost_are_dropped_and_told(bench):
     rover.link_up = False
     rover.run_s(200)
     assert len(actions(rover)) == 1
-    told = [event.what for event in rover.telemetry.events]
+    told = [event.what for event in rover.events]
     assert CommandRefused(waiting, "the link was lost before it began") in told
 
 
@@ -207,9 +206,9 @@ def test_it_reports_what_it_did_alone_when_the_link_returns(bench):
     rover.link_up = False
     reached = GoalEntry(("at:C",), GoalChange.REACHED, 1.0, GoalSource.MISSION)
     rover.until(lambda: reached in rover.of(GoalEntry))
-    assert GoalReached(("at:C",)) in [event.what for event in rover.telemetry.events]
+    rover.until(lambda: GoalReached(("at:C",)) in [event.what for event in rover.events])
     rover.link_up = True
-    rover.until(lambda: not rover.telemetry.events)
+    rover.until(lambda: rover.telemetry.failsafe is Failsafe.NOMINAL)
     assert rover.telemetry.mode is Mode.AUTONOMOUS, "it stays so until the operator says otherwise"
 
 

@@ -175,7 +175,7 @@ def test_a_rover_with_a_small_battery_charges_by_itself_when_alone(mission):
     """Alone and empty-handed, it sees to its battery, since nobody else can."""
     run = (
         mission("blackout")
-        .set("rover.battery.capacity_j", 40_000.0)
+        .set("rover.battery.capacity_j", 28_000.0)
         .set("rover.battery.low", 0.4)
         .blackout(520, 1500)
         .set("duration_s", 1400)

@@ -1,4 +1,4 @@
-"""Compares what a mission file says with the schema, and tells each mismatch in words."""
+"""Compares what a mission file or a profile says with the schema, and tells mismatches in words."""
 
 import difflib
 import json
@@ -93,9 +93,13 @@ def mismatches(data: object, schema: inspect.Type, key: Key = ()) -> Iterator[Pr
 def _in_union(data: object, schema: inspect.UnionType, key: Key) -> Iterator[Problem]:
     """The problems of a value that may be absent, or of a table of one of several kinds."""
     kinds = [kind for kind in schema.types if not isinstance(kind, inspect.NoneType)]
-    tables = {str(kind.tag): kind for kind in kinds if isinstance(kind, inspect.StructType)}
-    if tables and isinstance(data, dict):
-        yield from _in_tagged(data, tables, key)
+    structs = [kind for kind in kinds if isinstance(kind, inspect.StructType)]
+    if structs and isinstance(data, dict):
+        tagged = {str(kind.tag): kind for kind in structs if kind.tag is not None}
+        if tagged:
+            yield from _in_tagged(data, tagged, key)
+        else:
+            yield from _in_table(data, structs[0], key)
     elif data is not None or not schema.includes_none:
         yield from mismatches(data, kinds[0], key)
 

@@ -1,0 +1,222 @@
+"""What comes before the way: the queue of one direction, and its transmitter."""
+
+from bisect import insort
+from collections import deque
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import msgspec
+
+from farside.link.chance import Luck
+from farside.link.config import DropPolicy, OneWay
+from farside.link.node import NS_PER_S, Frame, to_ns
+from farside.link.pace import NEVER_NS, Pace, Unlimited, pace_of
+from farside.link.records import Fate
+
+
+class Passage(msgspec.Struct, gc=False):
+    """A frame between hand-over and its last bit leaving.
+
+    Attributes:
+        frame, luck: the frame, and what chance has in store for it.
+        priority, size_byte: the frame's, and its payload's.
+        latest_ns: when it must start to be sent at the latest.
+        start_ns, end_ns: first and last bit leaving; the hand-over while it waits.
+    """
+
+    frame: Frame
+    luck: Luck
+    priority: int
+    size_byte: int
+    latest_ns: int
+    start_ns: int
+    end_ns: int
+
+
+class Queue:
+    """Frames that wait: in order of hand-over within each priority.
+
+    Attributes:
+        frames, bytes: how much waits.
+    """
+
+    def __init__(self) -> None:
+        self._by_priority: dict[int, deque[Passage]] = {}
+        self._priorities: list[int] = []
+        self.frames = 0
+        self.bytes = 0
+
+    def put(self, passage: Passage) -> None:
+        """Let a frame wait; the newest of all."""
+        priority = passage.priority
+        try:
+            self._by_priority[priority].append(passage)
+        except KeyError:
+            self._by_priority[priority] = deque((passage,))
+            insort(self._priorities, priority)
+        self.frames += 1
+        self.bytes += passage.size_byte
+
+    def take(self) -> Passage:
+        """The frame whose turn it is: the oldest of the highest priority."""
+        line = self._by_priority[self._priorities[-1]]
+        passage = line.popleft()
+        if not line:
+            del self._by_priority[self._priorities.pop()]
+        self.frames -= 1
+        self.bytes -= passage.size_byte
+        return passage
+
+    def drop(self, policy: DropPolicy) -> Passage:
+        """The frame that has to go."""
+        match policy:
+            case DropPolicy.NEWEST:
+                return self._leave(max(self._priorities, key=lambda p: self._age(p, -1)), -1)
+            case DropPolicy.OLDEST:
+                return self._leave(min(self._priorities, key=lambda p: self._age(p, 0)), 0)
+            case DropPolicy.LOWEST:
+                return self._leave(self._priorities[0], -1)
+
+    def _age(self, priority: int, end: int) -> tuple[int, int]:
+        frame = self._by_priority[priority][end].frame
+        return frame.time_ns, frame.sequence
+
+    def _leave(self, priority: int, end: int) -> Passage:
+        line = self._by_priority[priority]
+        passage = line.pop() if end else line.popleft()
+        if not line:
+            del self._by_priority[priority]
+            self._priorities.remove(priority)
+        self.frames -= 1
+        self.bytes -= passage.size_byte
+        return passage
+
+
+class Dropped(NamedTuple):
+    """A frame that never left: why, and when that was clear."""
+
+    passage: Passage
+    fate: Fate
+    time_ns: int
+
+
+class Transmitter:
+    """Sends one frame after the other, and drops what the queue does not hold or time overtakes.
+
+    Without a limit to its rate it sends each frame at once, and none ever waits.
+    """
+
+    def __init__(self, config: OneWay) -> None:
+        self._config = config
+        self._pace = pace_of(config)
+        self._queue = Queue()
+        self._sending: Passage | None = None
+        # Since when it sends at this pace, and how much was then still to be done.
+        self._work = 0, 0
+        self._free_ns = 0
+        self._sent: list[Passage] = []
+        self._dropped: list[Dropped] = []
+
+    def take(self) -> tuple[list[Passage], list[Dropped]]:
+        """What has left since the last call, in order, and what never will."""
+        taken = self._sent, self._dropped
+        self._sent, self._dropped = [], []
+        return taken
+
+    def run(self, until_ns: int, frames: Sequence[Frame], lucks: Sequence[Luck]) -> None:
+        """Take the frames handed over up to `until_ns`, in order, and send what can be by then."""
+        passages = self._passages(frames, lucks)
+        if self._pace is None:
+            self._sent += passages
+            return
+        begun = self._serve(self._pace, until_ns, passages)
+        for passage in passages[begun:]:
+            self._queue.put(passage)
+            self._fit(passage)
+
+    def change(self, now_ns: int, config: OneWay) -> None:
+        """From `now_ns` on, go by `config`; so does the rest of the frame that is being sent."""
+        before, self._config = self._config, config
+        if _rate_of(config) == _rate_of(before):
+            return
+        if self._pace is not None:
+            left = self._pace.left(*self._work, now_ns) if self._sending else 0
+            self._work = now_ns, left
+        self._pace = pace_of(config)
+        if self._pace is None:
+            self._flush(now_ns)
+        elif self._sending:
+            self._free_ns = self._pace.end_ns(*self._work)
+        else:
+            self._free_ns = max(self._free_ns, now_ns)
+
+    def _passages(self, frames: Sequence[Frame], lucks: Sequence[Luck]) -> list[Passage]:
+        priorities = [frame.priority for frame in frames]
+        sizes_byte = [len(frame.payload) for frame in frames]
+        times_ns = [frame.time_ns for frame in frames]
+        lifetime_s = self._config.lifetime_s
+        usual_ns = NEVER_NS if lifetime_s is None else to_ns(lifetime_s)
+        latest_ns = [
+            frame.time_ns + (usual_ns if frame.lifetime_ns is None else frame.lifetime_ns)
+            for frame in frames
+        ]
+        columns = frames, lucks, priorities, sizes_byte, latest_ns, times_ns, times_ns
+        return list(map(Passage, *columns))
+
+    def _serve(self, pace: Pace, until_ns: int, passages: Sequence[Passage]) -> int:
+        """Send what can be; gives back how many of `passages` were in the queue by then."""
+        queue, config = self._queue, self._config
+        put, take, opens, ends = queue.put, queue.take, pace.opens_ns, pace.end_ns
+        most_byte, most_frame = config.queue_byte, config.queue_frame or NEVER_NS
+        overhead_byte, work_of_byte = config.overhead_byte, 8 * NS_PER_S
+        sending, free_ns = self._sending, self._free_ns
+        place, count = 0, len(passages)
+        while free_ns < until_ns:
+            if sending is not None:
+                sending.end_ns = free_ns
+                self._sent.append(sending)
+                sending = None
+            if not queue.frames:
+                if place == count:
+                    break
+                free_ns = max(free_ns, passages[place].start_ns)
+            opens_ns = opens(free_ns)
+            if opens_ns >= until_ns:
+                break
+            free_ns = opens_ns
+            # All that is handed over by then is there to choose from.
+            while place < count and (passage := passages[place]).start_ns <= opens_ns:
+                place += 1
+                put(passage)
+                if queue.bytes > most_byte or queue.frames > most_frame:
+                    self._fit(passage)
+            if queue.frames:
+                passage = take()
+                if opens_ns > passage.latest_ns:
+                    self._dropped.append(Dropped(passage, Fate.EXPIRED, opens_ns))
+                else:
+                    sending = passage
+                    sending.start_ns = opens_ns
+                    work = (sending.size_byte + overhead_byte) * work_of_byte
+                    self._work = opens_ns, work
+                    free_ns = ends(opens_ns, work)
+        self._sending, self._free_ns = sending, free_ns
+        return place
+
+    def _fit(self, newest: Passage) -> None:
+        """Drop what the queue does not hold, now that `newest` is in it."""
+        config, queue = self._config, self._queue
+        now_ns = newest.start_ns
+        # What would not fit into an empty queue drives nothing out.
+        policy = config.drop if newest.size_byte <= config.queue_byte else DropPolicy.NEWEST
+        while queue.bytes > config.queue_byte or queue.frames > (config.queue_frame or NEVER_NS):
+            self._dropped.append(Dropped(queue.drop(policy), Fate.QUEUE_FULL, now_ns))
+
+    def _flush(self, now_ns: int) -> None:
+        """Send at once what is being sent, and all that waits."""
+        self._free_ns = now_ns
+        self._serve(Unlimited(), now_ns + 1, ())
+
+
+def _rate_of(config: OneWay) -> object:
+    return config.rate_bit_s, config.rate_table, config.rate_trace

@@ -1,0 +1,134 @@
+"""How many frames a second the channel takes, and what a million of them take on their way.
+
+Frames are given to it in windows of a second, 64 bytes each, as many up as down; the time is that
+of `Channel.advance` alone, records included. The limits are those of the issue tracker; nothing
+here fails.
+"""
+
+import gc
+import resource
+import statistics
+import subprocess
+import sys
+import time
+
+import numpy as np
+from rich.console import Console
+from rich.progress import track
+from rich.table import Table
+
+from farside.link import Channel, Direction, Frame, LinkConfig, OneWay, to_ns
+from farside.link.config import BitErrorEffect, Blackout, DropPolicy
+from farside.link.impairments import GilbertElliott, Jitter, Reorder
+
+ROUNDS = 5
+FRAMES = 200_000
+WINDOWS = 10
+IN_FLIGHT = 1_000_000
+END_S = 100.0
+PAYLOAD = bytes(64)
+
+BARE = OneWay(delay_s=1.28)
+# 10,000 frames/s a direction are a little more than the rate carries: there is always a queue.
+IMPAIRED = OneWay(
+    delay_s=1.28,
+    rate_bit_s=5_900_000,
+    overhead_byte=12,
+    queue_byte=16_384,
+    queue_frame=200,
+    drop=DropPolicy.LOWEST,
+    lifetime_s=0.05,
+    loss=GilbertElliott(p=0.01, r=0.3),
+    bit_error_rate=1e-6,
+    bit_errors=BitErrorEffect.FLIP,
+    corrupt=0.001,
+    jitter=Jitter(spread_s=0.002, correlation=0.5),
+    reorder=Reorder(share=0.01, hold_s=0.005),
+    duplicate=0.01,
+)
+
+
+def channel(one_way: OneWay) -> Channel:
+    """A channel with both directions alike, and one blackout."""
+    config = LinkConfig(up=one_way, down=one_way, blackouts=(Blackout(start_s=5.0, end_s=5.2),))
+    return Channel(config, {way: np.random.default_rng([1, way == "up"]) for way in Direction})
+
+
+def windows(count: int) -> list[list[Frame]]:
+    """`count` frames of both directions in windows of a second, in four priorities."""
+    each = count // 2 // WINDOWS
+    gap_ns = to_ns(1.0) // each
+    return [
+        [
+            Frame(way, number, window * to_ns(1.0) + place * gap_ns, PAYLOAD, number % 4)
+            for place in range(each)
+            for way in Direction
+            for number in [window * each + place]
+        ]
+        for window in range(WINDOWS)
+    ]
+
+
+def frames_per_s(one_way: OneWay) -> float:
+    """Frames handed over per second of wall time, up to the record of the last one."""
+    sent = windows(FRAMES)
+    node = channel(one_way)
+    records = 0
+    began = time.perf_counter()
+    for window, frames in enumerate(sent, 1):
+        records += len(node.advance(to_ns(float(window)), frames).records)
+    records += len(node.advance(to_ns(END_S), []).records)
+    wall_s = time.perf_counter() - began
+    if records < FRAMES:
+        raise RuntimeError(f"expected a record of each of {FRAMES} frames, found {records}")
+    return FRAMES / wall_s
+
+
+def growth_mib() -> float:
+    """Resident memory for a million frames that were sent and have not yet arrived."""
+    node = channel(OneWay(delay_s=1200.0))
+    before_mib = _peak_mib()
+    arriving: list[Frame] = []
+    for window in range(WINDOWS * WINDOWS):
+        first, begin_ns = window * IN_FLIGHT // WINDOWS**2, window * to_ns(1.0)
+        frames = [
+            Frame(Direction.DOWN, first + place, begin_ns + place * 1000, bytes([place % 256] * 64))
+            for place in range(IN_FLIGHT // WINDOWS**2)
+        ]
+        arriving += node.advance(begin_ns + to_ns(1.0), frames).frames
+    return _peak_mib() - before_mib
+
+
+def _peak_mib() -> float:
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def _growth_alone_mib() -> float:
+    # A process of its own: the peak of this one is that of all it did before.
+    command = [sys.executable, __file__, "memory"]
+    return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)  # noqa: S603
+
+
+def main() -> None:
+    """Measure, and print the table."""
+    console = Console()
+    figures: dict[str, list[float]] = {"all impairments": [], "delay only": []}
+    for _ in track(range(ROUNDS), "measuring", console=console):
+        figures["all impairments"].append(frames_per_s(IMPAIRED))
+        figures["delay only"].append(frames_per_s(BARE))
+        gc.collect()
+    table = Table("what", "median", "least", "most", "limit")
+    for name, runs in figures.items():
+        numbers = (f"{value:,.0f}" for value in (statistics.median(runs), min(runs), max(runs)))
+        limit = "at least 200,000" if name == "all impairments" else ""
+        table.add_row(f"{name} (frames/s)", *numbers, limit)
+    memory = f"{_growth_alone_mib():,.0f}"
+    table.add_row("a million frames in flight (MiB)", memory, "", "", "below 1,024")
+    console.print(table)
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] == ["memory"]:
+        sys.stdout.write(f"{growth_mib()}\n")
+    else:
+        main()

@@ -1,0 +1,381 @@
+"""Stories of goals through the model: in order, of the robot's own, and blocked."""
+
+import math
+
+import numpy as np
+import pytest
+
+from farside.dem import DynamicExpectancyModel, Goal, InherentGoal
+
+
+@pytest.fixture
+def driven(make_model, corridor, cycle):
+    """A model that knows a corridor both ways and stands at its west end."""
+    model = make_model()
+    for action in "EEEEEWWWWW" * 2:
+        cycle(model, corridor.tokens(), corridor.do(action))
+    return model
+
+
+def drive(model, world, patience):
+    """Leave the model alone until it has no goals: what was sensed."""
+    story = []
+    for _ in range(patience):
+        story.append(model.sense(world.tokens()))
+        if not model.goals:
+            model.perform(None)
+            return story
+        model.perform(world.do(model.choose().action))
+    raise AssertionError(f"{model.goals} not reached from {world.at} in {patience} cycles")
+
+
+def reached(story):
+    return [goal.tokens for sensed in story for goal in sensed.reached]
+
+
+def suspended(story):
+    return [sign for sensed in story for sign in sensed.suspended]
+
+
+def test_several_goals_are_visited_in_their_order_and_those_on_the_way_in_passing(driven, corridor):
+    for place, priority in [("at:0,0", 1.0), ("at:4,0", 2.0), ("at:1,0", 1.0), ("at:3,0", 2.0)]:
+        driven.set_goal([place], priority)
+    corridor.at = (2, 0)
+    story = drive(driven, corridor, patience=20)
+    assert reached(story) == [("at:3,0",), ("at:4,0",), ("at:1,0",), ("at:0,0",)]
+    assert len(story) == 1 + 2 + 4
+
+
+def test_the_robot_charges_while_its_battery_is_low_and_then_goes_on(corridor):
+    """The battery runs low half way to the goal; it is full after two cycles on the charger."""
+    charge = InherentGoal(when=("battery:low",), goal=("on_charge",), priority=2.5)
+    costs = dict.fromkeys("NESW", 2.66)
+    model = DynamicExpectancyModel(costs, rng=np.random.default_rng(0), inherent=[charge])
+
+    def tokens(*, low=False):
+        charger = ["on_charge"] if corridor.at == (0, 0) else []
+        return [*corridor.tokens(), *charger, *(["battery:low"] if low else [])]
+
+    for action in "EEEEEWWWWW" * 2:
+        model.sense(tokens())
+        model.perform(corridor.do(action))
+    model.set_goal(["at:5,0"], priority=1.0)
+    low, on_charger, story = False, 0, []
+    for _ in range(20):
+        low = on_charger < 2 and (low or corridor.at == (3, 0))
+        sensed = model.sense(tokens(low=low))
+        story.append((corridor.at[0], [goal.tokens for goal in sensed.reached]))
+        on_charger += low and corridor.at == (0, 0)
+        if not model.goals:
+            break
+        assert (charge.goal in [goal.tokens for goal in model.goals]) == (
+            low and corridor.at != (0, 0)
+        )
+        stays = low and corridor.at == (0, 0)
+        model.perform(None if stays else corridor.do(model.choose().action))
+    assert [place for place, _ in story] == [0, 1, 2, 3, 2, 1, 0, 0, 0, 1, 2, 3, 4, 5]
+    assert [(place, signs) for place, signs in story if signs] == [
+        (0, [("on_charge",)]),
+        (5, [("at:5,0",)]),
+    ]
+
+
+LAMP = ("lamp:on",)
+
+
+def with_rules(*rules):
+    """A model with goals of its own, each a trigger, a goal and a priority."""
+    inherent = [InherentGoal(when, goal, priority) for when, goal, priority in rules]
+    return DynamicExpectancyModel({"press": 1.0}, rng=np.random.default_rng(0), inherent=inherent)
+
+
+@pytest.fixture
+def lit_when_dark():
+    """A model that wants its lamp on while it is dark."""
+    return with_rules((["dark"], LAMP, 1.0))
+
+
+def listed_after(model, cycle, tokens):
+    """The Goal List when `tokens` were sensed."""
+    cycle(model, tokens, None)
+    return model.goals
+
+
+def test_an_inherent_goal_is_given_up_with_its_trigger(lit_when_dark, cycle):
+    assert listed_after(lit_when_dark, cycle, ["dark"]) == (Goal(LAMP, 1.0),)
+    assert cycle(lit_when_dark, ["dawn"], None).reached == ()
+    assert lit_when_dark.goals == ()
+
+
+def test_what_the_operator_wants_as_well_stays_when_the_rule_lets_go(lit_when_dark, cycle):
+    lit_when_dark.set_goal(LAMP, priority=0.5)
+    assert listed_after(lit_when_dark, cycle, ["dark"]) == (Goal(LAMP, 1.0),)
+    assert listed_after(lit_when_dark, cycle, ["dawn"]) == (Goal(LAMP, 0.5),)
+    assert lit_when_dark.withdraw_goal(LAMP)
+    assert lit_when_dark.goals == ()
+
+
+def test_the_higher_of_both_priorities_counts(lit_when_dark, cycle):
+    cycle(lit_when_dark, ["dark"], None)
+    lit_when_dark.set_goal(LAMP, priority=3.0)
+    assert lit_when_dark.goals == (Goal(LAMP, 3.0),)
+    assert listed_after(lit_when_dark, cycle, ["dark"]) == (Goal(LAMP, 3.0),)
+
+
+def test_what_a_rule_wants_as_well_stays_when_the_operator_lets_go(lit_when_dark, cycle):
+    cycle(lit_when_dark, ["dark"], None)
+    lit_when_dark.set_goal(LAMP, priority=3.0)
+    assert lit_when_dark.withdraw_goal(LAMP)
+    assert lit_when_dark.goals == (Goal(LAMP, 1.0),)
+    assert not lit_when_dark.withdraw_goal(LAMP)
+    assert lit_when_dark.goals == (Goal(LAMP, 1.0),)
+
+
+@pytest.mark.parametrize("first", [1.0, 2.0])
+def test_a_goal_of_two_rules_is_wanted_while_either_holds_with_the_higher_priority(first, cycle):
+    second = 3.0 - first
+    model = with_rules((["dark"], LAMP, first), (["visitor"], LAMP, second))
+    assert listed_after(model, cycle, ["dark"]) == (Goal(LAMP, first),)
+    assert listed_after(model, cycle, ["dark", "visitor"]) == (Goal(LAMP, 2.0),)
+    assert listed_after(model, cycle, ["visitor"]) == (Goal(LAMP, second),)
+    assert listed_after(model, cycle, ["dawn"]) == ()
+
+
+def test_an_inherent_goal_is_reached_once_and_wanted_again_when_it_was_lost(lit_when_dark, cycle):
+    nights = [["dark"], ["dark", *LAMP], ["dark", *LAMP], ["dark"], ["dark", *LAMP], LAMP]
+    story = [(cycle(lit_when_dark, night, None).reached, lit_when_dark.goals) for night in nights]
+    wanted = (Goal(LAMP, 1.0),)
+    assert story == [((), wanted), (wanted, ()), ((), ()), ((), wanted), (wanted, ()), ((), ())]
+
+
+def test_every_time_that_its_trigger_comes_a_goal_that_is_there_is_reached(lit_when_dark, cycle):
+    days = [["dark", *LAMP], LAMP, ["dark", *LAMP]]
+    story = [len(cycle(lit_when_dark, day, None).reached) for day in days]
+    assert story == [1, 0, 1]
+
+
+def test_what_a_rule_has_the_operator_may_want_and_is_told_of_too(lit_when_dark, cycle):
+    cycle(lit_when_dark, ["dark", *LAMP], None)
+    lit_when_dark.set_goal(LAMP, priority=0.5)
+    assert lit_when_dark.goals == (Goal(LAMP, 0.5),)
+    assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == (Goal(LAMP, 0.5),)
+    assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == ()
+
+
+def test_what_both_want_is_reached_once_with_the_higher_priority(lit_when_dark, cycle):
+    lit_when_dark.set_goal(LAMP, priority=0.5)
+    assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == (Goal(LAMP, 1.0),)
+    assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == ()
+    assert lit_when_dark.goals == ()
+
+
+def test_a_rule_may_want_a_sign_of_several_tokens_in_any_order(cycle):
+    model = with_rules((["dark"], ["lamp:on", "door:shut"], 1.0))
+    cycle(model, ["door:shut"], "press")
+    assert listed_after(model, cycle, ["dark"]) == (Goal(("door:shut", "lamp:on"), 1.0),)
+    assert ("door:shut", "lamp:on") in model.signs
+    cycle(model, ["dark", "door:shut"], "press")
+    assert cycle(model, ["dark", "door:shut", "lamp:on"], None).reached != ()
+    cycle(model, ["dark", "door:shut"], None)
+    model.sense(["dark", "door:shut"])
+    assert model.choose().goal == ("door:shut", "lamp:on")
+
+
+def test_a_rule_without_a_goal_or_an_order_is_refused():
+    with pytest.raises(ValueError, match="one Token at least"):
+        InherentGoal(when=("dark",), goal=(), priority=1.0)
+    with pytest.raises(ValueError, match="expected a finite number"):
+        InherentGoal(when=("dark",), goal=LAMP, priority=math.nan)
+    with pytest.raises(TypeError, match="found the string 'dark'"):
+        InherentGoal(when="dark", goal=LAMP, priority=1.0)
+
+
+# --- Signs that goals made known ---------------------------------------------------------------
+
+BOTH = ("at:A", "drill:out")
+
+
+def test_a_sign_that_only_a_goal_needed_goes_with_it(make_model, cycle):
+    model = make_model()
+    model.set_goal(BOTH, priority=1.0)
+    cycle(model, ["at:A"], "E")
+    assert BOTH in model.signs
+    model.withdraw_goal(BOTH)
+    assert model.signs == (("at:A",),)
+    model.sense(["at:A"])
+    assert model.policy_map() == ()
+
+
+def test_without_removal_it_stays(make_model):
+    model = make_model(removal=False)
+    model.set_goal(BOTH, priority=1.0)
+    model.withdraw_goal(BOTH)
+    assert model.signs == (BOTH,)
+
+
+def test_withdrawn_while_it_is_active_it_goes_when_the_traces_have_left_it(make_model, cycle):
+    model = make_model(reach=2)
+    model.set_goal(BOTH, priority=1.0)
+    model.sense(BOTH)
+    model.set_goal(BOTH, priority=1.0)
+    model.withdraw_goal(BOTH)
+    held = [BOTH in model.signs]
+    model.perform(None)
+    for _ in range(2):
+        cycle(model, ["dust"], None)
+        held.append(BOTH in model.signs)
+    assert held == [True, True, False]
+
+
+def test_reached_it_goes_when_the_traces_have_left_it(make_model, cycle):
+    model = make_model()
+    model.set_goal(BOTH, priority=1.0)
+    assert cycle(model, BOTH, None).reached == (Goal(BOTH, 1.0),)
+    assert BOTH in model.signs
+    cycle(model, ["dust"], None)
+    assert BOTH not in model.signs
+
+
+def test_a_sign_that_hypotheses_begin_from_outlives_its_goal(make_model, cycle):
+    model = make_model()
+    model.set_goal(BOTH, priority=1.0)
+    cycle(model, BOTH, "E")
+    cycle(model, ["at:B"], None)
+    model.set_goal(BOTH, priority=1.0)
+    model.withdraw_goal(BOTH)
+    assert BOTH in {hypothesis.context for hypothesis in model.hypotheses}
+    assert BOTH in model.signs
+
+
+def test_a_sign_that_a_rule_needs_outlives_the_operators_goal():
+    model = with_rules((["dark"], BOTH, 1.0))
+    model.set_goal(BOTH, priority=1.0)
+    model.withdraw_goal(BOTH)
+    assert model.signs == (BOTH,)
+
+
+def test_what_ends_in_a_forgotten_sign_goes_with_it_though_it_was_about_to_be_judged(
+    make_model, cycle
+):
+    """The drill has come out at A once, and E is done there again when the goal is withdrawn."""
+    model = make_model()
+    model.set_goal(BOTH, priority=1.0)
+    cycle(model, ["at:A"], "E")
+    cycle(model, BOTH, None)
+    model.set_goal(BOTH, priority=1.0)
+    cycle(model, ["dust"], None)
+    cycle(model, ["at:A"], "E")
+    assert BOTH in {hypothesis.outcome for hypothesis in model.hypotheses}
+    model.withdraw_goal(BOTH)
+    assert BOTH not in model.signs
+    assert BOTH not in {hypothesis.outcome for hypothesis in model.hypotheses}
+    sensed = model.sense(["at:A", "drill:out"])
+    assert sensed.active == (("at:A",), ("drill:out",))
+    assert (sensed.succeeded, sensed.failed) == (2, 0)
+
+
+@pytest.fixture
+def two_ways(grid):
+    """Along the bottom it is 5 moves from the west end to the east end, over the top it is 13."""
+    world = type(grid)(
+        "....##",
+        ".##.##",
+        ".##.##",
+        ".##.##",
+        "......",
+    )
+    world.at = (0, 0)
+    return world
+
+
+def learn(model, world, actions):
+    for action in actions:
+        model.sense(world.tokens())
+        model.perform(world.do(action))
+
+
+GOAL = ("at:5,0",)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_way_blocked_for_good_is_left_to_explore_until_a_detour_is_found(
+    make_model, two_ways, seed
+):
+    """Only the bottom row is known when a rock falls on it; the way round is over the top."""
+    model = make_model(seed, recovery=50)
+    learn(model, two_ways, "EEEEEWWWWW" * 2)
+    two_ways.places.remove((2, 0))
+    model.set_goal(GOAL, priority=1.0)
+    story, free_choices = [], []
+    for _ in range(2000):
+        story.append(model.sense(two_ways.tokens()))
+        if story[-1].reached:
+            break
+        choice = model.choose()
+        if model.goals[0].suspended:
+            free_choices.append(choice)
+        model.perform(two_ways.do(choice.action))
+    broken = [cycle for cycle, sensed in enumerate(story) if sensed.suspended]
+    recovered = [cycle for cycle, sensed in enumerate(story) if sensed.recovered]
+    assert [later - earlier for earlier, later in zip(broken, recovered, strict=True)] == [50]
+    assert [choice.goal for choice in free_choices] == [None] * 50
+    assert {choice.action for choice in free_choices} == set("NESW")
+    assert reached(story) == [GOAL]
+    assert [sensed.tokens for sensed in story[-3:]] == [("at:3,0",), ("at:4,0",), GOAL]
+    model.perform(None)
+    two_ways.at = (0, 0)
+    model.set_goal(GOAL, priority=1.0)
+    again = drive(model, two_ways, patience=20)
+    assert len(again) - 1 == two_ways.steps_to((5, 0))[0, 0] == 13
+    assert suspended(again) == []
+
+
+def test_a_long_detour_that_is_known_does_not_suspend_the_goal(make_model, two_ways):
+    model = make_model()
+    learn(model, two_ways, "EEEEEWWNNNNWWWSSSS" * 6)
+    two_ways.at = (0, 0)
+    learn(model, two_ways, "NNNNEEESSSSEEWWWWW" * 6)
+    model.set_goal(GOAL, priority=1.0)
+    learn(model, two_ways, "E")
+    two_ways.places.remove((2, 0))
+    at_first = model.policy_path()[0].cost_to_go
+    story = drive(model, two_ways, patience=60)
+    assert reached(story) == [GOAL]
+    assert suspended(story) == []
+    assert two_ways.steps_to((5, 0))[1, 0] * 2.66 > 2.0 * at_first
+
+
+def test_a_detour_of_many_times_the_way_is_still_a_way(make_model, grid):
+    """Once round a ring of 14 places, because the goal next door cannot be entered any more."""
+    ring = type(grid)("....", ".##.", ".##.", ".##.", "....")
+    model = make_model()
+    learn(model, ring, ("EEENNNNWWWSSSS" + "NNNNEEESSSSWWW") * 3)
+    model.set_goal(["at:1,0"], priority=1.0)
+    beside = ring.beside
+    ring.beside = lambda place, action: (
+        place if (place, action) == ((0, 0), "E") else beside(place, action)
+    )
+    story = drive(model, ring, patience=60)
+    assert reached(story) == [("at:1,0",)]
+    assert suspended(story) == []
+    assert len(story) - 1 > 13
+
+
+def test_whoever_leads_the_robot_away_from_its_goal_does_not_suspend_it(make_model, cycle):
+    """Going east from `bog` works so seldom that the goal is ten times as far from there."""
+    model = make_model()
+    path = [(["bog"], "E"), (["bank"], "E"), (["goal"], None)]
+    for tokens, action in path[1:] * 4 + path:
+        cycle(model, tokens, action)
+    for _ in range(8):
+        cycle(model, ["bog"], "E")
+    cycle(model, ["bog"], None)
+    cycle(model, ["bank"], None)
+    model.set_goal(["goal"], priority=1.0)
+    assert cycle(model, ["bank"], "W").suspended == ()
+    near = next(row.value for row in model.policy_map() if row.sign == ("bank",))
+    assert model.sense(["bog"]).suspended == ()
+    far = model.choose()
+    assert far.goal == ("goal",)
+    assert far.cost_to_go > 4 * near
+    assert far.cost_to_go > 4 * 2 * 2.66

@@ -1,0 +1,146 @@
+"""Fuzzes what takes bytes from the link: only `FrameError` may come out of it.
+
+    pip install atheris
+    python tests/fuzz/fuzz_wire.py -max_total_time=600
+
+Arguments are those of libFuzzer; a directory keeps what it finds. Not part of `make test`, where
+hypothesis does the same for a moment.
+"""
+
+import sys
+import zlib
+from collections.abc import Callable
+from contextlib import suppress
+
+import atheris
+
+with atheris.instrument_imports(include=["farside.link"]):
+    import msgspec
+
+    from farside.link.fragments import Fragmenter, Reassembler
+    from farside.link.keys import simulated_key
+    from farside.link.messages import (
+        Chooser,
+        Command,
+        Downlink,
+        Drive,
+        Heartbeat,
+        Mode,
+        PathStep,
+        Proposal,
+        SetGoal,
+        SetMode,
+        Uplink,
+    )
+    from farside.link.node import Direction
+    from farside.link.wire import (
+        OVERHEAD_BYTE,
+        WIRE_VERSION,
+        Flag,
+        FrameError,
+        Opener,
+        Sealer,
+        unpack,
+    )
+
+_KEY = simulated_key(0)
+_encode = msgspec.msgpack.encode
+_UPLINK, _DOWNLINK = msgspec.msgpack.Decoder(Uplink), msgspec.msgpack.Decoder(Downlink)
+_STEP = PathStep(("at:A", "facing:N"), "N", 2.5)
+_MESSAGES = [
+    (_UPLINK, b""),
+    (_DOWNLINK, b""),
+    (_UPLINK, _encode(Heartbeat())),
+    (_UPLINK, _encode(Command(1, 99, Drive("N")))),
+    (_UPLINK, _encode(Command(2, 99, SetMode(Mode.SHARED)))),
+    (_UPLINK, _encode(Command(3, 99, SetGoal(("at:A", "facing:N"), 2.0)))),
+    (_DOWNLINK, _encode(Proposal(1, ("at:A",), "N", Chooser.GOAL_DIRECTED, (_STEP, _STEP)))),
+]
+_HELD_BYTE = 10_000
+
+
+def _with_crc(content: bytes) -> bytes:
+    return content + zlib.crc32(content).to_bytes(4, "little")
+
+
+def _raw_frames(data: atheris.FuzzedDataProvider) -> None:
+    """Bytes from anyone: as they are, with a CRC that matches, and of our version."""
+    opener = Opener(_KEY, Direction.UP)
+    while data.remaining_bytes():
+        wire = data.ConsumeBytes(data.ConsumeIntInRange(0, 80))
+        for shape in (wire, _with_crc(wire), _with_crc(bytes((WIRE_VERSION,)) + wire)):
+            with suppress(FrameError):
+                opener.open(shape)
+                raise AssertionError(f"opened what nobody sealed: {shape!r}")
+
+
+def _changed_frames(data: atheris.FuzzedDataProvider) -> None:
+    """Genuine frames, in any order, some of them changed."""
+    sealer, opener = Sealer(_KEY, Direction.UP), Opener(_KEY, Direction.UP, window=8)
+    frames = [sealer.seal(bytes((number,)) * number, Flag(number)) for number in range(16)]
+    opened = set()
+    while data.remaining_bytes():
+        wire = frames[data.ConsumeIntInRange(0, 15)]
+        at = data.ConsumeIntInRange(0, len(wire))
+        wire = wire[:at] + data.ConsumeBytes(1) + wire[at + data.ConsumeIntInRange(0, 2) :]
+        if data.ConsumeBool():
+            wire = _with_crc(wire[:-4])
+        with suppress(FrameError):
+            sequence, flags, body = opener.open(wire)
+            if wire not in frames or sequence in opened:
+                raise AssertionError(f"opened what nobody sealed, or twice: {wire!r}")
+            if (flags, body) != (sequence, bytes((sequence,)) * sequence):
+                raise AssertionError(f"opened something else than was sealed: {wire!r}")
+            opened.add(sequence)
+
+
+def _messages(data: atheris.FuzzedDataProvider) -> None:
+    """Genuine messages, changed in a few places: what a peer that has lost its mind says."""
+    decoder, body = _MESSAGES[data.ConsumeIntInRange(0, len(_MESSAGES) - 1)]
+    for _ in range(data.ConsumeIntInRange(0, 4)):
+        at = data.ConsumeIntInRange(0, len(body))
+        end = at + data.ConsumeIntInRange(0, 4)
+        body = body[:at] + data.ConsumeBytes(data.ConsumeIntInRange(0, 6)) + body[end:]
+    with suppress(FrameError):
+        encoded = _encode(unpack(body, decoder))
+        if _encode(unpack(encoded, decoder)) != encoded:
+            raise AssertionError(f"unpacked differently the second time: {encoded!r}")
+
+
+def _fragments(data: atheris.FuzzedDataProvider) -> None:
+    """Fragments in any order, lost, repeated, made up."""
+    reassembler = Reassembler(1000, max_messages=4, max_byte=_HELD_BYTE)
+    fragmenter = Fragmenter(OVERHEAD_BYTE + 8 + 20)
+    genuine = {number: bytes((number,)) * 70 for number in range(4)}
+    bodies = [body for n, message in genuine.items() for body in fragmenter.cut(message, n)]
+    now_ns = 0
+    while data.remaining_bytes():
+        now_ns += data.ConsumeIntInRange(0, 300)
+        body = bodies[data.ConsumeIntInRange(0, len(bodies) - 1)]
+        if data.ConsumeBool():
+            # Of other messages: those of a genuine one must come out as they went in.
+            body = bytes((1,)) + data.ConsumeBytes(data.ConsumeIntInRange(0, 60))
+        with suppress(FrameError):
+            message = reassembler.add(body, now_ns)
+            if message is not None and body[0] == 0 and message not in genuine.values():
+                raise AssertionError(f"put together what nobody cut: {message!r}")
+        if not 0 <= reassembler.held_byte <= _HELD_BYTE:
+            raise AssertionError(f"holds {reassembler.held_byte} bytes")
+
+
+_LAYERS: list[Callable[[atheris.FuzzedDataProvider], None]] = [
+    _raw_frames,
+    _changed_frames,
+    _messages,
+    _fragments,
+]
+
+
+def _fuzz(taken: bytes) -> None:
+    data = atheris.FuzzedDataProvider(taken)
+    _LAYERS[data.ConsumeIntInRange(0, len(_LAYERS) - 1)](data)
+
+
+if __name__ == "__main__":
+    atheris.Setup(sys.argv, _fuzz)
+    atheris.Fuzz()

@@ -1,0 +1,113 @@
+"""The stand-alone emulator without a clock and without Zenoh."""
+
+import json
+
+import pytest
+
+from farside.link.config import LinkConfig, OneWay
+from farside.link.emulator import Delivery, Emulator
+from farside.link.impairments import Jitter
+from farside.link.node import Direction
+
+UP, DOWN = Direction.UP, Direction.DOWN
+MS = 1_000_000
+
+
+def emulator(**up: object) -> Emulator[str]:
+    return Emulator(LinkConfig(up=OneWay(**up)))
+
+
+def control(subject: Emulator[str], **change: object) -> None:
+    subject.control(json.dumps(change).encode())
+
+
+def test_a_message_arrives_with_its_cargo_after_its_delay() -> None:
+    subject = emulator(delay_s=0.01)
+    subject.send(UP, 3, b"north", "cargo")
+    assert subject.advance(10 * MS + 3) == []
+    assert subject.advance(10 * MS + 4) == [(10 * MS + 3, UP, b"north", "cargo")]
+
+
+def test_arrivals_are_in_order_of_time_however_they_were_sent() -> None:
+    subject = Emulator(
+        LinkConfig(up=OneWay(delay_s=0.02), down=OneWay(jitter=Jitter(spread_s=0.01)))
+    )
+    arrived: list[Delivery[str]] = []
+    for number in range(100):
+        subject.send((UP, DOWN)[number % 2], number * MS, b"x", str(number))
+        arrived += subject.advance((number + 1) * MS)
+    arrived += subject.advance(1000 * MS)
+    assert len(arrived) == 100
+    assert [at_ns for at_ns, *_ in arrived] == sorted(at_ns for at_ns, *_ in arrived)
+
+
+def test_what_comes_to_be_known_late_counts_as_sent_now() -> None:
+    subject = emulator(delay_s=0.0)
+    subject.advance(5 * MS)
+    subject.send(UP, 3 * MS, b"x", "late")
+    assert subject.advance(5 * MS + 1) == [(5 * MS, UP, b"x", "late")]
+
+
+def test_every_message_is_in_flight_or_has_its_end_counted() -> None:
+    subject = emulator(delay_s=0.01, loss=0.5, duplicate=0.5)
+    for number in range(200):
+        subject.send(UP, number, b"four", str(number))
+    subject.advance(1000)
+    assert subject.state().up.counters.in_flight == 200
+    arrived = subject.advance(20 * MS)
+    counters = subject.state().up.counters
+    assert counters.received == counters.delivered + counters.lost == 200
+    assert len(arrived) == counters.delivered + counters.duplicated
+    assert counters.received_byte == 800
+    assert counters.delivered_byte == 4 * counters.delivered
+    assert counters.in_flight == 0
+
+
+def test_it_asks_to_be_called_at_the_next_arrival_and_not_at_all_when_empty() -> None:
+    subject = emulator(delay_s=0.0005)
+    assert subject.next_ns is None
+    subject.send(UP, 0, b"x", "")
+    subject.advance(1)
+    assert subject.next_ns == 500_000
+    subject.advance(500_001)
+    assert subject.next_ns is None
+
+
+def test_a_rate_takes_the_place_of_a_table_of_rates() -> None:
+    subject = emulator()
+    control(subject, up={"rate_table": [{"t_s": 0.0, "rate_bit_s": 100}]})
+    control(subject, up={"rate_bit_s": 50})
+    settings = subject.state().up.settings
+    assert (settings.rate_bit_s, settings.rate_table) == (50, ())
+
+
+def test_null_takes_a_setting_away() -> None:
+    subject = emulator(loss=0.5)
+    control(subject, both={"loss": None})
+    assert subject.state().up.settings == OneWay()
+
+
+def test_of_a_change_that_is_wrong_in_part_nothing_is_done() -> None:
+    subject = emulator()
+    with pytest.raises(ValueError, match=r"^down: .*loss"):
+        control(subject, up={"loss": 0.5, "out": True}, down={"loss": 2})
+    assert subject.state() == emulator().state()
+
+
+@pytest.mark.parametrize(
+    "payload",
+    [
+        b"",
+        b"{",
+        b"[]",
+        b"{}",
+        b"\xff",
+        b'{"up": 1}',
+        b'{"up": {"out": "yes"}}',
+        b'{"up": {"out": []}}',
+        b'{"up": {"loss": ' + b"[" * 100_000,
+    ],
+)
+def test_no_payload_raises_anything_but_the_one_error(payload: bytes) -> None:
+    with pytest.raises(ValueError, match=r"\w"):
+        emulator().control(payload)

@@ -1,0 +1,128 @@
+"""What is made while the link is out: what is kept, what goes, and how it arrives."""
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from farside.link.store import ITEM_BYTE, Freshest, Known, Store, Stored
+
+items = st.lists(
+    st.tuples(st.binary(max_size=20), st.integers(0, 50), st.integers(0, 3)), max_size=60
+)
+
+
+def filled(*entries, capacity_byte=10_000):
+    store = Store(capacity_byte)
+    for payload, made_ns, priority in entries:
+        store.add(payload, made_ns, priority)
+    return store
+
+
+def payloads(found: list[Stored]) -> list[bytes]:
+    return [item.payload for item in found]
+
+
+def test_the_most_important_goes_out_first_and_of_equals_the_oldest():
+    store = filled((b"late", 9, 0), (b"alarm", 8, 5), (b"early", 1, 0), (b"old alarm", 2, 5))
+    assert payloads(store.take(1000)) == [b"old alarm", b"alarm", b"early", b"late"]
+
+
+def test_no_more_goes_out_than_live_traffic_leaves():
+    store = filled((b"12345", 1, 0), (b"67890", 2, 0), (b"x", 3, 0))
+    assert payloads(store.take(7)) == [b"12345"], "a smaller one does not overtake"
+    assert store.take(4) == []
+    assert payloads(store.take(6)) == [b"67890", b"x"]
+
+
+def test_the_least_important_and_oldest_goes_when_the_store_is_full():
+    full = [(b"old", 1, 0), (b"new", 2, 0), (b"alarm", 0, 5)]
+    store = filled(*full, capacity_byte=11 + 3 * ITEM_BYTE)
+    assert payloads(store.add(b"now", 3, 0)) == [b"old"]
+    assert payloads(store.add(b"big!!!", 4, 5)) == [b"new", b"now"]
+    assert store.dropped == 3
+
+
+def test_an_item_less_important_than_all_is_the_one_to_go():
+    store = filled((b"alarm", 1, 5), capacity_byte=5 + ITEM_BYTE)
+    assert payloads(store.add(b"chat", 2, 0)) == [b"chat"]
+    assert payloads(store.take(1000)) == [b"alarm"]
+
+
+def test_an_item_that_can_never_fit_drives_out_nothing():
+    store = filled((b"kept", 1, 0), capacity_byte=100)
+    assert payloads(store.add(bytes(100), 2, 5)) == [bytes(100)]
+    assert payloads(store.take(1000)) == [b"kept"]
+
+
+@given(items, st.integers(0, 400))
+def test_a_store_is_bounded_and_accounts_for_every_item(entries, capacity_byte):
+    store, gone = Store(capacity_byte), []
+    for payload, made_ns, priority in entries:
+        gone += store.add(payload, made_ns, priority)
+        assert store.held_byte <= capacity_byte
+        assert len(store) * ITEM_BYTE <= store.held_byte
+    assert store.dropped == len(gone)
+    left = store.take(10_000)
+    assert (len(store), store.held_byte) == (0, 0)
+    assert sorted(gone + left) == sorted(Stored(p, made_ns, data) for data, made_ns, p in entries)
+
+
+@given(items, st.lists(st.integers(0, 40), max_size=30))
+def test_what_goes_out_is_in_order_and_within_every_budget(entries, budgets):
+    store = filled(*entries)
+    out = []
+    for budget in budgets:
+        taken = store.take(budget)
+        assert sum(len(item.payload) for item in taken) <= budget
+        out += taken
+    rest = out + store.take(10_000)
+    assert rest == sorted(rest, key=lambda item: (-item.priority, item.made_ns))
+
+
+@given(items, st.integers(ITEM_BYTE, 400))
+def test_what_goes_is_never_more_important_than_what_stays(entries, capacity_byte):
+    store = Store(capacity_byte)
+    for payload, made_ns, priority in entries:
+        gone = [item for item in store.add(payload, made_ns, priority) if len(item.payload) < 20]
+        kept = [entry[2] for heap in store._of_priority.values() for entry in heap]
+        for item in gone:
+            if item.size_byte <= capacity_byte:
+                assert all(item[:2] <= other[:2] for other in kept)
+
+
+def test_a_stored_value_never_replaces_a_newer_one():
+    battery = Freshest[str, float](history=10)
+    assert battery.add("battery", Known(100, 0.5, stored=False))
+    assert not battery.add("battery", Known(40, 0.9, stored=True))
+    assert battery.newest("battery") == (100, 0.5, False)
+    assert [known.value for known in battery.history("battery")] == [0.9, 0.5]
+
+
+def test_a_stored_value_is_the_newest_where_nothing_newer_is_known():
+    battery = Freshest[str, float](history=10)
+    battery.add("battery", Known(10, 0.9, stored=False))
+    assert battery.add("battery", Known(40, 0.7, stored=True))
+    assert battery.newest("battery") == (40, 0.7, True)
+    assert battery.newest("drive") is None
+
+
+@given(st.lists(st.tuples(st.integers(0, 30), st.booleans())), st.integers(1, 5), st.randoms())
+def test_in_whatever_order_they_arrive_the_last_made_are_known(arrivals, history, shuffled):
+    freshest = Freshest[str, int](history)
+    shuffled.shuffle(arrivals)
+    for made_ns, stored in arrivals:
+        before = freshest.newest("x")
+        is_newest = freshest.add("x", Known(made_ns, made_ns, stored))
+        assert is_newest == (before is None or made_ns > before.made_ns)
+        if not is_newest:
+            assert freshest.newest("x") == before
+    expected = sorted({made_ns for made_ns, _ in arrivals})[-history:]
+    assert [known.made_ns for known in freshest.history("x")] == expected
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_history_is_bounded(count):
+    freshest = Freshest[str, int](count)
+    for time_ns in range(10):
+        freshest.add("x", Known(time_ns, time_ns, stored=False))
+    assert len(freshest.history("x")) == count
