@@ -20,13 +20,13 @@ from farside.link.config import (
     OneWay,
     OutageReason,
 )
-from farside.link.contacts import ContactPlanError, LinkTables, gaps, link_tables
-from farside.link.hdtn import parse_hdtn
 from farside.link.impairments import LossModel
-from farside.link.ion import parse_ion
+from farside.link.plans.contacts import ContactPlanError, LinkTables, gaps, link_tables
+from farside.link.plans.hdtn import parse_hdtn
+from farside.link.plans.ion import parse_ion
+from farside.link.plans.traces import TraceError, parse_trace
 from farside.link.shape import Problem, did_you_mean, dotted, mismatches, shown
 from farside.link.statistics import loss_statistics
-from farside.link.traces import TraceError, parse_trace
 
 _SCHEMA = msgspec.inspect.type_info(LinkConfig)
 _DELAY_KEYS = ("delay_s", "delay_table")

@@ -17,10 +17,10 @@ from rich.table import Table
 from rich.text import Text
 
 from farside.link.config import LinkConfig, OneWay
-from farside.link.control import EmulatorState, WayCounters, WayState, alternatives_to
 from farside.link.emulator import Emulator
+from farside.link.emulator.control import EmulatorState, WayCounters, WayState, alternatives_to
+from farside.link.emulator.relay import Relay, open_side
 from farside.link.node import Direction, Role
-from farside.link.relay import Relay, open_side
 from farside.link.resolve import LinkConfigError, load_profile
 from farside.missions.overrides import put, read_overrides
 

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from farside.link import Channel, Direction, Frame, LinkConfig, OneWay, Step
 from farside.link.check import Report, Verdict, check_link
+from farside.link.check.intervals import clustered_interval, share_interval
 from farside.link.config import (
     Affected,
     AtEnd,
@@ -23,7 +24,6 @@ from farside.link.config import (
     Trace,
 )
 from farside.link.impairments import FourState, GilbertElliott, Jitter, JitterShape, Reorder
-from farside.link.intervals import clustered_interval, share_interval
 from farside.link.resolve import load_profile, preset_names
 from farside.link.statistics import loss_statistics
 

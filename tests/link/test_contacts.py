@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from farside.link.config import Affected, DelayPoint, LinkConfig, OneWay, RateStep
-from farside.link.contacts import Contact, ContactPlanError, Plan, Range, gaps, link_tables
-from farside.link.hdtn import parse_hdtn
-from farside.link.ion import parse_ion
 from farside.link.node import Direction, to_ns
+from farside.link.plans.contacts import Contact, ContactPlanError, Plan, Range, gaps, link_tables
+from farside.link.plans.hdtn import parse_hdtn
+from farside.link.plans.ion import parse_ion
 from farside.link.schedule import Schedule
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "links"

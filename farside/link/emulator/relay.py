@@ -19,8 +19,8 @@ from typing import NamedTuple
 import msgspec
 import zenoh
 
-from farside.link.control import CONTROL_KEY, COUNTERS_KEY, EmulatorState
 from farside.link.emulator import Emulator
+from farside.link.emulator.control import CONTROL_KEY, COUNTERS_KEY, EmulatorState
 from farside.link.node import Direction, Role, to_ns, to_s
 
 _LISTEN = "listen/"

@@ -6,7 +6,8 @@ from functools import partial
 import numpy as np
 from numpy.random import Generator
 
-from farside.link.check_lines import (
+from farside.link.check.intervals import Floats, Interval, clustered_interval, share_interval
+from farside.link.check.lines import (
     SHORT_BYTE,
     Line,
     Seen,
@@ -20,10 +21,7 @@ from farside.link.check_lines import (
     rate_key,
     share_line,
 )
-from farside.link.impairments import LossModel
-from farside.link.intervals import Floats, Interval, clustered_interval, share_interval
-from farside.link.node import Direction, to_ns, to_s
-from farside.link.probe import (
+from farside.link.check.probe import (
     OPPORTUNITY_BYTE,
     Bools,
     Phase,
@@ -31,6 +29,8 @@ from farside.link.probe import (
     Traffic,
     opportunities_ns,
 )
+from farside.link.impairments import LossModel
+from farside.link.node import Direction, to_ns, to_s
 from farside.link.statistics import loss_statistics
 
 _TRAINS = 20

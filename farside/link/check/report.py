@@ -17,12 +17,13 @@ from enum import StrEnum
 import msgspec
 from numpy.random import Generator
 
-from farside.link import check_bursts, check_frames
 from farside.link.channel import Channel
-from farside.link.check_lines import Line, Seen, exact_line
+from farside.link.check import bursts as check_bursts
+from farside.link.check import frames as check_frames
+from farside.link.check.lines import Line, Seen, exact_line
+from farside.link.check.probe import ChannelFactory, Route, Traffic, run_probe, seeds
 from farside.link.config import LinkConfig
 from farside.link.node import Direction
-from farside.link.probe import ChannelFactory, Route, Traffic, run_probe, seeds
 
 FRAMES = 40_000
 """Frames sent for the measurements of chance, in each direction (project default)."""

@@ -7,7 +7,17 @@ from functools import partial
 import numpy as np
 from numpy.random import Generator
 
-from farside.link.check_lines import (
+from farside.link.check.intervals import (
+    Floats,
+    Interval,
+    clustered_interval,
+    correlation_interval,
+    kolmogorov_distance,
+    kolmogorov_limit,
+    normal_scores,
+    overtaking_chance,
+)
+from farside.link.check.lines import (
     SHORT_BYTE,
     Line,
     Seen,
@@ -22,20 +32,10 @@ from farside.link.check_lines import (
     quantile,
     share_line,
 )
+from farside.link.check.probe import Bools, Ints, Phase, Route, Traffic
 from farside.link.config import BitErrorEffect, OneWay
 from farside.link.impairments import Jitter
-from farside.link.intervals import (
-    Floats,
-    Interval,
-    clustered_interval,
-    correlation_interval,
-    kolmogorov_distance,
-    kolmogorov_limit,
-    normal_scores,
-    overtaking_chance,
-)
 from farside.link.node import to_s
-from farside.link.probe import Bools, Ints, Phase, Route, Traffic
 from farside.link.statistics import jitter_chance, loss_statistics
 
 _LONG_BYTE = 10_000

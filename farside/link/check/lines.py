@@ -9,10 +9,10 @@ import msgspec
 import numpy as np
 from numpy.random import Generator
 
+from farside.link.check.intervals import Floats, Interval, clustered_interval, share_interval
+from farside.link.check.probe import Arrivals, Bools, Ints, Phase, Route, Traffic
 from farside.link.config import BitErrorEffect, OneWay
 from farside.link.impairments import Jitter
-from farside.link.intervals import Floats, Interval, clustered_interval, share_interval
-from farside.link.probe import Arrivals, Bools, Ints, Phase, Route, Traffic
 from farside.link.statistics import jitter_quantile, loss_statistics
 
 Estimate = Callable[[float], Interval]

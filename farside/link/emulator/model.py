@@ -1,7 +1,7 @@
 """The link between programs that know nothing of it: the channel with somebody else's messages.
 
-Here is no clock and no Zenoh: `farside.link.relay` brings both. Times are nanoseconds since the
-start.
+Here is no clock and no Zenoh: `farside.link.emulator.relay` brings both. Times are nanoseconds
+since the start.
 """
 
 import heapq
@@ -16,7 +16,7 @@ import numpy as np
 
 from farside.link.channel import Channel
 from farside.link.config import LinkConfig
-from farside.link.control import EmulatorState, WayCounters, WayState, read_change
+from farside.link.emulator.control import EmulatorState, WayCounters, WayState, read_change
 from farside.link.node import Direction, Frame, to_s
 from farside.link.records import Fate
 
@@ -109,7 +109,6 @@ class Emulator(Generic[_Cargo]):
         self._sent.append(Frame(direction, way.sequence, time_ns, payload, priority))
         way.cargo[way.sequence] = cargo
         way.sequence += 1
-        way.counters.received += 1
         way.counters.received_byte += len(payload)
 
     def advance(self, until_ns: int) -> list[Delivery[_Cargo]]:
@@ -155,7 +154,7 @@ class Emulator(Generic[_Cargo]):
         return min(tick_ns, self._coming[0][0]) if self._coming else tick_ns
 
     def control(self, payload: bytes) -> EmulatorState:
-        """Do what somebody asks for; see `farside.link.control`.
+        """Do what somebody asks for; see `farside.link.emulator.control`.
 
         Raises:
             ValueError: if it cannot be done; nothing is, then.
@@ -175,5 +174,7 @@ class Emulator(Generic[_Cargo]):
 
     def _way_state(self, direction: Direction) -> WayState:
         way = self._ways[direction]
-        counters = msgspec.structs.replace(way.counters, in_flight=len(way.cargo))
+        counters = msgspec.structs.replace(
+            way.counters, received=way.sequence, in_flight=len(way.cargo)
+        )
         return WayState(counters, way.out, self._settings[direction])

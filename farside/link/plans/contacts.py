@@ -1,6 +1,7 @@
 """Contact plans: when one node can send to another, how fast, and how far it is.
 
-`farside.link.ion` and `farside.link.hdtn` read them. All times of a plan are those of sending.
+`farside.link.plans.ion` and `farside.link.plans.hdtn` read them. All times of a plan are those of
+sending.
 """
 
 from bisect import bisect_left, bisect_right

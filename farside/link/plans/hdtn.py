@@ -5,7 +5,7 @@ import re
 from collections.abc import Iterator
 from itertools import pairwise
 
-from farside.link.contacts import Book, Contact, ContactPlanError, Plan, Range, plan_of
+from farside.link.plans.contacts import Book, Contact, ContactPlanError, Plan, Range, plan_of
 from farside.link.shape import one_line, shown
 
 _LOOKS_LIKE_ION = re.compile(r"^\s*a\s+(?:contact|range)\s", re.MULTILINE)

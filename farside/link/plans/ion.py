@@ -4,7 +4,7 @@ import calendar
 import re
 from collections.abc import Sequence
 
-from farside.link.contacts import Book, Contact, ContactPlanError, Plan, Range, plan_of
+from farside.link.plans.contacts import Book, Contact, ContactPlanError, Plan, Range, plan_of
 from farside.link.shape import one_line
 
 _RELATIVE = re.compile(r"\+([0-9]{1,12}(?:\.[0-9]{1,9})?)")

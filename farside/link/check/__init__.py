@@ -1,0 +1,12 @@
+"""The proof that an emulator does to frames what a profile asks for."""
+
+from farside.link.check.report import (
+    FALSE_ALARM,
+    FRAMES,
+    Measurement,
+    Report,
+    Verdict,
+    check_link,
+)
+
+__all__ = ["FALSE_ALARM", "FRAMES", "Measurement", "Report", "Verdict", "check_link"]

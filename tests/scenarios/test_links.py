@@ -1,0 +1,146 @@
+"""The shipped mission over links that are worse than its own: nothing false is believed."""
+
+from collections import Counter
+from itertools import pairwise
+
+import pytest
+
+from farside.link import Direction, Fate
+from farside.link.messages import Telemetry
+from farside.link.records import FrameStage, GroundFrame, Pose, RoverFrame
+from farside.missions import Outcome
+
+NOISY = {
+    "loss": {"model": "gilbert-elliott", "p": 0.01, "r": 0.3},
+    "jitter": {"spread_s": 0.2, "correlation": 0.5},
+    "reorder": {"share": 0.02, "hold_s": 1.0},
+    "duplicate": 0.05,
+    "corrupt": 0.03,
+    "bit_error_rate": 1e-5,
+    "bit_errors": "flip",
+    "overhead_byte": 6,
+}
+
+# The way to C's room leads through terrain shadow.
+SHADOWED_MAP = """
+#################
+#A..##....##..B##
+#...##..o.##...##
+#...##....##...##
+##.###.##.###.###
+#...............#
+###.#D##.####.###
+#~~~~##...#....##
+#C~~~##...#....##
+#################
+"""
+
+
+def noisy(mission):
+    rehearsal = mission("blackout")
+    for way in ("up", "down"):
+        for key, value in NOISY.items():
+            rehearsal = rehearsal.set(f"link.{way}.{key}", value)
+    return rehearsal
+
+
+def events(run, kind, stage):
+    return [entry for _, entry in run.entries(kind) if entry.stage is stage]
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_over_a_noisy_link_the_mission_succeeds_and_no_command_is_obeyed_twice(mission, seed):
+    run = noisy(mission).with_seed(seed).run()
+    assert run.result.outcome is Outcome.SUCCESS
+    assert [met.met for met in run.result.expectations] == [True] * len(run.result.expectations)
+    refused = Counter(
+        entry.what
+        for kind in (RoverFrame, GroundFrame)
+        for entry in events(run, kind, FrameStage.REFUSED)
+    )
+    assert refused["corrupted"] > 20
+    assert refused["replayed"] > 20
+    assert set(refused) == {"corrupted", "replayed"}
+
+
+def test_every_frame_has_one_life_from_end_to_end(mission):
+    run = noisy(mission).run()
+    for direction, sender, receiver in (
+        (Direction.UP, GroundFrame, RoverFrame),
+        (Direction.DOWN, RoverFrame, GroundFrame),
+    ):
+        made = [e.sequence for e in events(run, sender, FrameStage.MADE)]
+        assert made == [*range(len(made))]
+        fates = [f for f in run.frames(direction) if not f.copy]
+        ended = Counter(fate.sequence for fate in fates)
+        assert set(ended.values()) == {1}
+        on_the_way = set(made) - set(ended)
+        assert len(on_the_way) < 20, "only the last ones of the run"
+        arrived = Counter(f.sequence for f in run.frames(direction, Fate.DELIVERED))
+        used = Counter(e.sequence for e in events(run, receiver, FrameStage.USED))
+        refused = Counter(e.sequence for e in events(run, receiver, FrameStage.REFUSED))
+        assert max(used.values()) == 1
+        unread = arrived - (used + refused)
+        assert not (used + refused) - arrived, "nobody reads what did not arrive"
+        assert sum(unread.values()) < 5, "only what arrives with the last tick"
+
+
+def test_what_happened_in_a_blackout_is_told_after_it_second_by_second(mission):
+    run = mission("blackout").run()
+    told = [(t_s, entry.time_ns / 1e9) for t_s, entry in run.entries(Telemetry)]
+    late = [time_s for t_s, time_s in told if t_s - time_s > 10]
+    assert late[0] < 622
+    assert late[-1] > 978
+    gaps = [after - before for before, after in pairwise(late)]
+    assert late == sorted(late), "the oldest first"
+    assert max(gaps) < 8.1, "an action is told of when it ends"
+    stored = [e for e in events(run, GroundFrame, FrameStage.USED) if e.stored]
+    assert len(stored) == len(late)
+
+
+def test_stored_telemetry_goes_below_live_and_never_holds_it_up(mission):
+    run = mission("blackout").run()
+    live = [t for t, e in run.entries(Telemetry) if t - e.time_ns / 1e9 < 10 and 985 < t < 1190]
+    assert max(after - before for before, after in pairwise(live)) < 8.1
+    assert run.link_counters(Direction.DOWN).queue_full == 0
+
+
+def test_in_terrain_shadow_nothing_is_heard_and_the_rover_knows_what_to_do(mission):
+    run = mission("blackout").without_blackouts().set("world.map", SHADOWED_MAP).run()
+    lost = events(run, RoverFrame, FrameStage.SHADOWED)
+    assert {entry.direction for entry in lost} == {Direction.UP, Direction.DOWN}
+    shadowed = [
+        t_s
+        for t_s, pose in run.entries(Pose)
+        if pose.place in {"at:1,1", "at:2,1", "at:3,1", "at:4,1", "at:2,2"}
+    ]
+    assert shadowed
+    sent = {f.sequence for f in run.frames(Direction.DOWN)}
+    assert not sent & {e.sequence for e in lost if e.direction is Direction.DOWN}
+
+
+def test_a_link_over_a_preset_keeps_what_the_mission_says(mission):
+    run = mission("blackout").set("link.preset", "moon").run()
+    assert run.result.outcome is Outcome.SUCCESS
+    first = next(f for f in run.frames(Direction.DOWN, Fate.DELIVERED))
+    assert first.arrival_ns - first.sent_end_ns == 1_280_000_000
+
+
+def test_a_long_way_is_as_sure_as_a_short_one(mission):
+    """Mars at its nearest: three minutes one way; the operator's tour takes its time."""
+    run = (
+        mission("blackout")
+        .without_blackouts()
+        .set("link.up.delay_s", 180.0)
+        .set("link.down.delay_s", 180.0)
+        .set("ground.command_lifetime_s", 4000.0)
+        .set("rover.failsafe.hold_after_s", 600.0)
+        .set("rover.failsafe.lost_after_s", 900.0)
+        .set("duration_s", 4000.0)
+        .set("expect", [{"what": "obedience"}, {"what": "no-crossing"}])
+        .run()
+    )
+    assert run.result.outcome is Outcome.SUCCESS
+    taken = [taken.number for _, taken in run.commands_taken]
+    assert taken == [*range(1, len(taken) + 1)]
+    assert len(taken) >= 5
