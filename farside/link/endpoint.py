@@ -27,7 +27,7 @@ from farside.link.messages import (
 )
 from farside.link.node import NS_PER_S, Direction, Frame
 from farside.link.records import FrameEvent, FrameStage, GroundFrame, RoverFrame
-from farside.link.schedule import Schedule
+from farside.link.schedule import NEVER_NS, Schedule
 from farside.link.segments import Report, Segment, decode
 from farside.link.store import Store
 from farside.link.transfer import ReliableReceiver, ReliableSender, TransferConfig
@@ -151,6 +151,7 @@ class Endpoint(Generic[_Out, _In]):
         self._receiver = ReliableReceiver(incoming, terms.schedule, transfer)
         self._segment_byte = transfer.segment_byte
         self._backlog: deque[bytes] = deque()
+        self._wake_ns = 0
         self._store = Store(terms.store_byte)
         self._budget_byte = 0.0
         self._forwarded_ns = 0
@@ -166,6 +167,7 @@ class Endpoint(Generic[_Out, _In]):
         payload = _encode(message)
         if route.reliable:
             self._backlog.append(payload)
+            self._wake_ns = now_ns
             self.pump(now_ns)
         else:
             self._send(payload, type(message).__name__, now_ns, route)
@@ -193,16 +195,18 @@ class Endpoint(Generic[_Out, _In]):
 
     def pump(self, now_ns: int) -> None:
         """Let the reliable service send what is due: segments, repeats, reports."""
+        if now_ns < self._wake_ns:
+            return
         sender, receiver = self._sender, self._receiver
         while self._backlog and sender.room >= self._segments(self._backlog[0]):
             sender.offer(self._backlog.popleft())
-        if not sender.is_done:  # which is quicker to ask than what to take
-            while (sending := sender.take(now_ns)) is not None:
-                what = "segment" if sending.attempt == 1 else f"segment, sent {sending.attempt} ×"
-                self._put(sending.payload, what, now_ns, _SEGMENT, Flag.RELIABLE)
-        if (due_ns := receiver.next_ns()) is not None and due_ns <= now_ns:
-            for report in receiver.take(now_ns):
-                self._put(report, "report", now_ns, _REPORT, Flag.REPORT)
+        while (sending := sender.take(now_ns)) is not None:
+            what = "segment" if sending.attempt == 1 else f"segment, sent {sending.attempt} ×"
+            self._put(sending.payload, what, now_ns, _SEGMENT, Flag.RELIABLE)
+        for report in receiver.take(now_ns):
+            self._put(report, "report", now_ns, _REPORT, Flag.REPORT)
+        due_ns = sender.next_ns(now_ns), receiver.next_ns()
+        self._wake_ns = min((due for due in due_ns if due is not None), default=NEVER_NS)
 
     def take_sent(self) -> list[Frame]:
         """The frames sent since the last call, in order."""
@@ -268,6 +272,7 @@ class Endpoint(Generic[_Out, _In]):
         """The messages that are whole with this frame."""
         _, flags, body = self._opener.open(frame.payload)
         self._hear(frame.time_ns)
+        self._wake_ns = now_ns
         what = ""
         messages: list[_In] = []
         if flags & (Flag.RELIABLE | Flag.REPORT):

@@ -21,13 +21,17 @@ from farside.link.records import (
     Cycle,
     FailsafeEntry,
     Fate,
+    FrameEvent,
     FrameFate,
+    FrameStage,
     GoalChange,
     GoalEntry,
     GoalSource,
+    GroundFrame,
     LinkOutage,
     ModeEntry,
     Pose,
+    RoverFrame,
     Yard,
 )
 from farside.logs.reader import LogFile, decode
@@ -80,6 +84,8 @@ class LinkCounters(msgspec.Struct, frozen=True):
         delivered, lost, outage, queue_full, expired, bit_error: how many of them met each `Fate`.
         duplicated: how many arrived a second time.
         damaged: how many arrived with bits flipped.
+        refused: how many arrived and were not taken for what the other end sent, or not again.
+        shadowed: how many were lost in terrain shadow, at the rover.
         bytes: payload of all that were handed over.
         delay_s: mean time from handing over to arrival, `None` if none arrived.
     """
@@ -93,6 +99,8 @@ class LinkCounters(msgspec.Struct, frozen=True):
     bit_error: int
     duplicated: int
     damaged: int
+    refused: int
+    shadowed: int
     bytes: int
     delay_s: float | None
 
@@ -289,8 +297,18 @@ class RunView:
             bit_error=fates[Fate.BIT_ERROR],
             duplicated=sum(frame.copy for frame in self.frames(direction, Fate.DELIVERED)),
             damaged=sum(frame.flipped_bits > 0 for frame in frames),
+            refused=self._count(direction, FrameStage.REFUSED),
+            shadowed=self._count(direction, FrameStage.SHADOWED),
             bytes=sum(frame.size_byte for frame in frames),
             delay_s=fmean(delays_s) if delays_s else None,
+        )
+
+    def _count(self, direction: Direction, stage: FrameStage) -> int:
+        ends: tuple[type[FrameEvent], ...] = (RoverFrame, GroundFrame)
+        return sum(
+            entry.direction is direction and entry.stage is stage
+            for end in ends
+            for _, entry in self.entries(end)
         )
 
     @property

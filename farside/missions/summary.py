@@ -60,6 +60,8 @@ def _link(result: RunResult) -> Table:
         "bit errors": [way.bit_error for way in ways.values()],
         "damaged": [way.damaged for way in ways.values()],
         "twice": [way.duplicated for way in ways.values()],
+        "refused": [way.refused for way in ways.values()],
+        "in shadow": [way.shadowed for way in ways.values()],
     }
     columns |= {name: counts for name, counts in rare.items() if any(counts)}
     table = _table("link", *columns, "mean delay")

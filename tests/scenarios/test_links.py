@@ -61,6 +61,8 @@ def test_over_a_noisy_link_the_mission_succeeds_and_no_command_is_obeyed_twice(m
     assert refused["corrupted"] > 20
     assert refused["replayed"] > 20
     assert set(refused) == {"corrupted", "replayed"}
+    ways = (run.link_counters(direction) for direction in Direction)
+    assert sum(way.refused for way in ways) == refused.total()
 
 
 def test_every_frame_has_one_life_from_end_to_end(mission):
@@ -117,6 +119,7 @@ def test_in_terrain_shadow_nothing_is_heard_and_the_rover_knows_what_to_do(missi
     assert shadowed
     sent = {f.sequence for f in run.frames(Direction.DOWN)}
     assert not sent & {e.sequence for e in lost if e.direction is Direction.DOWN}
+    assert sum(run.link_counters(direction).shadowed for direction in Direction) == len(lost)
 
 
 def test_a_link_over_a_preset_keeps_what_the_mission_says(mission):
