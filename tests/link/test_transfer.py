@@ -234,6 +234,52 @@ def test_after_an_unforeseen_blackout_all_goes_on_at_once():
     assert len(pair.sent) < 60 + 40 + 16
 
 
+def test_news_goes_out_once_though_answers_are_overdue_where_that_is_asked_for():
+    config = TransferConfig(segment_byte=64, window=200, keeps_on=True)
+    pair = Pair(link(), fates=[LOST] * 1000, config=config)
+    pair.run([message(0)], until_s=100)
+    pair.run([message(1)], until_s=130)
+    first = next(time_ns for number, time_ns in pair.sent if number == 1)
+    assert first < to_ns(120)
+    assert max(pair.again()) >= to_ns(15), "what was sent before still backs off"
+
+
+def test_heard_again_the_oldest_go_out_at_once_and_no_more_than_eight():
+    pair = Pair(link(), fates=[LOST] * 1000)
+    pair.run([message(n) for n in range(16)], until_s=200)
+    before = len(pair.sent)
+    pair.sender.resume(pair.now_ns)
+    oldest = list(pair.sender._again)
+    pair._say()
+    assert pair.sent[before][1] == pair.now_ns, "the first without waiting, the next behind it"
+    assert len(oldest) == 8
+    pair.sender.resume(pair.now_ns)
+    assert len(pair.sender._again) <= 16
+
+
+def test_heard_in_time_nothing_is_sent_again():
+    pair = Pair(link())
+    pair.sender.offer(message(0))
+    pair._say()
+    pair.sender.resume(to_ns(1))
+    assert pair.sender.take(to_ns(1)) is None
+
+
+def test_a_segment_beyond_the_window_is_refused():
+    receiver = ReliableReceiver(DOWN, link(), SMALL)
+    receiver.receive(Segment(15, 0, True, b"x"), 0)
+    with pytest.raises(FrameError, match="below 16"):
+        receiver.receive(Segment(16, 0, True, b"x"), 0)
+
+
+def test_messages_that_never_end_fill_no_more_than_two_windows():
+    receiver = ReliableReceiver(DOWN, link(), SMALL)
+    for number in range(32):
+        receiver.receive(Segment(number, 0, False, b"x"), 0)
+    with pytest.raises(FrameError, match="messages that end"):
+        receiver.receive(Segment(32, 0, False, b"x"), 0)
+
+
 def test_what_is_lost_on_a_long_way_is_sent_in_copies_as_far_as_the_spare_goes():
     config = TransferConfig(segment_byte=64, window=100, spare=0.25)
     pair = Pair(link(delay_s=40, passes=50), fates=[LOST] * 3, config=config)

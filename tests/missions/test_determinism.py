@@ -15,6 +15,17 @@ from farside.missions.build import build_node
 from farside.missions.conductor import Conductor, WallClock
 from farside.missions.crew import InProcessCrew
 
+BAD = {
+    f"link.{way}.{key}": value
+    for way in ("up", "down")
+    for key, value in {
+        "loss": {"model": "gilbert-elliott", "p": 0.02, "r": 0.3},
+        "jitter": {"spread_s": 0.3, "correlation": 0.5},
+        "reorder": {"share": 0.05, "hold_s": 1.0},
+        "duplicate": 0.05,
+        "corrupt": 0.05,
+    }.items()
+}
 SHORT = {"duration_s": 60.0, "link.blackouts": [{"start_s": 20.0, "end_s": 50.0}]}
 
 
@@ -42,6 +53,12 @@ def test_in_a_process_for_each_role(reference, tmp_path):
 def test_with_windows_of_any_length(reference, tmp_path, window_s):
     """One tick, half the light time, all of it, and no whole part of it."""
     assert digest(tmp_path, window_ns=to_ns(window_s)) == reference
+
+
+@pytest.mark.parametrize("window_s", [0.04, 0.64])
+def test_over_a_bad_link_too(tmp_path, window_s):
+    reference = digest(tmp_path, BAD)
+    assert digest(tmp_path, BAD, window_ns=to_ns(window_s)) == reference
 
 
 @pytest.mark.parametrize("hash_seed", ["0", "1", "4711"])
