@@ -19,7 +19,7 @@ mission: $(VENV)/.ready-to-run ## fly the first mission, missions/blackout.toml
 	$(BIN)/farside run missions/blackout.toml
 
 test: $(VENV)/.ready-to-develop ## run every test
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n auto --dist worksteal
 
 lint: $(VENV)/.ready-to-develop ## check style, types and the direction of imports
 	$(BIN)/ruff check .
