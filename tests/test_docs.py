@@ -4,13 +4,19 @@ import os
 import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
+import msgspec
 import pytest
+
+from farside.link import LinkConfig
+from farside.link.resolve import resolve_link, with_preset
 
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = [
-    ROOT / name for name in ("README.md", "CONTRIBUTING.md", "docs/design.md", "docs/dem.md")
+    ROOT / name
+    for name in ("README.md", "CONTRIBUTING.md", "docs/design.md", "docs/dem.md", "docs/link.md")
 ]
 # `make test` is what runs this; the others take minutes and are tried without being run.
 DRY = {"make test", "make lint", "make bench", "make clean", "make picture"}
@@ -67,6 +73,15 @@ def test_every_example_in_the_documents_runs():
     assert examples
     for example in examples:
         exec(example, {})  # noqa: S102 - our own examples
+
+
+def test_every_link_in_the_documents_is_one():
+    tables = [tomllib.loads(block) for block in blocks("toml")]
+    links = [table["link"] for table in tables if "link" in table]
+    assert links
+    for link in links:
+        config = msgspec.convert(with_preset(link), LinkConfig)
+        assert resolve_link(config, folder=ROOT, duration_s=60.0).lookahead_ns > 0
 
 
 def test_every_path_in_the_documents_is_there():
