@@ -18,7 +18,13 @@ _OPPORTUNITY = 1500 * 8 * NS_PER_S
 
 
 class Pace(Protocol):
-    """How fast a transmitter is, over time."""
+    """How fast a transmitter is, over time.
+
+    Attributes:
+        is_always_open: whether something can be sent at any time, so that nobody need ask.
+    """
+
+    is_always_open: bool
 
     def opens_ns(self, time_ns: int) -> int:
         """When, from `time_ns` on, something can be sent; `NEVER_NS` if not."""
@@ -50,6 +56,8 @@ def pace_of(one_way: OneWay) -> Pace | None:
 class Unlimited:
     """A rate without a limit."""
 
+    is_always_open = True
+
     def opens_ns(self, time_ns: int) -> int:
         """See `Pace.opens_ns`."""
         return time_ns
@@ -69,6 +77,7 @@ class Rates:
     def __init__(self, steps: Sequence[RateStep]) -> None:
         self._times_ns = [to_ns(step.t_s) for step in steps]
         self._rates = [step.rate_bit_s for step in steps]
+        self.is_always_open = all(self._rates)
 
     def opens_ns(self, time_ns: int) -> int:
         """See `Pace.opens_ns`."""
@@ -112,6 +121,8 @@ class Opportunities:
     Raises:
         ValueError: if the trace is empty, goes back in time, or would never get on.
     """
+
+    is_always_open = False
 
     def __init__(self, trace: Trace) -> None:
         times_ms = trace.times_ms

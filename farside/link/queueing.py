@@ -1,6 +1,5 @@
 """What comes before the way: the queue of one direction, and its transmitter."""
 
-from bisect import insort
 from collections import deque
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -34,62 +33,52 @@ class Passage(msgspec.Struct, gc=False):
 
 
 class Queue:
-    """Frames that wait: in order of hand-over within each priority.
+    """Frames that wait: a line for each priority, in order of hand-over.
+
+    The transmitter, which has to be quick, puts and takes by itself.
 
     Attributes:
+        lines: the lines by priority; one that was needed once stays.
+        ordered: the same lines, highest priority first.
         frames, bytes: how much waits.
     """
 
     def __init__(self) -> None:
-        self._by_priority: dict[int, deque[Passage]] = {}
-        self._priorities: list[int] = []
+        self.lines: dict[int, deque[Passage]] = {}
+        self.ordered: list[deque[Passage]] = []
         self.frames = 0
         self.bytes = 0
 
+    def line(self, priority: int) -> deque[Passage]:
+        """The line of a priority."""
+        if priority not in self.lines:
+            self.lines[priority] = deque()
+            self.ordered = [self.lines[each] for each in sorted(self.lines, reverse=True)]
+        return self.lines[priority]
+
     def put(self, passage: Passage) -> None:
         """Let a frame wait; the newest of all."""
-        priority = passage.priority
-        try:
-            self._by_priority[priority].append(passage)
-        except KeyError:
-            self._by_priority[priority] = deque((passage,))
-            insort(self._priorities, priority)
+        self.line(passage.priority).append(passage)
         self.frames += 1
         self.bytes += passage.size_byte
 
-    def take(self) -> Passage:
-        """The frame whose turn it is: the oldest of the highest priority."""
-        line = self._by_priority[self._priorities[-1]]
-        passage = line.popleft()
-        if not line:
-            del self._by_priority[self._priorities.pop()]
-        self.frames -= 1
-        self.bytes -= passage.size_byte
-        return passage
-
     def drop(self, policy: DropPolicy) -> Passage:
         """The frame that has to go."""
+        waiting = [line for line in self.ordered if line]
         match policy:
             case DropPolicy.NEWEST:
-                return self._leave(max(self._priorities, key=lambda p: self._age(p, -1)), -1)
+                passage = max(waiting, key=lambda line: _age(line[-1])).pop()
             case DropPolicy.OLDEST:
-                return self._leave(min(self._priorities, key=lambda p: self._age(p, 0)), 0)
+                passage = min(waiting, key=lambda line: _age(line[0])).popleft()
             case DropPolicy.LOWEST:
-                return self._leave(self._priorities[0], -1)
-
-    def _age(self, priority: int, end: int) -> tuple[int, int]:
-        frame = self._by_priority[priority][end].frame
-        return frame.time_ns, frame.sequence
-
-    def _leave(self, priority: int, end: int) -> Passage:
-        line = self._by_priority[priority]
-        passage = line.pop() if end else line.popleft()
-        if not line:
-            del self._by_priority[priority]
-            self._priorities.remove(priority)
+                passage = waiting[-1].pop()
         self.frames -= 1
         self.bytes -= passage.size_byte
         return passage
+
+
+def _age(passage: Passage) -> tuple[int, int]:
+    return passage.frame.time_ns, passage.frame.sequence
 
 
 class Dropped(NamedTuple):
@@ -163,43 +152,58 @@ class Transmitter:
         columns = frames, lucks, priorities, sizes_byte, latest_ns, times_ns, times_ns
         return list(map(Passage, *columns))
 
-    def _serve(self, pace: Pace, until_ns: int, passages: Sequence[Passage]) -> int:
+    def _serve(  # noqa: C901, PLR0912 - a call in this loop takes as long as the rest of it
+        self, pace: Pace, until_ns: int, passages: Sequence[Passage]
+    ) -> int:
         """Send what can be; gives back how many of `passages` were in the queue by then."""
-        queue, config = self._queue, self._config
-        put, take, opens, ends = queue.put, queue.take, pace.opens_ns, pace.end_ns
+        queue, config, lines = self._queue, self._config, self._queue.lines
         most_byte, most_frame = config.queue_byte, config.queue_frame or NEVER_NS
         overhead_byte, work_of_byte = config.overhead_byte, 8 * NS_PER_S
+        is_open, end_of, leaves = pace.is_always_open, pace.end_ns, self._sent.append
         sending, free_ns = self._sending, self._free_ns
+        waiting, waiting_byte = queue.frames, queue.bytes
         place, count = 0, len(passages)
         while free_ns < until_ns:
             if sending is not None:
                 sending.end_ns = free_ns
-                self._sent.append(sending)
+                leaves(sending)
                 sending = None
-            if not queue.frames:
+            if not waiting:
                 if place == count:
                     break
                 free_ns = max(free_ns, passages[place].start_ns)
-            opens_ns = opens(free_ns)
+            opens_ns = free_ns if is_open else pace.opens_ns(free_ns)
             if opens_ns >= until_ns:
                 break
             free_ns = opens_ns
             # All that is handed over by then is there to choose from.
             while place < count and (passage := passages[place]).start_ns <= opens_ns:
                 place += 1
-                put(passage)
-                if queue.bytes > most_byte or queue.frames > most_frame:
+                priority = passage.priority
+                (lines[priority] if priority in lines else queue.line(priority)).append(passage)
+                waiting += 1
+                waiting_byte += passage.size_byte
+                if waiting_byte > most_byte or waiting > most_frame:
+                    queue.frames, queue.bytes = waiting, waiting_byte
                     self._fit(passage)
-            if queue.frames:
-                passage = take()
-                if opens_ns > passage.latest_ns:
-                    self._dropped.append(Dropped(passage, Fate.EXPIRED, opens_ns))
-                else:
-                    sending = passage
-                    sending.start_ns = opens_ns
-                    work = (sending.size_byte + overhead_byte) * work_of_byte
-                    self._work = opens_ns, work
-                    free_ns = ends(opens_ns, work)
+                    waiting, waiting_byte = queue.frames, queue.bytes
+            for line in queue.ordered:
+                if line:
+                    break
+            else:
+                continue
+            passage = line.popleft()
+            waiting -= 1
+            waiting_byte -= passage.size_byte
+            if opens_ns > passage.latest_ns:
+                self._dropped.append(Dropped(passage, Fate.EXPIRED, opens_ns))
+            else:
+                sending = passage
+                sending.start_ns = opens_ns
+                work = (sending.size_byte + overhead_byte) * work_of_byte
+                self._work = opens_ns, work
+                free_ns = end_of(opens_ns, work)
+        queue.frames, queue.bytes = waiting, waiting_byte
         self._sending, self._free_ns = sending, free_ns
         return place
 
