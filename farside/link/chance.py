@@ -117,15 +117,19 @@ class Loss:
         if len(moves) == 1:
             self._move.miss(count)
             return _hits(self._lose, losses[0], count)
-        state, lost = self._state, []
-        moving, losing = self._move.take(count).tolist(), self._lose.take(count).tolist()
-        for move, lose in zip(moving, losing, strict=True):
+        moving, losing = self._move.take(count), self._lose.take(count)
+        # Only where the number would move some state can the chain move at all.
+        restless = np.flatnonzero(moving < max(leaving[-1][0] for leaving in moves))
+        state, places, chances = self._state, [0], [losses[self._state]]
+        for place, move in zip(restless.tolist(), moving[restless].tolist(), strict=True):
             for below, following in moves[state]:
                 if move < below:
                     state = following
+                    places.append(place)
+                    chances.append(losses[state])
                     break
-            lost.append(lose < losses[state])
         self._state = state
+        lost: list[bool] = (losing < np.repeat(chances, np.diff([*places, count]))).tolist()
         return lost
 
 

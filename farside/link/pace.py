@@ -21,10 +21,11 @@ class Pace(Protocol):
     """How fast a transmitter is, over time.
 
     Attributes:
-        is_always_open: whether something can be sent at any time, so that nobody need ask.
+        constant_bit_s: the rate, if it is above 0 and always the same; 0 otherwise. Then nobody
+            needs to ask when: work w takes w / rate, rounded up.
     """
 
-    is_always_open: bool
+    constant_bit_s: int
 
     def opens_ns(self, time_ns: int) -> int:
         """When, from `time_ns` on, something can be sent; `NEVER_NS` if not."""
@@ -56,7 +57,7 @@ def pace_of(one_way: OneWay) -> Pace | None:
 class Unlimited:
     """A rate without a limit."""
 
-    is_always_open = True
+    constant_bit_s = 0
 
     def opens_ns(self, time_ns: int) -> int:
         """See `Pace.opens_ns`."""
@@ -77,7 +78,7 @@ class Rates:
     def __init__(self, steps: Sequence[RateStep]) -> None:
         self._times_ns = [to_ns(step.t_s) for step in steps]
         self._rates = [step.rate_bit_s for step in steps]
-        self.is_always_open = all(self._rates)
+        self.constant_bit_s = self._rates[0] if len(steps) == 1 else 0
 
     def opens_ns(self, time_ns: int) -> int:
         """See `Pace.opens_ns`."""
@@ -90,8 +91,8 @@ class Rates:
     def end_ns(self, start_ns: int, work: int) -> int:
         """See `Pace.end_ns`."""
         times_ns = self._times_ns
-        if len(times_ns) == 1 and self._rates[0]:
-            return start_ns - (-work // self._rates[0])
+        if self.constant_bit_s:
+            return start_ns - (-work // self.constant_bit_s)
         following = bisect_right(times_ns, start_ns)
         while following < len(times_ns):
             done = self._rates[following - 1] * (times_ns[following] - start_ns)
@@ -122,7 +123,7 @@ class Opportunities:
         ValueError: if the trace is empty, goes back in time, or would never get on.
     """
 
-    is_always_open = False
+    constant_bit_s = 0
 
     def __init__(self, trace: Trace) -> None:
         times_ms = trace.times_ms

@@ -159,7 +159,7 @@ class Transmitter:
         queue, config, lines = self._queue, self._config, self._queue.lines
         most_byte, most_frame = config.queue_byte, config.queue_frame or NEVER_NS
         overhead_byte, work_of_byte = config.overhead_byte, 8 * NS_PER_S
-        is_open, end_of, leaves = pace.is_always_open, pace.end_ns, self._sent.append
+        constant, leaves = pace.constant_bit_s, self._sent.append
         sending, free_ns = self._sending, self._free_ns
         waiting, waiting_byte = queue.frames, queue.bytes
         place, count = 0, len(passages)
@@ -172,7 +172,7 @@ class Transmitter:
                 if place == count:
                     break
                 free_ns = max(free_ns, passages[place].start_ns)
-            opens_ns = free_ns if is_open else pace.opens_ns(free_ns)
+            opens_ns = free_ns if constant else pace.opens_ns(free_ns)
             if opens_ns >= until_ns:
                 break
             free_ns = opens_ns
@@ -202,7 +202,9 @@ class Transmitter:
                 sending.start_ns = opens_ns
                 work = (sending.size_byte + overhead_byte) * work_of_byte
                 self._work = opens_ns, work
-                free_ns = end_of(opens_ns, work)
+                free_ns = (
+                    opens_ns - (-work // constant) if constant else pace.end_ns(opens_ns, work)
+                )
         queue.frames, queue.bytes = waiting, waiting_byte
         self._sending, self._free_ns = sending, free_ns
         return place
