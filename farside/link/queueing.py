@@ -152,7 +152,7 @@ class Transmitter:
         columns = frames, lucks, priorities, sizes_byte, latest_ns, times_ns, times_ns
         return list(map(Passage, *columns))
 
-    def _serve(  # noqa: C901, PLR0912 - a call in this loop takes as long as the rest of it
+    def _serve(  # noqa: C901 - a call in this loop takes as long as the rest of it
         self, pace: Pace, until_ns: int, passages: Sequence[Passage]
     ) -> int:
         """Send what can be; gives back how many of `passages` were in the queue by then."""

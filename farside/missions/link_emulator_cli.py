@@ -159,8 +159,8 @@ def _run(relay: Relay, duration_s: float | None, title: str) -> None:
     console = Console(stderr=True)
     gc.freeze()
     try:
+        sys.setswitchinterval(_SWITCH_S)
         if console.is_terminal:
-            sys.setswitchinterval(_SWITCH_S)
             with Live(
                 get_renderable=lambda: _picture(relay.state(), title),
                 console=console,

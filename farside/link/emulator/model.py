@@ -21,6 +21,7 @@ from farside.link.node import Direction, Frame, to_s
 from farside.link.records import Fate
 
 _TICK_NS = 1_000_000
+_COUNT_NS = 20_000_000
 """How often frames are looked after whose fate is open, as when they wait in a queue."""
 
 _Cargo = TypeVar("_Cargo")
@@ -148,10 +149,16 @@ class Emulator(Generic[_Cargo]):
     @property
     def next_ns(self) -> int | None:
         """When to advance at the latest, if nothing is sent before; `None` if nothing is on."""
-        if not any(way.cargo for way in self._ways.values()):
-            return self._coming[0][0] if self._coming else None
-        tick_ns = self._now_ns + _TICK_NS
-        return min(tick_ns, self._coming[0][0]) if self._coming else tick_ns
+        busy = [direction for direction, way in self._ways.items() if way.cargo]
+        # Without a queue all is decided at once, and only the counters wait to be told of it.
+        tick_ns = _TICK_NS if any(map(self._has_queue, busy)) else _COUNT_NS
+        moments = [coming[0] for coming in self._coming[:1]]
+        moments += [self._now_ns + tick_ns] if busy else []
+        return min(moments, default=None)
+
+    def _has_queue(self, direction: Direction) -> bool:
+        settings = self._settings[direction]
+        return bool(settings.rate_bit_s or settings.rate_table or settings.rate_trace)
 
     def control(self, payload: bytes) -> EmulatorState:
         """Do what somebody asks for; see `farside.link.emulator.control`.
