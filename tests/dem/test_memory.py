@@ -7,44 +7,17 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from restless import COSTS, PARAMETERS, cycles
+from restless import parameters as restless_parameters
 
 from farside.dem import (
-    Curiosity,
     DynamicExpectancyModel,
     InherentGoal,
-    Parameters,
     UnreadableMemoryError,
 )
 
 HEADER = struct.Struct("<8sHQI")
-COSTS = {"go": 2.5, "turn": 1}
-TOKENS = "abcdef"
 KINDS = ["MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64"]
-
-signs = st.frozensets(st.sampled_from(TOKENS), min_size=1, max_size=3).map(sorted)
-goals = st.one_of(
-    st.none(),
-    st.tuples(st.just("set"), signs, st.integers(0, 3)),
-    st.tuples(st.just("withdraw"), signs, st.just(0)),
-)
-cycles = st.tuples(
-    st.frozensets(st.sampled_from(TOKENS), max_size=4).map(sorted),
-    st.sampled_from(["go", "turn", "as it chooses", None]),
-    goals,
-)
-restless_parameters = st.builds(
-    Parameters,
-    beta=st.sampled_from([0.2, 0.6]),
-    learning_probability=st.sampled_from([0.5, 1]),
-    reach=st.integers(1, 3),
-    own_credit=st.booleans(),
-    maturity=st.integers(1, 6),
-    ineffective=st.sampled_from([0.02, 0.3]),
-    break_multiple=st.just(1.2),
-    recovery=st.integers(1, 5),
-    curiosity=st.sampled_from([None, Curiosity()]),
-)
-
 
 # Goals of the robot's own, two of them the same, that are set and reached besides.
 RULES = [
@@ -60,18 +33,10 @@ def drawn(model):
 
 
 def restless_model(kind="PCG64"):
-    parameters = Parameters(
-        maturity=8,
-        reach=2,
-        learning_probability=0.7,
-        ineffective=0.3,
-        break_multiple=1.1,
-        recovery=10,
-    )
     inherent = [InherentGoal(when=("a",), goal=("b", "c"), priority=1)]
     bits = getattr(np.random, kind)(3)
     return DynamicExpectancyModel(
-        COSTS, parameters, rng=np.random.Generator(bits), inherent=inherent
+        COSTS, PARAMETERS, rng=np.random.Generator(bits), inherent=inherent
     )
 
 

@@ -7,6 +7,8 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from restless import COSTS, PARAMETERS, cycles
+from restless import parameters as restless_parameters
 
 from farside.dem import (
     Delta,
@@ -19,39 +21,7 @@ from farside.dem import (
 )
 from farside.dem.journal import HypothesisAdded, HypothesisRemoved, SignAdded, SignRemoved
 
-COSTS = {"go": 2.5, "turn": 1}
-TOKENS = "abcdef"
-PARAMETERS = Parameters(
-    maturity=8,
-    reach=2,
-    learning_probability=0.7,
-    ineffective=0.3,
-    break_multiple=1.1,
-    recovery=10,
-)
-
-signs = st.frozensets(st.sampled_from(TOKENS), min_size=1, max_size=3).map(sorted)
-changes = st.one_of(
-    st.none(),
-    st.tuples(st.just("set"), signs, st.integers(0, 3)),
-    st.tuples(st.just("withdraw"), signs, st.just(0)),
-)
-cycles = st.tuples(
-    st.frozensets(st.sampled_from(TOKENS), max_size=4).map(sorted),
-    st.sampled_from(["go", "turn", "as it chooses", None]),
-    changes,
-)
 cuts = st.sampled_from(["delta", "whole", "nothing", "nothing"])
-restless_parameters = st.builds(
-    Parameters,
-    learning_probability=st.sampled_from([0.5, 1]),
-    reach=st.integers(1, 3),
-    own_credit=st.booleans(),
-    maturity=st.integers(1, 6),
-    ineffective=st.sampled_from([0.02, 0.3]),
-    break_multiple=st.just(1.2),
-    recovery=st.integers(1, 5),
-)
 
 
 def sent(delta):

@@ -1,49 +1,19 @@
 """What the channel does to frames, told frame by frame."""
 
-import msgspec
-import numpy as np
 import pytest
+from channels import DOWN, UP, channel, fates, frame, link, pass_through
 from hypothesis import given
 from hypothesis import strategies as st
 
 from farside.link import (
     Affected,
     Blackout,
-    Channel,
     Direction,
     Fate,
-    Frame,
-    FrameFate,
-    LinkConfig,
     OneWay,
-    Record,
     Step,
     to_ns,
 )
-
-UP, DOWN = Direction.UP, Direction.DOWN
-
-
-def link(up=None, down=None, blackouts=()):
-    perfect = OneWay(delay_s=1.0)
-    return LinkConfig(up=up or perfect, down=down or perfect, blackouts=tuple(blackouts))
-
-
-def channel(config, seed=0):
-    return Channel(config, {way: np.random.default_rng([seed, way == UP]) for way in Direction})
-
-
-def frame(direction, sequence, t_s, size_byte=100):
-    return Frame(direction, sequence, to_ns(t_s), bytes(size_byte))
-
-
-def fates(records: list[Record]) -> list[FrameFate]:
-    decode = msgspec.json.Decoder(FrameFate).decode
-    return [decode(record.payload) for record in records if record.topic == "/link/frame"]
-
-
-def pass_through(config, frames, until_s=1000.0, seed=0) -> Step:
-    return channel(config, seed).advance(to_ns(until_s), frames)
 
 
 def test_a_frame_arrives_after_serialisation_and_propagation():

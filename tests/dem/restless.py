@@ -1,0 +1,40 @@
+"""Models to which much happens within a few cycles, for the tests of saving and shadowing."""
+
+from hypothesis import strategies as st
+
+from farside.dem import Curiosity, Parameters
+
+COSTS = {"go": 2.5, "turn": 1}
+TOKENS = "abcdef"
+PARAMETERS = Parameters(
+    maturity=8,
+    reach=2,
+    learning_probability=0.7,
+    ineffective=0.3,
+    break_multiple=1.1,
+    recovery=10,
+)
+
+signs = st.frozensets(st.sampled_from(TOKENS), min_size=1, max_size=3).map(sorted)
+changes = st.one_of(
+    st.none(),
+    st.tuples(st.just("set"), signs, st.integers(0, 3)),
+    st.tuples(st.just("withdraw"), signs, st.just(0)),
+)
+cycles = st.tuples(
+    st.frozensets(st.sampled_from(TOKENS), max_size=4).map(sorted),
+    st.sampled_from(["go", "turn", "as it chooses", None]),
+    changes,
+)
+parameters = st.builds(
+    Parameters,
+    beta=st.sampled_from([0.2, 0.6]),
+    learning_probability=st.sampled_from([0.5, 1]),
+    reach=st.integers(1, 3),
+    own_credit=st.booleans(),
+    maturity=st.integers(1, 6),
+    ineffective=st.sampled_from([0.02, 0.3]),
+    break_multiple=st.just(1.2),
+    recovery=st.integers(1, 5),
+    curiosity=st.sampled_from([None, Curiosity()]),
+)
