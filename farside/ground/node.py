@@ -63,7 +63,7 @@ class Ground:
 
     def _listen(self) -> None:
         now_ns = self._now_ns
-        for _, message in self._endpoint.received(now_ns):
+        for message in self._endpoint.received(now_ns):
             match message:
                 case Telemetry():
                     self._journal.note(message, now_ns, publish_time_ns=message.time_ns)

@@ -6,8 +6,9 @@ what becomes of the frames before.
 """
 
 import math
+from collections import defaultdict
 from collections.abc import Callable, Sequence
-from itertools import compress
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import msgspec
@@ -25,22 +26,36 @@ _CATCH_UP = 1 << 16
 _SQRT_HALF = math.sqrt(0.5)
 
 
-class Luck(msgspec.Struct, frozen=True, gc=False):
-    """What chance has in store for a frame, if it is sent.
+class Luck(msgspec.Struct, gc=False):
+    """What chance has in store for a frame, if it is sent, besides jitter.
 
     Attributes:
         loss: `LOST` or `BIT_ERROR`, if either comes over it.
         flips: the bits of its payload that will be wrong, counted from 0, least significant first.
-        jitter_ns: delay on top of the propagation.
-        hold_ns: for how long it is held back besides.
+        hold_ns: for how long it is held back.
         copy_ns: jitter of its copy, if it arrives twice.
     """
 
-    loss: Fate | None
-    flips: tuple[int, ...]
-    jitter_ns: int
-    hold_ns: int
-    copy_ns: int | None
+    loss: Fate | None = None
+    flips: tuple[int, ...] = _NO_FLIPS
+    hold_ns: int = 0
+    copy_ns: int | None = None
+
+
+CALM = Luck()
+"""The luck of most frames: nothing happens to them."""
+
+
+class Draw(NamedTuple):
+    """What chance has in store for the next frames, in order of hand-over.
+
+    Attributes:
+        jitters_ns: for each frame, its delay on top of the propagation.
+        lucks: by place, the frames that meet with anything else: few as a rule.
+    """
+
+    jitters_ns: list[int]
+    lucks: dict[int, Luck]
 
 
 class Stream:
@@ -111,17 +126,17 @@ class Loss:
         if model != self._model:
             self._model, self._chain, self._state = model, Chain.of(model), 0
 
-    def draw(self, count: int) -> list[bool]:
-        """Whether each of the next `count` frames is lost."""
+    def draw(self, count: int) -> list[int]:
+        """The places among the next `count` frames of those that are lost."""
         moves, losses = self._chain
         if len(moves) == 1:
             self._move.miss(count)
             return _hits(self._lose, losses[0], count)
         moving, losing = self._move.take(count), self._lose.take(count)
         # Only where the number would move some state can the chain move at all.
-        restless = np.flatnonzero(moving < max(leaving[-1][0] for leaving in moves))
+        restless = _places(moving < max(leaving[-1][0] for leaving in moves))
         state, places, chances = self._state, [0], [losses[self._state]]
-        for place, move in zip(restless.tolist(), moving[restless].tolist(), strict=True):
+        for place, move in zip(restless, moving[restless].tolist(), strict=True):
             for below, following in moves[state]:
                 if move < below:
                     state = following
@@ -129,8 +144,10 @@ class Loss:
                     chances.append(losses[state])
                     break
         self._state = state
-        lost: list[bool] = (losing < np.repeat(chances, np.diff([*places, count]))).tolist()
-        return lost
+        if len(chances) == 1:
+            return _places(losing < chances[0])
+        runs = [end - begin for begin, end in pairwise((*places, count))]
+        return _places(losing < np.array(chances).repeat(runs))
 
 
 class Delays:
@@ -140,28 +157,35 @@ class Delays:
         self._noise = Stream(rng.standard_normal)
         self._score: float | None = None
 
-    def draw(self, jitter: Jitter | None, wanted: Sequence[bool]) -> list[int]:
-        """The delays of the next frames in nanoseconds, of those that are `wanted`."""
+    def draw(
+        self, jitter: Jitter | None, count: int, places: Sequence[int] | None = None
+    ) -> list[int]:
+        """The delays of the next `count` frames in nanoseconds, or of those at `places` alone."""
         if jitter is None:
-            self._noise.miss(len(wanted))
+            self._noise.miss(count)
             self._score = None
-            return [0] * sum(wanted)
+            return [0] * (count if places is None else len(places))
         spread_ns, erfc, log = to_ns(jitter.spread_s), math.erfc, math.log
-        scores = compress(self._scores(jitter.correlation, len(wanted)), wanted)
+        scores = self._scores(jitter.correlation, count)
+        if places is not None:
+            scores = [scores[place] for place in places]
         if jitter.shape is JitterShape.UNIFORM:
             # spread · Φ(x)
-            return [round(spread_ns * 0.5 * erfc(score * -_SQRT_HALF)) for score in scores]
+            half_ns, scale = spread_ns * 0.5, -_SQRT_HALF
+            return [round(half_ns * erfc(score * scale)) for score in scores]
         # −spread · ln(1 − Φ(x))
         return [round(-spread_ns * log(0.5 * erfc(score * _SQRT_HALF))) for score in scores]
 
     def _scores(self, correlation: float, count: int) -> list[float]:
-        scores: list[float] = self._noise.take(count).tolist()
+        noise = self._noise.take(count)
         if correlation:
             # xₜ = ρ·xₜ₋₁ + √(1 − ρ²)·n, whose variance stays 1
-            kick = math.sqrt(1 - correlation**2)
-            score = scores[0] if self._score is None else self._score
-            for place in range(0 if self._score is not None else 1, count):
-                scores[place] = score = correlation * score + kick * scores[place]
+            kicks, score = (math.sqrt(1 - correlation**2) * noise).tolist(), self._score
+            if score is None:
+                kicks[0], score = float(noise[0]), 0.0
+            scores = [score := correlation * score + kick for kick in kicks]
+        else:
+            scores = noise.tolist()
         self._score = scores[-1]
         return scores
 
@@ -198,12 +222,13 @@ class BitErrors:
         log_right = math.log1p(-min(rate, 1 - 2**-53))
         bits = {size: (size + config.overhead_byte) * 8 for size in set(sizes_byte)}
         chances = {size: -math.expm1(count * log_right) for size, count in bits.items()}
-        draws = zip(sizes_byte, self._first.take(count).tolist(), strict=True)
-        hits = [(place, *draw) for place, draw in enumerate(draws) if draw[1] < chances[draw[0]]]
-        seeds = self._rest.take(count)
+        draws, seeds = self._first.take(count), self._rest.take(count)
+        near = _places(draws < max(chances.values()))
         wrong: dict[int, tuple[int, ...] | None] = {}
-        for place, size, first in hits:
-            found = None
+        for place, first in zip(near, draws[near].tolist(), strict=True):
+            size, found = sizes_byte[place], None
+            if first >= chances[size]:
+                continue
             if config.bit_errors is BitErrorEffect.FLIP:
                 right = min(int(math.log1p(-first) / log_right), bits[size] - 1)
                 found = _wrong_bits(right, bits[size], rate, int(seeds[place]))
@@ -219,9 +244,10 @@ class BitErrors:
             self._where.miss(count)
             return {}
         where = self._where.take(count)
-        hit = np.flatnonzero(self._corrupt.take(count) < chance).tolist()
         return {
-            place: int(where[place] * sizes_byte[place] * 8) for place in hit if sizes_byte[place]
+            place: int(where[place] * sizes_byte[place] * 8)
+            for place in _hits(self._corrupt, chance, count)
+            if sizes_byte[place]
         }
 
 
@@ -234,13 +260,17 @@ def _wrong_bits(first: int, bits: int, rate: float, seed: int) -> tuple[int, ...
     return first, *(first + 1 + rest).tolist()
 
 
-def _hits(stream: Stream, chance: float, count: int) -> list[bool]:
-    """Which of the next `count` frames an event of this chance comes over."""
+def _hits(stream: Stream, chance: float, count: int) -> list[int]:
+    """The places among the next `count` frames of those that an event of this chance comes over."""
     if not chance:
         stream.miss(count)
-        return [False] * count
-    hits: list[bool] = (stream.take(count) < chance).tolist()
-    return hits
+        return []
+    return _places(stream.take(count) < chance)
+
+
+def _places(hit: NDArray[np.bool_]) -> list[int]:
+    places: list[int] = hit.nonzero()[0].tolist()
+    return places
 
 
 class Chance:
@@ -267,34 +297,36 @@ class Chance:
         self._config = config
         self._loss.configure(config.loss)
 
-    def draw(self, frames: Sequence[Frame]) -> list[Luck]:
+    def draw(self, frames: Sequence[Frame]) -> Draw:
         """The luck of the next frames, in order of hand-over."""
         if not frames:
-            return []
+            return Draw([], {})
         config, count = self._config, len(frames)
-        fates = [Fate.LOST if lost else None for lost in self._loss.draw(count)]
-        flips = [_NO_FLIPS] * count
+        lucks: defaultdict[int, Luck] = defaultdict(Luck)
+        for place in self._loss.draw(count):
+            lucks[place].loss = Fate.LOST
         for place, wrong in self._bits.draw(config, [len(f.payload) for f in frames]).items():
+            luck = lucks[place]
             if wrong is not None:
-                flips[place] = wrong
-            elif fates[place] is None:
-                fates[place] = Fate.BIT_ERROR
-        jitters = self._jitter.draw(config.jitter, [True] * count)
-        return list(map(Luck, fates, flips, jitters, self._holds(count), self._copies(count)))
+                luck.flips = wrong
+            elif luck.loss is None:
+                luck.loss = Fate.BIT_ERROR
+        self._hold_back(lucks, count)
+        self._copy_some(lucks, count)
+        return Draw(self._jitter.draw(config.jitter, count), lucks)
 
-    def _holds(self, count: int) -> list[int]:
+    def _hold_back(self, lucks: defaultdict[int, Luck], count: int) -> None:
         reorder = self._config.reorder
         if reorder is None:
             self._hold.miss(count)
-            return [0] * count
+            return
         hold_ns = to_ns(reorder.hold_s)
-        return [hold_ns if held else 0 for held in _hits(self._hold, reorder.share, count)]
+        for place in _hits(self._hold, reorder.share, count):
+            lucks[place].hold_ns = hold_ns
 
-    def _copies(self, count: int) -> list[int | None]:
+    def _copy_some(self, lucks: defaultdict[int, Luck], count: int) -> None:
         repeats = _hits(self._repeat, self._config.duplicate, count)
-        copies: list[int | None] = [None] * count
         jitter = self._config.jitter if self._config.duplicate else None
-        delays = self._copy.draw(jitter, repeats)
-        for place, delay in zip(compress(range(count), repeats), delays, strict=True):
-            copies[place] = delay
-        return copies
+        delays_ns = self._copy.draw(jitter, count, repeats)
+        for place, delay_ns in zip(repeats, delays_ns, strict=True):
+            lucks[place].copy_ns = delay_ns

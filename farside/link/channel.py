@@ -6,12 +6,13 @@ from bisect import bisect_left, bisect_right
 from collections import deque
 from collections.abc import Mapping, Sequence
 from itertools import accumulate, compress, repeat
-from operator import attrgetter, itemgetter
+from operator import add, attrgetter, itemgetter
+from typing import NamedTuple
 
 import msgspec
 from numpy.random import Generator
 
-from farside.link.chance import Chance
+from farside.link.chance import CALM, Chance, Luck
 from farside.link.config import LinkConfig, OneWay, OutageReason
 from farside.link.node import Direction, Frame, Step, to_ns
 from farside.link.queueing import Passage, Transmitter
@@ -20,7 +21,6 @@ from farside.link.schedule import Delay, Outage, outages_of
 
 _sequence = attrgetter("sequence")
 _time = attrgetter("time_ns")
-_end = attrgetter("end_ns")
 
 
 class _Entry(msgspec.Struct, frozen=True, order=True, gc=False):
@@ -33,11 +33,11 @@ class _Entry(msgspec.Struct, frozen=True, order=True, gc=False):
     what: FrameFate | LinkOutage
 
 
-class _Departure(msgspec.Struct, frozen=True, gc=False):
-    """A frame on its way that will arrive, and when its last bit left."""
+class _Departures(NamedTuple):
+    """Frames on their way that will arrive, and for each when its last bit left."""
 
-    end_ns: int
-    frame: Frame
+    ends_ns: list[int]
+    frames: list[Frame]
 
 
 class Channel:
@@ -80,17 +80,20 @@ class Channel:
         frames = sorted(arrivals, key=_sequence)
         frames.sort(key=_time)
         self._expect_in_window(frames, until_ns)
-        sent: list[_Departure] = []
+        ends_ns: list[int] = []
+        sent: list[Frame] = []
         entries: list[_Entry] = []
         for direction, way in self._ways.items():
             own = [frame for frame in frames if frame.direction is direction]
-            sent += way.advance(until_ns, own)
+            departures = way.advance(until_ns, own)
+            ends_ns += departures.ends_ns
+            sent += departures.frames
             entries += way.agenda.due(until_ns)
         entries.sort()
-        sent.sort(key=_end)
         self._journal.note_all([e.what for e in entries], [e.time_ns for e in entries])
         self._now_ns = until_ns
-        return Step([departure.frame for departure in sent], self._journal.take())
+        places = sorted(range(len(sent)), key=ends_ns.__getitem__)
+        return Step([sent[place] for place in places], self._journal.take())
 
     def change(self, direction: Direction, one_way: OneWay) -> None:
         """From the present on, `direction` is as `one_way` says.
@@ -141,6 +144,21 @@ class _Agenda:
             if end < len(entries):
                 heapq.heappush(parts, (entries[end].time_ns, added, entries, end))
         return due
+
+
+class _Ends(NamedTuple):
+    """What became of some frames: a column for each of the last fields of `FrameFate`."""
+
+    arrivals_ns: Sequence[int | None]
+    fates: Sequence[Fate]
+    flipped_bits: Sequence[int]
+    outages: Sequence[OutageReason | None]
+
+    @classmethod
+    def never(cls, fates: Sequence[Fate]) -> "_Ends":
+        """The ends of frames that never left."""
+        none = [None] * len(fates)
+        return cls(none, fates, [0] * len(fates), none)
 
 
 class _Outages:
@@ -205,7 +223,7 @@ class _Way:
         self._transmitter = Transmitter(self._config)
         self._delay = Delay(self._config)
         self._latest_ns = 0
-        self._delivered: list[_Departure] = []
+        self._delivered = _Departures([], [])
         self._outages = _Outages(scheduled := outages_of(link, direction))
         self._outages_noted = 0
         self.agenda = _Agenda()
@@ -213,11 +231,11 @@ class _Way:
             self._note_outage(begin_ns, reason, down=True)
             self._note_outage(end_ns, reason, down=False)
 
-    def advance(self, until_ns: int, frames: Sequence[Frame]) -> list[_Departure]:
+    def advance(self, until_ns: int, frames: Sequence[Frame]) -> _Departures:
         """Take the frames handed over up to `until_ns`, and the changes on the way.
 
         Returns:
-            the frames that will arrive, each with when its last bit left.
+            the frames that will arrive.
         """
         begin = 0
         while self._changes and self._changes[0][0] < until_ns:
@@ -227,7 +245,7 @@ class _Way:
             self.change(at_ns, change.applied_to(self._config))
             begin = end
         self._run(until_ns, frames[begin:])
-        delivered, self._delivered = self._delivered, []
+        delivered, self._delivered = self._delivered, _Departures([], [])
         return delivered
 
     def change(self, now_ns: int, config: OneWay) -> None:
@@ -259,35 +277,32 @@ class _Way:
         sent, dropped = self._transmitter.take()
         if dropped:
             passages = [drop.passage for drop in dropped]
-            never, no = [None] * len(dropped), [None] * len(dropped)
             fates = [drop.fate for drop in dropped]
-            self._note(passages, fates, [drop.time_ns for drop in dropped], never, no, 0)
+            self._note(passages, _Ends.never(fates), [drop.time_ns for drop in dropped], copy=0)
         if sent:
             self._propagate(sent)
 
     def _propagate(self, sent: Sequence[Passage]) -> None:
-        lucks = [passage.luck for passage in sent]
         there_ns = self._propagated_ns([passage.end_ns for passage in sent])
         # A frame that is lost or held back holds up others as if it were not, and a copy does not:
         # so no impairment shows in what another one does.
-        jittered_ns = [there + luck.jitter_ns for there, luck in zip(there_ns, lucks, strict=True)]
-        jittered_ns[0] = max(jittered_ns[0], self._latest_ns)
-        in_order_ns = list(accumulate(jittered_ns, max))
+        jittered_ns = map(add, there_ns, [passage.jitter_ns for passage in sent])
+        in_order_ns = list(accumulate(jittered_ns, max, initial=self._latest_ns))[1:]
         self._latest_ns = in_order_ns[-1]
-        arrivals_ns = [time + luck.hold_ns for time, luck in zip(in_order_ns, lucks, strict=True)]
-        fates = self._decide(sent, arrivals_ns, copy=0)
-        twice = [
-            place
-            for place, luck in enumerate(lucks)
-            if luck.copy_ns is not None and fates[place] is Fate.DELIVERED
-        ]
+        arrivals_ns = in_order_ns.copy()
+        unusual = _unusual(sent)
+        for place, luck in unusual:
+            arrivals_ns[place] += luck.hold_ns
+        fates = self._decide(sent, unusual, arrivals_ns, copy=0)
+        twice: list[Passage] = []
+        copies_ns: list[int] = []
+        for place, luck in unusual:
+            if luck.copy_ns is not None and fates[place] is Fate.DELIVERED:
+                twice.append(sent[place])
+                copy_ns = max(there_ns[place] + luck.copy_ns, in_order_ns[place])
+                copies_ns.append(copy_ns + luck.hold_ns)
         if twice:
-            copies_ns = [
-                max(there_ns[place] + (lucks[place].copy_ns or 0), in_order_ns[place])
-                + lucks[place].hold_ns
-                for place in twice
-            ]
-            self._decide([sent[place] for place in twice], copies_ns, copy=1)
+            self._decide(twice, _unusual(twice), copies_ns, copy=1)
 
     def _propagated_ns(self, ends_ns: Sequence[int]) -> list[int]:
         if self._config.delay_table:
@@ -296,52 +311,53 @@ class _Way:
         return [end_ns + delay_ns for end_ns in ends_ns]
 
     def _decide(
-        self, sent: Sequence[Passage], arrivals_ns: Sequence[int], copy: int
+        self,
+        sent: Sequence[Passage],
+        unusual: Sequence[tuple[int, Luck]],
+        arrivals_ns: Sequence[int],
+        copy: int,
     ) -> Sequence[Fate]:
         """The fates of frames that would arrive at these times; notes them, and what arrives."""
-        fates = [passage.luck.loss or Fate.DELIVERED for passage in sent]
-        known_ns = list(arrivals_ns)
+        fates = [Fate.DELIVERED] * len(sent)
+        for place, luck in unusual:
+            fates[place] = luck.loss or Fate.DELIVERED
+        known_ns, ends_ns = arrivals_ns, [passage.end_ns for passage in sent]
         if self._direction is Direction.UP:
             reasons = self._outages.reasons(arrivals_ns, arrivals_ns)
         else:
-            ends_ns = [passage.end_ns for passage in sent]
             reasons = self._outages.reasons([passage.start_ns for passage in sent], ends_ns)
+            if reasons:
+                # A downlink frame is known to be lost to an outage as it leaves.
+                times_ns = zip(reasons, ends_ns, arrivals_ns, strict=True)
+                known_ns = [end if reason else arrival for reason, end, arrival in times_ns]
         for place, reason in enumerate(reasons or ()):
             if reason is not None:
                 fates[place] = Fate.OUTAGE
-                if self._direction is Direction.DOWN:
-                    known_ns[place] = sent[place].end_ns
         delivered = [fate is Fate.DELIVERED for fate in fates]
-        self._hand_out(list(compress(sent, delivered)), list(compress(arrivals_ns, delivered)))
-        times_ns = [
-            time if arrives else None for time, arrives in zip(arrivals_ns, delivered, strict=True)
-        ]
-        self._note(sent, fates, known_ns, times_ns, reasons or [None] * len(sent), copy)
+        payloads = [passage.frame.payload for passage in sent]
+        flipped = [0] * len(sent)
+        for place, luck in unusual:
+            if luck.flips and delivered[place]:
+                payloads[place] = _flipped(payloads[place], luck.flips)
+                flipped[place] = len(luck.flips)
+        sequences = [passage.frame.sequence for passage in sent]
+        frames = map(Frame, repeat(self._direction), sequences, arrivals_ns, payloads)
+        self._delivered.ends_ns.extend(compress(ends_ns, delivered))
+        self._delivered.frames.extend(compress(frames, delivered))
+        ends = _Ends(
+            [
+                time if arrives else None
+                for time, arrives in zip(arrivals_ns, delivered, strict=True)
+            ],
+            fates,
+            flipped,
+            reasons or [None] * len(sent),
+        )
+        self._note(sent, ends, known_ns, copy)
         return fates
 
-    def _hand_out(self, passages: Sequence[Passage], arrivals_ns: Sequence[int]) -> None:
-        frames = map(
-            Frame,
-            repeat(self._direction),
-            [passage.frame.sequence for passage in passages],
-            arrivals_ns,
-            [
-                _flipped(passage.frame.payload, passage.luck.flips)
-                if passage.luck.flips
-                else passage.frame.payload
-                for passage in passages
-            ],
-        )
-        self._delivered += map(_Departure, [passage.end_ns for passage in passages], frames)
-
-    def _note(  # noqa: PLR0917 - a column each
-        self,
-        passages: Sequence[Passage],
-        fates: Sequence[Fate],
-        known_ns: Sequence[int],
-        arrivals_ns: Sequence[int | None],
-        reasons: Sequence[OutageReason | None],
-        copy: int,
+    def _note(
+        self, passages: Sequence[Passage], ends: "_Ends", known_ns: Sequence[int], copy: int
     ) -> None:
         frames = [passage.frame for passage in passages]
         sequences = [frame.sequence for frame in frames]
@@ -353,15 +369,12 @@ class _Way:
             [frame.time_ns for frame in frames],
             [passage.start_ns for passage in passages],
             [passage.end_ns for passage in passages],
-            arrivals_ns,
-            fates,
-            [frame.priority for frame in frames],
+            ends.arrivals_ns,
+            ends.fates,
+            [passage.priority for passage in passages],
             repeat(copy),
-            [
-                0 if arrival_ns is None else len(passage.luck.flips)
-                for passage, arrival_ns in zip(passages, arrivals_ns, strict=True)
-            ],
-            reasons,
+            ends.flipped_bits,
+            ends.outages,
         )
         entries = map(_Entry, known_ns, repeat(self._direction), sequences, repeat(copy), notes)
         self.agenda.add(list(entries))
@@ -378,3 +391,9 @@ def _flipped(payload: bytes, bits: Sequence[int]) -> bytes:
     for bit in bits:
         flipped[bit // 8] ^= 1 << bit % 8
     return bytes(flipped)
+
+
+def _unusual(passages: Sequence[Passage]) -> list[tuple[int, Luck]]:
+    """Those that meet with more than jitter, by their place."""
+    lucks = [passage.luck for passage in passages]
+    return [(place, luck) for place, luck in enumerate(lucks) if luck is not CALM]

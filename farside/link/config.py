@@ -79,8 +79,8 @@ class OneWay(Section, frozen=True):
         queue_byte: bytes that may wait to be sent (project default: 4096).
         queue_frame: frames that may wait; any number where absent.
         drop: which frame goes when either is exceeded.
-        lifetime_s: a frame that brings no lifetime of its own is dropped if it has waited for so
-            long when its turn comes.
+        lifetime_s: a frame that brings no lifetime of its own is dropped if it has waited for
+            longer when its turn comes.
         loss: probability that a frame is lost on the way, or a model with a memory.
         bit_error_rate: probability that a bit is wrong on arrival, each on its own.
         bit_errors: what such an error does.
@@ -137,7 +137,7 @@ class OneWay(Section, frozen=True):
 
 
 def _expect_one(section: Section, *names: str) -> None:
-    given = [name for name in names if getattr(section, name)]
+    given = [name for name in names if getattr(section, name) not in (None, ())]
     if len(given) > 1:
         raise ValueError(f"expected one of {', '.join(names)}, found {' and '.join(given)}")
 
@@ -257,11 +257,12 @@ class LinkChange(Section, frozen=True):
     bit_error_rate: Fraction | None = None
     corrupt: Fraction | None = None
     jitter: Jitter | None = None
+    reorder: Reorder | None = None
     duplicate: Fraction | None = None
 
     def applied_to(self, one_way: OneWay) -> OneWay:
         """`one_way` with the keys of this change."""
-        keys = ("rate_bit_s", "loss", "bit_error_rate", "corrupt", "jitter", "duplicate")
+        keys = ("rate_bit_s", "loss", "bit_error_rate", "corrupt", "jitter", "reorder", "duplicate")
         given = {key: value for key in keys if (value := getattr(self, key)) is not None}
         if "rate_bit_s" in given:
             given |= {"rate_table": (), "rate_trace": None}

@@ -5,7 +5,6 @@ from farside.link.schedule import Schedule, Span
 
 _LEAST_INTERVAL_NS = NS_PER_S
 _INTERVALS_PER_ROUND_TRIP = 64
-_OPPOSITE = {Direction.UP: Direction.DOWN, Direction.DOWN: Direction.UP}
 
 
 class Deadlines:
@@ -21,7 +20,7 @@ class Deadlines:
     def __init__(
         self, direction: Direction, schedule: Schedule, report_byte: int, margin_s: float
     ) -> None:
-        self._there, self._back = direction, _OPPOSITE[direction]
+        self._there, self._back = direction, direction.opposite
         self._schedule = schedule
         self._margin_ns = to_ns(margin_s)
         self._report_byte = report_byte

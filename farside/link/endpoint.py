@@ -25,9 +25,9 @@ from farside.link.messages import (
     Telemetry,
     Uplink,
 )
-from farside.link.node import NS_PER_S, Direction, Frame
+from farside.link.node import NEVER_NS, NS_PER_S, Direction, Frame
 from farside.link.records import FrameEvent, FrameStage, GroundFrame, RoverFrame
-from farside.link.schedule import NEVER_NS, Schedule
+from farside.link.schedule import Schedule
 from farside.link.segments import Report, Segment, decode
 from farside.link.store import Store
 from farside.link.transfer import ReliableReceiver, ReliableSender, TransferConfig
@@ -133,13 +133,13 @@ class Endpoint(Generic[_Out, _In]):
         record: type[FrameEvent],
         note: Note,
     ) -> None:
-        incoming = Direction.DOWN if outgoing is Direction.UP else Direction.UP
+        incoming = outgoing.opposite
         transfer = TransferConfig(
             segment_byte=terms.mtu_byte - OVERHEAD_BYTE - _SEGMENT_OVERHEAD_BYTE, keeps_on=True
         )
         self.in_shadow = False
         self.heard_ns: int | None = None
-        self._outgoing, self._incoming = outgoing, incoming
+        self._outgoing = outgoing
         self._decoder = decoder
         self._schedule = terms.schedule
         self._record, self._note = record, note
@@ -250,8 +250,8 @@ class Endpoint(Generic[_Out, _In]):
             self._expected += 1
             heapq.heappush(self._inbox, (frame.time_ns, frame.sequence, self._expected, frame))
 
-    def received(self, now_ns: int) -> Iterator[tuple[int, _In]]:
-        """The messages that have arrived by `now_ns`, each with its time of arrival, in order.
+    def received(self, now_ns: int) -> Iterator[_In]:
+        """The messages that have arrived by `now_ns`, in order of arrival.
 
         What is no genuine frame of the other end is refused, which is recorded and nothing more.
         """
@@ -261,12 +261,9 @@ class Endpoint(Generic[_Out, _In]):
                 self._tell(frame, FrameStage.SHADOWED, "", now_ns)
                 continue
             try:
-                messages = self._open(frame, now_ns)
+                yield from self._open(frame, now_ns)
             except FrameError as error:
                 self._tell(frame, FrameStage.REFUSED, error.reason, now_ns)
-                continue
-            for message in messages:
-                yield frame.time_ns, message
 
     def _open(self, frame: Frame, now_ns: int) -> list[_In]:
         """The messages that are whole with this frame."""

@@ -47,10 +47,11 @@ class FourState(Section, frozen=True, tag="four-state", tag_field="model"):
     p14: Fraction = 0.0
 
     def __post_init__(self) -> None:
-        for names in (("p13", "p14"), ("p31", "p32")):
-            total = sum(getattr(self, name) or 0.0 for name in names)
+        p31 = 1.0 - self.p13 if self.p31 is None else self.p31
+        told = "p31 + p32" if self.p31 is not None else "p31 (where absent, 1 - p13) + p32"
+        for names, total in (("p13 + p14", self.p13 + self.p14), (told, p31 + self.p32)):
             if total > 1.0:
-                raise ValueError(f"expected {' + '.join(names)} of 1 at most, found {total:g}")
+                raise ValueError(f"expected {names} of 1 at most, found {total:g}")
 
 
 LossModel = Fraction | GilbertElliott | FourState

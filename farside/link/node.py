@@ -8,6 +8,9 @@ import msgspec
 
 NS_PER_S = 1_000_000_000
 
+NEVER_NS = 1 << 62
+"""Later than any time of a run, by a century."""
+
 
 def to_ns(seconds: float) -> int:
     """`seconds` as whole nanoseconds, to the nearest one."""
@@ -32,6 +35,11 @@ class Direction(StrEnum):
 
     UP = "up"
     DOWN = "down"
+
+    @property
+    def opposite(self) -> "Direction":
+        """The way back."""
+        return Direction.DOWN if self is Direction.UP else Direction.UP
 
 
 class Frame(msgspec.Struct, frozen=True, array_like=True, gc=False):

@@ -8,10 +8,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from farside.link.config import AtEnd, OneWay, RateStep, Trace
-from farside.link.node import NS_PER_S, to_ns
-
-NEVER_NS = 1 << 63
-"""Later than any time."""
+from farside.link.node import NEVER_NS, NS_PER_S, to_ns
 
 _NS_PER_MS = 1_000_000
 _OPPORTUNITY = 1500 * 8 * NS_PER_S

@@ -6,10 +6,10 @@ from typing import NamedTuple
 
 import msgspec
 
-from farside.link.chance import Luck
+from farside.link.chance import CALM, Draw, Luck
 from farside.link.config import DropPolicy, OneWay
-from farside.link.node import NS_PER_S, Frame, to_ns
-from farside.link.pace import NEVER_NS, Pace, Unlimited, pace_of
+from farside.link.node import NEVER_NS, NS_PER_S, Frame, to_ns
+from farside.link.pace import Pace, Unlimited, pace_of
 from farside.link.records import Fate
 
 
@@ -17,13 +17,15 @@ class Passage(msgspec.Struct, gc=False):
     """A frame between hand-over and its last bit leaving.
 
     Attributes:
-        frame, luck: the frame, and what chance has in store for it.
+        frame: the frame.
+        jitter_ns, luck: what chance has in store for it.
         priority, size_byte: the frame's, and its payload's.
         latest_ns: when it must start to be sent at the latest.
         start_ns, end_ns: first and last bit leaving; the hand-over while it waits.
     """
 
     frame: Frame
+    jitter_ns: int
     luck: Luck
     priority: int
     size_byte: int
@@ -112,9 +114,9 @@ class Transmitter:
         self._sent, self._dropped = [], []
         return taken
 
-    def run(self, until_ns: int, frames: Sequence[Frame], lucks: Sequence[Luck]) -> None:
+    def run(self, until_ns: int, frames: Sequence[Frame], draw: Draw) -> None:
         """Take the frames handed over up to `until_ns`, in order, and send what can be by then."""
-        passages = self._passages(frames, lucks)
+        passages = self._passages(frames, draw)
         if self._pace is None:
             self._sent += passages
             return
@@ -139,7 +141,10 @@ class Transmitter:
         else:
             self._free_ns = max(self._free_ns, now_ns)
 
-    def _passages(self, frames: Sequence[Frame], lucks: Sequence[Luck]) -> list[Passage]:
+    def _passages(self, frames: Sequence[Frame], draw: Draw) -> list[Passage]:
+        lucks = [CALM] * len(frames)
+        for place, luck in draw.lucks.items():
+            lucks[place] = luck
         priorities = [frame.priority for frame in frames]
         sizes_byte = [len(frame.payload) for frame in frames]
         times_ns = [frame.time_ns for frame in frames]
@@ -149,20 +154,22 @@ class Transmitter:
             frame.time_ns + (usual_ns if frame.lifetime_ns is None else frame.lifetime_ns)
             for frame in frames
         ]
-        columns = frames, lucks, priorities, sizes_byte, latest_ns, times_ns, times_ns
-        return list(map(Passage, *columns))
+        waits = priorities, sizes_byte, latest_ns, times_ns, times_ns
+        return list(map(Passage, frames, draw.jitters_ns, lucks, *waits))
 
-    def _serve(  # noqa: C901 - a call in this loop takes as long as the rest of it
+    def _serve(  # noqa: C901, PLR0912, PLR0915 - a call in this loop takes as long as the rest of it
         self, pace: Pace, until_ns: int, passages: Sequence[Passage]
     ) -> int:
         """Send what can be; gives back how many of `passages` were in the queue by then."""
         queue, config, lines = self._queue, self._config, self._queue.lines
         most_byte, most_frame = config.queue_byte, config.queue_frame or NEVER_NS
         overhead_byte, work_of_byte = config.overhead_byte, 8 * NS_PER_S
-        constant, leaves = pace.constant_bit_s, self._sent.append
+        constant, takes_ns = pace.constant_bit_s, dict[int, int]()
+        leaves = self._sent.append
         sending, free_ns = self._sending, self._free_ns
         waiting, waiting_byte = queue.frames, queue.bytes
         place, count = 0, len(passages)
+        next_ns = passages[0].start_ns if passages else NEVER_NS
         while free_ns < until_ns:
             if sending is not None:
                 sending.end_ns = free_ns
@@ -171,14 +178,16 @@ class Transmitter:
             if not waiting:
                 if place == count:
                     break
-                free_ns = max(free_ns, passages[place].start_ns)
+                free_ns = max(free_ns, next_ns)
             opens_ns = free_ns if constant else pace.opens_ns(free_ns)
             if opens_ns >= until_ns:
                 break
             free_ns = opens_ns
             # All that is handed over by then is there to choose from.
-            while place < count and (passage := passages[place]).start_ns <= opens_ns:
+            while next_ns <= opens_ns:
+                passage = passages[place]
                 place += 1
+                next_ns = passages[place].start_ns if place < count else NEVER_NS
                 priority = passage.priority
                 (lines[priority] if priority in lines else queue.line(priority)).append(passage)
                 waiting += 1
@@ -193,18 +202,23 @@ class Transmitter:
             else:
                 continue
             passage = line.popleft()
+            size_byte = passage.size_byte
             waiting -= 1
-            waiting_byte -= passage.size_byte
+            waiting_byte -= size_byte
             if opens_ns > passage.latest_ns:
                 self._dropped.append(Dropped(passage, Fate.EXPIRED, opens_ns))
             else:
                 sending = passage
                 sending.start_ns = opens_ns
-                work = (sending.size_byte + overhead_byte) * work_of_byte
-                self._work = opens_ns, work
-                free_ns = (
-                    opens_ns - (-work // constant) if constant else pace.end_ns(opens_ns, work)
-                )
+                if size_byte in takes_ns:
+                    free_ns = opens_ns + takes_ns[size_byte]
+                    continue
+                work = (size_byte + overhead_byte) * work_of_byte
+                free_ns = pace.end_ns(opens_ns, work)
+                if constant:
+                    takes_ns[size_byte] = free_ns - opens_ns
+        if sending is not None and sending is not self._sending:
+            self._work = sending.start_ns, (sending.size_byte + overhead_byte) * work_of_byte
         queue.frames, queue.bytes = waiting, waiting_byte
         self._sending, self._free_ns = sending, free_ns
         return place

@@ -329,7 +329,7 @@ class Journal:
         Raises:
             KeyError: as `note`.
         """
-        topics = [_TOPIC_OF[type(entry)] for entry in entries]
+        topics = list(map(_TOPIC_OF.__getitem__, map(type, entries)))
         # A line for each; JSON has line breaks in no other place.
         payloads = _encoder.encode_lines(entries).split(b"\n")
         self._records += map(Record, topics, times_ns, times_ns, payloads)

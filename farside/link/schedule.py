@@ -6,13 +6,11 @@ from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 from farside.link.config import AtEnd, LinkConfig, OneWay, OutageReason
-from farside.link.node import NS_PER_S, Direction, to_ns
+from farside.link.node import NEVER_NS, NS_PER_S, Direction, to_ns
 
 Span = tuple[int, int]
 """Begin and end, in nanoseconds; the end does not belong to it."""
 
-NEVER_NS = 1 << 62
-"""A moment after the end of any run, 146 years on: what never opens, opens then."""
 
 _UNFORESEEN = {OutageReason.BLACKOUT, OutageReason.CONTROL}
 

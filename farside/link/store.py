@@ -2,8 +2,7 @@
 
 import heapq
 from bisect import bisect_left, insort
-from collections.abc import Hashable
-from typing import Generic, NamedTuple, TypeVar
+from typing import NamedTuple
 
 ITEM_BYTE = 32
 """What an item takes in the store beside its payload (project default)."""
@@ -96,56 +95,3 @@ class Store:
             del self._priorities[bisect_left(self._priorities, priority)]
         self.held_byte -= item.size_byte
         return item
-
-
-_Key = TypeVar("_Key", bound=Hashable)
-_Value = TypeVar("_Value")
-
-
-class Known(NamedTuple, Generic[_Value]):
-    """A value, when it was so, and whether it came out of a store."""
-
-    made_ns: int
-    value: _Value
-    stored: bool
-
-
-class Freshest(Generic[_Key, _Value]):
-    """What the receiver knows of each thing: the newest value, and those before it.
-
-    The newest is the one made last, in whatever order they arrive.
-
-    Args:
-        history: how many values to keep of each thing, the newest included, 1 at least.
-    """
-
-    def __init__(self, history: int) -> None:
-        self._length = history
-        self._known: dict[_Key, list[Known[_Value]]] = {}
-
-    def add(self, key: _Key, known: Known[_Value]) -> bool:
-        """Take a value that arrived. Gives whether it is the newest now.
-
-        One made at the same time as another is the same, and changes nothing.
-        """
-        values = self._known.setdefault(key, [])
-        place = bisect_left(values, known.made_ns, key=_made_ns)
-        is_newest = place == len(values)
-        if is_newest or values[place].made_ns != known.made_ns:
-            values.insert(place, known)
-        if len(values) > self._length:
-            del values[0]
-        return is_newest
-
-    def newest(self, key: _Key) -> Known[_Value] | None:
-        """The value that holds now, as far as is known."""
-        values = self._known.get(key)
-        return values[-1] if values else None
-
-    def history(self, key: _Key) -> tuple[Known[_Value], ...]:
-        """All values kept, the oldest first."""
-        return tuple(self._known.get(key, ()))
-
-
-def _made_ns(known: Known[_Value]) -> int:
-    return known.made_ns

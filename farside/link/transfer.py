@@ -22,8 +22,8 @@ from typing import Annotated, NamedTuple
 from msgspec import Meta
 
 from farside.link.deadlines import Deadlines
-from farside.link.node import Direction, to_ns
-from farside.link.schedule import NEVER_NS, Schedule
+from farside.link.node import NEVER_NS, Direction, to_ns
+from farside.link.schedule import Schedule
 from farside.link.section import Count, NonNegative, Section
 from farside.link.segments import Parts, Report, Segment, Told, encode, reports_on
 from farside.link.wire import FrameError

@@ -97,19 +97,17 @@ class Flag(IntFlag):
         FRAGMENT: the body is a fragment of a message, see `farside.link.fragments`.
         STORED: made before an outage and kept until now; newer values take precedence.
         RELIABLE: belongs to the reliable service; expedited without.
-        ORDERED: of the reliable service, to be handed over in order.
         REPORT: the service's own: what has arrived.
     """
 
     FRAGMENT = 1
     STORED = 2
     RELIABLE = 4
-    ORDERED = 8
-    REPORT = 16
+    REPORT = 8
 
 
 _NO_FLAGS = Flag(0)
-_FLAGS = [Flag(bits) for bits in range(32)]  # looked up, since making one takes a microsecond
+_FLAGS = [Flag(bits) for bits in range(16)]  # looked up, since making one takes a microsecond
 
 
 class Opened(NamedTuple):

@@ -124,7 +124,7 @@ class Rover:
     # --- the link ----------------------------------------------------------------------------
 
     def _listen(self) -> None:
-        for _, message in self._endpoint.received(self._now_ns):
+        for message in self._endpoint.received(self._now_ns):
             self._stirred = True
             if isinstance(message, Command):
                 self._commands_taken = message.number

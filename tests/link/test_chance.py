@@ -2,6 +2,7 @@
 
 import math
 from itertools import accumulate, groupby
+from typing import NamedTuple
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from farside.link import Direction, Fate, Frame, OneWay
-from farside.link.chance import Chance
+from farside.link.chance import CALM, Chance
 from farside.link.config import BitErrorEffect
 from farside.link.impairments import FourState, GilbertElliott, Jitter, JitterShape, Reorder
 
@@ -35,8 +36,29 @@ def chance(seed=7, **impairments):
     return Chance(np.random.default_rng(seed), OneWay(**impairments))
 
 
+class Luck(NamedTuple):
+    """A frame's jitter and `farside.link.chance.Luck`."""
+
+    loss: Fate | None
+    flips: tuple[int, ...]
+    jitter_ns: int
+    hold_ns: int
+    copy_ns: int | None
+
+
+def lucks(node, frames):
+    """The luck of each frame that `node` draws for."""
+    jitters_ns, others = node.draw(frames)
+    assert len(jitters_ns) == len(frames)
+    found = [others.get(place, CALM) for place in range(len(frames))]
+    return [
+        Luck(luck.loss, luck.flips, jitter_ns, luck.hold_ns, luck.copy_ns)
+        for luck, jitter_ns in zip(found, jitters_ns, strict=True)
+    ]
+
+
 def draw(count=COUNT, size_byte=20, **impairments):
-    return chance(**impairments).draw(frames(count, size_byte))
+    return lucks(chance(**impairments), frames(count, size_byte))
 
 
 def losses(**impairments):
@@ -167,7 +189,7 @@ def test_how_frames_are_cut_into_blocks_does_not_show(sizes):
     total = sum(sizes)
     blocks, node = [], chance(**EVERYTHING)
     for begin, size in zip(accumulate(sizes, initial=0), sizes, strict=False):
-        blocks += node.draw(frames(total)[begin : begin + size])
+        blocks += lucks(node, frames(total)[begin : begin + size])
     assert blocks == draw(total, **EVERYTHING)
 
 
@@ -195,7 +217,7 @@ def test_an_impairment_that_begins_later_finds_its_draws_where_they_would_be(lat
         "loss": 0.3
     }
     node = chance()
-    before = node.draw(frames(300)[:later])
+    before = lucks(node, frames(300)[:later])
     node.configure(OneWay(**always))
-    assert node.draw(frames(300)[later:]) == draw(300, **always)[later:]
+    assert lucks(node, frames(300)[later:]) == draw(300, **always)[later:]
     assert all(luck.loss is None and not luck.flips for luck in before)

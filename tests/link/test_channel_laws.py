@@ -53,7 +53,7 @@ impairments = st.fixed_dictionaries(
         "queue_frame": st.integers(1, 5),
         "lifetime_s": st.sampled_from([1.0, 5.0]),
         "loss": st.sampled_from(
-            [0.3, GilbertElliott(p=0.2, r=0.4), FourState(p13=0.2, p32=0.3, p14=0.1)]
+            [0.3, GilbertElliott(p=0.2, r=0.4), FourState(p13=0.2, p31=0.5, p32=0.3, p14=0.1)]
         ),
         "bit_error_rate": st.just(3e-4),
         "corrupt": st.just(0.3),

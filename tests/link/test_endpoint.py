@@ -60,7 +60,7 @@ class Pair:
             ):
                 end.pump(self.now_ns)
                 other.expect(arriving(frame) for frame in end.take_sent() if not loses(frame))
-                heard += [message for _, message in other.received(self.now_ns)]
+                heard.extend(other.received(self.now_ns))
             self.now_ns += SECOND // 10
 
     def stages(self, direction):

@@ -154,10 +154,6 @@ def test_a_plan_that_does_not_fit_the_link_is_told_by_its_key(tmp_path, tables, 
         ({"down": {"delay_s": 1}}, "up: expected one of delay_s, delay_table, ephemeris and "),
         ({"up": {"delay_s": 0}}, "down: expected one of delay_s, delay_table, ephemeris and "),
         (
-            {"up": {"delay_s": 0, "delay_table": [{"t_s": 0, "delay_s": 1}]}},
-            "found up.delay_s and up.delay_table",
-        ),
-        (
             NEAR | {"ephemeris": {"body": "mars", "epoch": "2021-02-18"}},
             (
                 "up: expected one of delay_s, delay_table, ephemeris and contacts, "

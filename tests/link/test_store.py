@@ -1,10 +1,9 @@
 """What is made while the link is out: what is kept, what goes, and how it arrives."""
 
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.link.store import ITEM_BYTE, Freshest, Known, Store, Stored
+from farside.link.store import ITEM_BYTE, Store, Stored
 
 items = st.lists(
     st.tuples(st.binary(max_size=20), st.integers(0, 50), st.integers(0, 3)), max_size=60
@@ -88,41 +87,3 @@ def test_what_goes_is_never_more_important_than_what_stays(entries, capacity_byt
         for item in gone:
             if item.size_byte <= capacity_byte:
                 assert all(item[:2] <= other[:2] for other in kept)
-
-
-def test_a_stored_value_never_replaces_a_newer_one():
-    battery = Freshest[str, float](history=10)
-    assert battery.add("battery", Known(100, 0.5, stored=False))
-    assert not battery.add("battery", Known(40, 0.9, stored=True))
-    assert battery.newest("battery") == (100, 0.5, False)
-    assert [known.value for known in battery.history("battery")] == [0.9, 0.5]
-
-
-def test_a_stored_value_is_the_newest_where_nothing_newer_is_known():
-    battery = Freshest[str, float](history=10)
-    battery.add("battery", Known(10, 0.9, stored=False))
-    assert battery.add("battery", Known(40, 0.7, stored=True))
-    assert battery.newest("battery") == (40, 0.7, True)
-    assert battery.newest("drive") is None
-
-
-@given(st.lists(st.tuples(st.integers(0, 30), st.booleans())), st.integers(1, 5), st.randoms())
-def test_in_whatever_order_they_arrive_the_last_made_are_known(arrivals, history, shuffled):
-    freshest = Freshest[str, int](history)
-    shuffled.shuffle(arrivals)
-    for made_ns, stored in arrivals:
-        before = freshest.newest("x")
-        is_newest = freshest.add("x", Known(made_ns, made_ns, stored))
-        assert is_newest == (before is None or made_ns > before.made_ns)
-        if not is_newest:
-            assert freshest.newest("x") == before
-    expected = sorted({made_ns for made_ns, _ in arrivals})[-history:]
-    assert [known.made_ns for known in freshest.history("x")] == expected
-
-
-@pytest.mark.parametrize("count", [1, 3])
-def test_history_is_bounded(count):
-    freshest = Freshest[str, int](count)
-    for time_ns in range(10):
-        freshest.add("x", Known(time_ns, time_ns, stored=False))
-    assert len(freshest.history("x")) == count

@@ -60,7 +60,7 @@ def refusal(opener, wire):
     return caught.value.reason
 
 
-flags = st.integers(0, 31).map(Flag)
+flags = st.integers(0, 15).map(Flag)
 
 
 @given(
@@ -89,7 +89,7 @@ def test_the_bytes_are_those_of_the_documented_format():
     nonce = b"down" + (300).to_bytes(8, "big")
     plain = header + AESGCM(key).encrypt(nonce, b"hello", header)
 
-    wire = sealer(DOWN, first=300).seal(b"hello", Flag.STORED | Flag.ORDERED)
+    wire = sealer(DOWN, first=300).seal(b"hello", Flag.STORED | Flag.REPORT)
 
     assert wire == plain + zlib.crc32(plain).to_bytes(4, "little")
 

@@ -93,7 +93,7 @@ class Bench:
     def _read(self, frames) -> None:
         self.frames += frames
         self._ground.expect(frames)
-        for _, message in self._ground.received(self.now_ns):
+        for message in self._ground.received(self.now_ns):
             match message:
                 case Telemetry():
                     self.telemetry = message
