@@ -1,6 +1,5 @@
 """The channel: what the link does to frames, decided from the frames and their times alone."""
 
-import heapq
 import math
 from bisect import bisect_left, bisect_right
 from collections import deque
@@ -9,9 +8,9 @@ from itertools import accumulate, compress, repeat
 from operator import add, attrgetter, itemgetter
 from typing import NamedTuple
 
-import msgspec
 from numpy.random import Generator
 
+from farside.link.agenda import Agenda, Entry
 from farside.link.chance import CALM, Chance, Luck
 from farside.link.config import LinkConfig, OneWay, OutageReason
 from farside.link.node import Direction, Frame, Step, to_ns
@@ -21,16 +20,6 @@ from farside.link.schedule import Delay, Outage, outages_of
 
 _sequence = attrgetter("sequence")
 _time = attrgetter("time_ns")
-
-
-class _Entry(msgspec.Struct, frozen=True, order=True, gc=False):
-    """When something comes to be known, what orders it among others of that time, and what."""
-
-    time_ns: int
-    direction: Direction
-    sequence: int
-    copy: int
-    what: FrameFate | LinkOutage
 
 
 class _Departures(NamedTuple):
@@ -82,7 +71,7 @@ class Channel:
         self._expect_in_window(frames, until_ns)
         ends_ns: list[int] = []
         sent: list[Frame] = []
-        entries: list[_Entry] = []
+        entries: list[Entry] = []
         for direction, way in self._ways.items():
             own = [frame for frame in frames if frame.direction is direction]
             departures = way.advance(until_ns, own)
@@ -109,6 +98,23 @@ class Channel:
         """
         self._ways[direction].set_out(self._now_ns, out=out)
 
+    @property
+    def next_ns(self) -> int | None:
+        """Before when nothing arrives that has not been given back; `None` if nothing is to come.
+
+        Holds as long as nothing else is sent or changed.
+        """
+        moments = [way.next_ns for way in self._ways.values()]
+        return min((ns for ns in moments if ns is not None), default=None)
+
+    def settings(self, direction: Direction) -> OneWay:
+        """What `direction` is like at present."""
+        return self._ways[direction].config
+
+    def outage(self, direction: Direction) -> OutageReason | None:
+        """Why `direction` is out at present; `None` if it is in service."""
+        return self._ways[direction].outage(self._now_ns)
+
     def _expect_in_window(self, frames: Sequence[Frame], until_ns: int) -> None:
         for frame in (*frames[:1], *frames[-1:]):
             if not self._now_ns <= frame.time_ns < until_ns:
@@ -116,34 +122,6 @@ class Channel:
                     f"expected {frame.direction} frame {frame.sequence} to be sent in the window "
                     f"[{self._now_ns}, {until_ns}) ns, found {frame.time_ns} ns"
                 )
-
-
-class _Agenda:
-    """What will come to be known of one direction, and when."""
-
-    def __init__(self) -> None:
-        # Each part in order, and how far it has been read: first the one with the next entry.
-        self._parts: list[tuple[int, int, list[_Entry], int]] = []
-        self._added = 0
-
-    def add(self, entries: list[_Entry]) -> None:
-        """Keep `entries` until their times; the list is the agenda's from now on."""
-        if entries:
-            entries.sort()
-            self._added += 1
-            heapq.heappush(self._parts, (entries[0].time_ns, self._added, entries, 0))
-
-    def due(self, until_ns: int) -> list[_Entry]:
-        """What comes to be known before `until_ns`."""
-        due: list[_Entry] = []
-        parts = self._parts
-        while parts and parts[0][0] < until_ns:
-            _, added, entries, begin = heapq.heappop(parts)
-            end = bisect_left(entries, until_ns, lo=begin, key=_time)
-            due += entries[begin:end]
-            if end < len(entries):
-                heapq.heappush(parts, (entries[end].time_ns, added, entries, end))
-        return due
 
 
 class _Ends(NamedTuple):
@@ -186,11 +164,12 @@ class _Outages:
         self, starts_ns: Sequence[int], ends_ns: Sequence[int]
     ) -> Sequence[OutageReason | None] | None:
         """For each span, why the direction is out at any moment of it; `None` if it never is."""
-        if self._reason(min(starts_ns), max(ends_ns)) is None:
+        if self.reason(min(starts_ns), max(ends_ns)) is None:
             return None
-        return list(map(self._reason, starts_ns, ends_ns))
+        return list(map(self.reason, starts_ns, ends_ns))
 
-    def _reason(self, start_ns: int, end_ns: int) -> OutageReason | None:
+    def reason(self, start_ns: int, end_ns: int) -> OutageReason | None:
+        """Why the direction is out at any moment of this span; `None` if it is not."""
         first = bisect_right(self._ends_ns, start_ns)
         if first < len(self._ends_ns) and self._begins_ns[first] <= end_ns:
             return self._reasons[first]
@@ -204,6 +183,7 @@ class _Way:
 
     Attributes:
         agenda: the records to be made.
+        config: what it is like at present.
     """
 
     def __init__(self, direction: Direction, link: LinkConfig, rng: Generator) -> None:
@@ -218,15 +198,16 @@ class _Way:
                 key=itemgetter(0),
             )
         )
-        self._config = link.way(direction)
-        self._chance = Chance(rng, self._config)
-        self._transmitter = Transmitter(self._config)
-        self._delay = Delay(self._config)
+        self.config = link.way(direction)
+        self._least_delay_ns = self.config.least_delay_ns
+        self._chance = Chance(rng, self.config)
+        self._transmitter = Transmitter(self.config)
+        self._delay = Delay(self.config)
         self._latest_ns = 0
         self._delivered = _Departures([], [])
         self._outages = _Outages(scheduled := outages_of(link, direction))
         self._outages_noted = 0
-        self.agenda = _Agenda()
+        self.agenda = Agenda()
         for begin_ns, end_ns, reason in scheduled:
             self._note_outage(begin_ns, reason, down=True)
             self._note_outage(end_ns, reason, down=False)
@@ -242,15 +223,29 @@ class _Way:
             at_ns, change = self._changes.popleft()
             end = bisect_left(frames, at_ns, lo=begin, key=_time)
             self._run(at_ns, frames[begin:end])
-            self.change(at_ns, change.applied_to(self._config))
+            self.change(at_ns, change.applied_to(self.config))
             begin = end
         self._run(until_ns, frames[begin:])
         delivered, self._delivered = self._delivered, _Departures([], [])
         return delivered
 
+    @property
+    def next_ns(self) -> int | None:
+        """See `Channel.next_ns`."""
+        leaves_ns = self._transmitter.next_ns
+        if leaves_ns is None:
+            return None
+        arrives_ns = leaves_ns + self._least_delay_ns
+        return min(arrives_ns, self._changes[0][0]) if self._changes else arrives_ns
+
+    def outage(self, now_ns: int) -> OutageReason | None:
+        """Why it is out at `now_ns`."""
+        return self._outages.reason(now_ns, now_ns)
+
     def change(self, now_ns: int, config: OneWay) -> None:
         """From `now_ns` on, be as `config` says."""
-        before, self._config = self._config, config
+        before, self.config = self.config, config
+        self._least_delay_ns = config.least_delay_ns
         self._chance.configure(config)
         self._transmitter.change(now_ns, config)
         self._settle()
@@ -305,9 +300,9 @@ class _Way:
             self._decide(twice, _unusual(twice), copies_ns, copy=1)
 
     def _propagated_ns(self, ends_ns: Sequence[int]) -> list[int]:
-        if self._config.delay_table:
+        if self.config.delay_table:
             return [end_ns + self._delay.at(end_ns) for end_ns in ends_ns]
-        delay_ns = self._config.least_delay_ns
+        delay_ns = self._least_delay_ns
         return [end_ns + delay_ns for end_ns in ends_ns]
 
     def _decide(
@@ -376,14 +371,14 @@ class _Way:
             ends.flipped_bits,
             ends.outages,
         )
-        entries = map(_Entry, known_ns, repeat(self._direction), sequences, repeat(copy), notes)
+        entries = map(Entry, known_ns, repeat(self._direction), sequences, repeat(copy), notes)
         self.agenda.add(list(entries))
 
     def _note_outage(self, time_ns: int, reason: OutageReason, *, down: bool) -> None:
         # Counted, so that the end of one outage stays before the begin of the next.
         self._outages_noted += 1
         outage = LinkOutage(self._direction, down=down, reason=reason)
-        self.agenda.add([_Entry(time_ns, self._direction, -1, self._outages_noted, outage)])
+        self.agenda.add([Entry(time_ns, self._direction, -1, self._outages_noted, outage)])
 
 
 def _flipped(payload: bytes, bits: Sequence[int]) -> bytes:

@@ -114,6 +114,18 @@ class Transmitter:
         self._sent, self._dropped = [], []
         return taken
 
+    @property
+    def next_ns(self) -> int | None:
+        """When the next last bit leaves at the earliest; `None` if nothing waits or is sent.
+
+        Holds as long as nothing else is handed over or changed.
+        """
+        if self._sending is not None:
+            return self._free_ns
+        if self._pace is not None and self._queue.frames:
+            return self._pace.opens_ns(self._free_ns)
+        return None
+
     def run(self, until_ns: int, frames: Sequence[Frame], draw: Draw) -> None:
         """Take the frames handed over up to `until_ns`, in order, and send what can be by then."""
         passages = self._passages(frames, draw)

@@ -4,7 +4,7 @@ import gc
 import re
 import signal
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -117,16 +117,24 @@ def emulate(
     config = _load(preset, profile, set_ or (), duration or _HORIZON_S)
     emulator: Emulator[zenoh.Sample] = Emulator(config, seed)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
+    console = Console(stderr=True)
     with (
         open_side(Role.ROVER, rover_side) as rover,
         open_side(Role.GROUND, ground_side) as ground,
     ):
         try:
-            relay = Relay(rover, ground, up=up or (), down=down or (), emulator=emulator)
+            relay = Relay(
+                rover,
+                ground,
+                up=up or (),
+                down=down or (),
+                emulator=emulator,
+                tell=lambda words: console.print(words, style="yellow", soft_wrap=True),
+            )
         except ValueError as error:
             raise typer.BadParameter(str(error)) from error
         title = f"rover side {rover_side}, ground side {ground_side}"
-        _run(relay, duration, title)
+        _run(relay, duration, title, console)
         state = relay.state()
     if json:
         print(msgspec.json.encode(state).decode())  # noqa: T201
@@ -154,9 +162,8 @@ def _load(
         raise typer.BadParameter(str(error), param_hint="--set") from error
 
 
-def _run(relay: Relay, duration_s: float | None, title: str) -> None:
+def _run(relay: Relay, duration_s: float | None, title: str, console: Console) -> None:
     """Pass messages on until the time is over or somebody has had enough."""
-    console = Console(stderr=True)
     gc.freeze()
     try:
         sys.setswitchinterval(_SWITCH_S)
@@ -181,7 +188,7 @@ def _picture(state: EmulatorState, title: str) -> RenderableType:
     table.add_column()
     for direction in Direction:
         table.add_column(_ARROWS[direction], justify="right", min_width=12)
-    table.add_row("link", *(Text("OUT", "bold red") if way.out else "in service" for way in ways))
+    table.add_row("link", *map(_service, ways))
     for name in WayCounters.__struct_fields__:
         numbers = (f"{getattr(way.counters, name):,}" for way in ways)
         table.add_row(name.replace("_", " "), *numbers)
@@ -189,7 +196,20 @@ def _picture(state: EmulatorState, title: str) -> RenderableType:
     for name in OneWay.__struct_fields__:
         if any(name in one for one in settings):
             table.add_row(Text(name, "cyan"), *(one.get(name, "") for one in settings))
-    return Group(Text(f"{title}, {state.elapsed_s:,.0f} s", "bold"), table)
+    heading = Text(f"{title}, {state.elapsed_s:,.0f} s", "bold")
+    return Group(heading, *_troubles(state), table)
+
+
+def _troubles(state: EmulatorState) -> Iterator[Text]:
+    for role, side in ((Role.ROVER, state.rover_side), (Role.GROUND, state.ground_side)):
+        if side is not None and not side.connected:
+            yield Text(f"{role} side: nobody connected, {side.unheard:,} unheard", "bold red")
+
+
+def _service(way: WayState) -> Text:
+    if way.outage is None:
+        return Text("in service")
+    return Text(f"OUT: {way.outage}", "bold red")
 
 
 def _settings(way: WayState) -> dict[str, str]:

@@ -17,6 +17,7 @@ import atheris
 with atheris.instrument_imports(include=["farside.link"]):
     import msgspec
 
+    from farside.link.config import LinkConfig, OneWay
     from farside.link.fragments import Fragmenter, Reassembler
     from farside.link.keys import simulated_key
     from farside.link.messages import (
@@ -33,6 +34,11 @@ with atheris.instrument_imports(include=["farside.link"]):
         Uplink,
     )
     from farside.link.node import Direction
+    from farside.link.schedule import Schedule
+    from farside.link.segments import Report
+    from farside.link.segments import decode as decode_part
+    from farside.link.segments import encode as encode_part
+    from farside.link.transfer import ReliableReceiver, ReliableSender, TransferConfig
     from farside.link.wire import (
         OVERHEAD_BYTE,
         WIRE_VERSION,
@@ -57,6 +63,9 @@ _MESSAGES = [
     (_DOWNLINK, _encode(Proposal(1, ("at:A",), "N", Chooser.GOAL_DIRECTED, (_STEP, _STEP)))),
 ]
 _HELD_BYTE = 10_000
+_WAY = OneWay(delay_s=1.3, rate_bit_s=8000)
+_SCHEDULE = Schedule(LinkConfig(up=_WAY, down=_WAY))
+_TRANSFER = TransferConfig(segment_byte=64, window=16)
 
 
 def _with_crc(content: bytes) -> bytes:
@@ -128,11 +137,35 @@ def _fragments(data: atheris.FuzzedDataProvider) -> None:
             raise AssertionError(f"holds {reassembler.held_byte} bytes")
 
 
+def _segments(data: atheris.FuzzedDataProvider) -> None:
+    """Segments and reports of the reliable service, changed in a few places, in any order."""
+    sender = ReliableSender(Direction.DOWN, _SCHEDULE, _TRANSFER)
+    receiver = ReliableReceiver(Direction.DOWN, _SCHEDULE, _TRANSFER)
+    sender.offer(bytes(range(200)))
+    now_ns = 0
+    bodies = [encode_part(Report(10**9, 1, 0, (1, 1), rest=True))]
+    while data.remaining_bytes():
+        now_ns += data.ConsumeIntInRange(0, 5 * 10**9)
+        if sending := sender.take(now_ns):
+            bodies.append(sending.payload)
+        bodies += receiver.take(now_ns)
+        body = bodies[data.ConsumeIntInRange(0, len(bodies) - 1)]
+        at = data.ConsumeIntInRange(0, len(body))
+        changed = data.ConsumeBytes(data.ConsumeIntInRange(0, 3))
+        with suppress(FrameError):
+            part = decode_part(body[:at] + changed + body[at + len(changed) :])
+            if isinstance(part, Report):
+                sender.receive(part, now_ns)
+            else:
+                receiver.receive(part, now_ns)
+
+
 _LAYERS: list[Callable[[atheris.FuzzedDataProvider], None]] = [
     _raw_frames,
     _changed_frames,
     _messages,
     _fragments,
+    _segments,
 ]
 
 

@@ -4,7 +4,15 @@ import json
 
 import pytest
 
-from farside.link.config import LinkConfig, OneWay
+from farside.link.config import (
+    Blackout,
+    LinkChange,
+    LinkConfig,
+    OneWay,
+    OutageReason,
+    RateStep,
+    Trace,
+)
 from farside.link.emulator import Delivery, Emulator
 from farside.link.impairments import Jitter
 from farside.link.node import Direction
@@ -71,6 +79,54 @@ def test_it_asks_to_be_called_at_the_next_arrival_and_not_at_all_when_empty() ->
     assert subject.next_ns == 500_000
     subject.advance(500_001)
     assert subject.next_ns is None
+
+
+@pytest.mark.parametrize(
+    "up",
+    [
+        {"delay_s": 0.05},
+        {"rate_bit_s": 8000},
+        {"delay_s": 0.05, "rate_bit_s": 8000, "jitter": Jitter(spread_s=0.003)},
+        {"delay_s": 0.001, "rate_trace": Trace(times_ms=(7, 7, 90))},
+        {"rate_table": (RateStep(t_s=0.0, rate_bit_s=100), RateStep(t_s=0.3, rate_bit_s=800_000))},
+    ],
+)
+def test_called_when_it_asks_to_be_it_is_never_late(up: dict[str, object]) -> None:
+    faster = LinkChange(at_s=0.2, rate_bit_s=16_000)
+    subject: Emulator[str] = Emulator(LinkConfig(up=OneWay(**up), changes=(faster,)))
+    for number in range(20):
+        subject.send(UP, number * MS, bytes(10 + number), "")
+    arrived = subject.advance(20 * MS)
+    calls = 0
+    while (next_ns := subject.next_ns) is not None:
+        calls += 1
+        arriving = subject.advance(next_ns + 1)
+        assert {at_ns for at_ns, *_ in arriving} <= {next_ns}
+        arrived += arriving
+    assert len(arrived) == 20
+    assert calls < 100
+
+
+def test_what_is_changed_by_schedule_stays_when_something_else_is_changed_by_hand() -> None:
+    lossy = LinkChange(at_s=1.0, loss=0.5)
+    subject: Emulator[str] = Emulator(LinkConfig(changes=(lossy,)))
+    subject.advance(2000 * MS)
+    assert subject.state().up.settings == OneWay(loss=0.5)
+    control(subject, up={"corrupt": 0.1})
+    assert subject.state().up.settings == OneWay(loss=0.5, corrupt=0.1)
+
+
+def test_it_tells_why_a_direction_is_out() -> None:
+    dark = Blackout(start_s=1.0, end_s=2.0)
+    subject: Emulator[str] = Emulator(LinkConfig(blackouts=(dark,)))
+    assert subject.state().up.outage is None
+    subject.advance(1500 * MS)
+    assert subject.state().up.outage is OutageReason.BLACKOUT
+    subject.advance(2000 * MS)
+    assert subject.state().up.outage is None
+    control(subject, down={"out": True})
+    assert subject.state().up.outage is None
+    assert subject.state().down.outage is OutageReason.CONTROL
 
 
 def test_a_rate_takes_the_place_of_a_table_of_rates() -> None:

@@ -249,7 +249,7 @@ def test_corruption_flips_a_bit_and_nothing_else() -> None:
 
 def test_an_outage_by_hand_begins_and_ends_at_once() -> None:
     with link() as between:
-        assert between.control(down={"out": True})["down"]["out"] is True
+        assert between.control(down={"out": True})["down"]["outage"] == "control"
         between.rover.put("tlm/pose", "unheard")
         between.ground.put("cmd/drive", "heard")
         assert between.rover.heard()["payload"] == b"heard".hex()
@@ -334,6 +334,20 @@ def test_one_network_on_both_sides_is_refused() -> None:
 def test_bad_input_ends_with_status_2_before_anybody_is_called(options: list[str]) -> None:
     status, _ = ends_with(*command("tcp/127.0.0.1:1", "tcp/127.0.0.1:1", *options))
     assert status == 2
+
+
+def test_what_comes_out_where_nobody_is_connected_is_counted_and_told() -> None:
+    with link("up.delay_s=0.3", up=["cmd/**"], down=["tlm/**"]) as between:
+        assert between.ground.get("farside/link/counters")["rover_side"]["connected"] == 1
+        between.ground.put("cmd/drive", "N", times=3)
+        between.rover.leave()
+        words = "rover side: nobody is connected any more"
+        assert words in cast("IO[str]", between._process.stderr).readline()
+        while (state := between.ground.get("farside/link/counters"))["up"]["counters"]["in_flight"]:
+            pass
+    assert state["rover_side"] == {"connected": 0, "unheard": 3}
+    assert state["ground_side"] == {"connected": 1, "unheard": 0}
+    assert state["up"]["counters"]["delivered"] == 3
 
 
 def test_the_programs_may_connect_to_the_emulator() -> None:

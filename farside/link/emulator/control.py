@@ -22,7 +22,7 @@ from typing import Any
 
 import msgspec
 
-from farside.link.config import Affected, OneWay
+from farside.link.config import Affected, OneWay, OutageReason
 from farside.link.node import Direction
 
 COUNTERS_KEY = "farside/link/counters"
@@ -63,19 +63,39 @@ class WayCounters(msgspec.Struct, kw_only=True):
 
 
 class WayState(msgspec.Struct, frozen=True):
-    """One direction: what it did, whether it is switched off by hand, and what it does."""
+    """One direction: what it did, why it is out, if it is, and what it does to messages.
+
+    `outage` is `control` for one by hand.
+    """
 
     counters: WayCounters
-    out: bool
+    outage: OutageReason | None
     settings: OneWay
 
 
+class SideState(msgspec.Struct, frozen=True):
+    """One of the two Zenoh domains.
+
+    Attributes:
+        connected: how many of its nodes the emulator has a connection to.
+        unheard: messages that came out while there were none, delivered to nobody.
+    """
+
+    connected: int
+    unheard: int
+
+
 class EmulatorState(msgspec.Struct, frozen=True):
-    """The emulator, `elapsed_s` after its start."""
+    """The emulator, `elapsed_s` after its start.
+
+    The sides are those of `farside.link.emulator.relay`; without it there are none.
+    """
 
     elapsed_s: float
     up: WayState
     down: WayState
+    rover_side: SideState | None = None
+    ground_side: SideState | None = None
 
     def way(self, direction: Direction) -> WayState:
         """One direction."""

@@ -20,9 +20,8 @@ from farside.link.emulator.control import EmulatorState, WayCounters, WayState, 
 from farside.link.node import Direction, Frame, to_s
 from farside.link.records import Fate
 
-_TICK_NS = 1_000_000
 _COUNT_NS = 20_000_000
-"""How often frames are looked after whose fate is open, as when they wait in a queue."""
+"""How often the counters are told of what does not arrive."""
 
 _Cargo = TypeVar("_Cargo")
 
@@ -55,7 +54,6 @@ class _Way(Generic[_Cargo]):
         self.cargo: dict[int, _Cargo] = {}
         self.counters = WayCounters()
         self.sequence = 0
-        self.out = False
 
     def settle(self, end: _End) -> None:
         counters = self.counters
@@ -85,7 +83,6 @@ class Emulator(Generic[_Cargo]):
         sequence = np.random.SeedSequence(seed if config.seed is None else config.seed)
         rngs = map(np.random.default_rng, sequence.spawn(len(Direction)))
         self._channel = Channel(config, dict(zip(Direction, rngs, strict=True)))
-        self._settings = {direction: config.way(direction) for direction in Direction}
         self._ways: dict[Direction, _Way[_Cargo]] = {one: _Way() for one in Direction}
         self._now_ns = 0
         self._last_ns = 0
@@ -149,16 +146,11 @@ class Emulator(Generic[_Cargo]):
     @property
     def next_ns(self) -> int | None:
         """When to advance at the latest, if nothing is sent before; `None` if nothing is on."""
-        busy = [direction for direction, way in self._ways.items() if way.cargo]
-        # Without a queue all is decided at once, and only the counters wait to be told of it.
-        tick_ns = _TICK_NS if any(map(self._has_queue, busy)) else _COUNT_NS
-        moments = [coming[0] for coming in self._coming[:1]]
-        moments += [self._now_ns + tick_ns] if busy else []
-        return min(moments, default=None)
-
-    def _has_queue(self, direction: Direction) -> bool:
-        settings = self._settings[direction]
-        return bool(settings.rate_bit_s or settings.rate_table or settings.rate_trace)
+        if not any(way.cargo for way in self._ways.values()):
+            return None
+        moments = [self._now_ns + _COUNT_NS, *(coming[0] for coming in self._coming[:1])]
+        queue_ns = self._channel.next_ns
+        return min(moments if queue_ns is None else (*moments, queue_ns))
 
     def control(self, payload: bytes) -> EmulatorState:
         """Do what somebody asks for; see `farside.link.emulator.control`.
@@ -166,22 +158,24 @@ class Emulator(Generic[_Cargo]):
         Raises:
             ValueError: if it cannot be done; nothing is, then.
         """
-        for direction, change in read_change(payload, self._settings).items():
+        settings = {direction: self._channel.settings(direction) for direction in Direction}
+        for direction, change in read_change(payload, settings).items():
             if change.settings is not None:
-                self._settings[direction] = change.settings
                 self._channel.change(direction, change.settings)
             if change.out is not None:
-                self._ways[direction].out = change.out
                 self._channel.set_out(direction, change.out)
         return self.state()
 
     def state(self) -> EmulatorState:
         """Counters and settings now."""
-        return EmulatorState(to_s(self._now_ns), *map(self._way_state, Direction))
+        up, down = self._way_state(Direction.UP), self._way_state(Direction.DOWN)
+        return EmulatorState(to_s(self._now_ns), up, down)
 
     def _way_state(self, direction: Direction) -> WayState:
         way = self._ways[direction]
         counters = msgspec.structs.replace(
             way.counters, received=way.sequence, in_flight=len(way.cargo)
         )
-        return WayState(counters, way.out, self._settings[direction])
+        return WayState(
+            counters, self._channel.outage(direction), self._channel.settings(direction)
+        )

@@ -7,6 +7,9 @@ but by the link: what the far side cannot take makes the emulator wait.
 A key may pass both ways. What the relay itself puts into a domain it never takes from there again,
 so nothing goes round, if the domains have no other way to each other: one network on both sides is
 refused.
+
+Zenoh itself connects again when a connection is lost. Until then, what comes out on that side is
+heard by nobody; it is counted, and the loss told at once.
 """
 
 import json
@@ -20,7 +23,12 @@ import msgspec
 import zenoh
 
 from farside.link.emulator import Emulator
-from farside.link.emulator.control import CONTROL_KEY, COUNTERS_KEY, EmulatorState
+from farside.link.emulator.control import (
+    CONTROL_KEY,
+    COUNTERS_KEY,
+    EmulatorState,
+    SideState,
+)
 from farside.link.node import Direction, Role, to_ns, to_s
 
 _LISTEN = "listen/"
@@ -42,6 +50,28 @@ class _Asked(NamedTuple):
 
     query: zenoh.Query
     answer: Callable[[bytes], EmulatorState]
+
+
+class _Moved(NamedTuple):
+    """Somebody came to a side, or left it."""
+
+    side: "_Side"
+    node: str
+    came: bool
+
+
+class _Side:
+    """One domain: the session with it, and who is there."""
+
+    def __init__(self, role: Role, session: zenoh.Session) -> None:
+        self.role, self.session = role, session
+        # Zenoh tells of those who are there already, too.
+        self.nodes: set[str] = set()
+        self.is_alone = not _others(session)
+        self.unheard = 0
+
+    def state(self) -> SideState:
+        return SideState(len(self.nodes), self.unheard)
 
 
 @contextmanager
@@ -89,6 +119,7 @@ class Relay:
         up: key expressions that pass from the ground to the rover.
         down: those that pass the other way.
         emulator: the link.
+        tell: is told in words when nobody is left on a side, and when somebody is there again.
 
     Raises:
         ValueError: if both sessions are in one network.
@@ -102,6 +133,7 @@ class Relay:
         up: Sequence[zenoh.KeyExpr],
         down: Sequence[zenoh.KeyExpr],
         emulator: Emulator[zenoh.Sample],
+        tell: Callable[[str], None],
     ) -> None:
         if shared := _neighbours(rover) & _neighbours(ground):
             raise ValueError(
@@ -109,13 +141,17 @@ class Relay:
                 f"connected to {', '.join(sorted(shared))}"
             )
         self._emulator = emulator
-        self._inbox: SimpleQueue[_Heard | _Asked] = SimpleQueue()
-        self._far = {Direction.UP: rover, Direction.DOWN: ground}
+        self._tell = tell
+        self._inbox: SimpleQueue[_Heard | _Asked | _Moved] = SimpleQueue()
+        self._rover, self._ground = _Side(Role.ROVER, rover), _Side(Role.GROUND, ground)
+        self._far = {Direction.UP: self._rover, Direction.DOWN: self._ground}
         self._began_ns = time.monotonic_ns()
         self._hear(ground, Direction.UP, up)
         self._hear(rover, Direction.DOWN, down)
-        self._listen(ground, COUNTERS_KEY, lambda _: emulator.state())
-        self._listen(ground, CONTROL_KEY, emulator.control)
+        self._listen(ground, COUNTERS_KEY, lambda _: self.state())
+        self._listen(ground, CONTROL_KEY, self._control)
+        self._watch(self._rover)
+        self._watch(self._ground)
 
     def _hear(
         self, near: zenoh.Session, direction: Direction, keys: Sequence[zenoh.KeyExpr]
@@ -142,17 +178,32 @@ class Relay:
     ) -> None:
         near.declare_queryable(key, lambda query: self._inbox.put(_Asked(query, answer)))
 
+    def _watch(self, side: _Side) -> None:
+        def move(event: zenoh.TransportEvent) -> None:
+            came = event.kind == zenoh.SampleKind.PUT
+            self._inbox.put(_Moved(side, str(event.transport.zid), came))
+
+        side.session.info.declare_transport_events_listener(move, history=True)
+
     def run(self, duration_s: float | None = None) -> None:
         """Pass messages on for so long; for ever, where that is `None`."""
         end_ns = None if duration_s is None else self._now_ns() + to_ns(duration_s)
         while end_ns is None or self._now_ns() < end_ns:
             until_ns = self._take(self._patience_s(end_ns))
             for _, direction, payload, sample in self._emulator.advance(until_ns):
-                _put(self._far[direction], sample, payload)
+                far = self._far[direction]
+                if far.is_alone:
+                    far.unheard += 1
+                _put(far.session, sample, payload)
 
     def state(self) -> EmulatorState:
         """Counters and settings now; from any thread."""
-        return self._emulator.state()
+        sides = {"rover_side": self._rover.state(), "ground_side": self._ground.state()}
+        return msgspec.structs.replace(self._emulator.state(), **sides)
+
+    def _control(self, payload: bytes) -> EmulatorState:
+        self._emulator.control(payload)
+        return self.state()
 
     def _now_ns(self) -> int:
         return time.monotonic_ns() - self._began_ns
@@ -174,14 +225,17 @@ class Relay:
         for _ in range(min(waiting, _AT_ONCE)):
             item = inbox.get()
             self._take_one(item)
-        if waiting > _AT_ONCE and not isinstance(item, _Asked):
+        if waiting > _AT_ONCE and not isinstance(item, _Asked | _Moved):
             return item[0] - self._began_ns + 1
         return self._now_ns() + 1
 
-    def _take_one(self, item: _Heard | _Asked) -> None:
+    def _take_one(self, item: _Heard | _Asked | _Moved) -> None:
         if isinstance(item, _Asked):
             with item.query as query:
                 _reply(query, item.answer)
+            return
+        if isinstance(item, _Moved):
+            self._move(item)
             return
         time_ns, direction, sample = item
         self._emulator.send(
@@ -192,10 +246,24 @@ class Relay:
             priority=_LEAST_IMPORTANT - int(sample.priority),  # type: ignore[call-overload]
         )
 
+    def _move(self, moved: _Moved) -> None:
+        side = moved.side
+        if moved.came:
+            side.nodes.add(moved.node)
+        else:
+            side.nodes.discard(moved.node)
+        if side.is_alone == bool(side.nodes):
+            side.is_alone = not side.nodes
+            told = "nobody is connected any more" if side.is_alone else "connected"
+            self._tell(f"{side.role} side: {told}")
+
 
 def _neighbours(session: zenoh.Session) -> set[str]:
-    info = session.info
-    return {str(zid) for zid in (info.zid(), *info.routers_zid(), *info.peers_zid())}
+    return {str(session.info.zid()), *_others(session)}
+
+
+def _others(session: zenoh.Session) -> set[str]:
+    return {str(zid) for zid in (*session.info.routers_zid(), *session.info.peers_zid())}
 
 
 def _reply(query: zenoh.Query, answer: Callable[[bytes], EmulatorState]) -> None:
