@@ -19,7 +19,7 @@ from rich.text import Text
 from farside.link.config import LinkConfig, OneWay
 from farside.link.emulator import Emulator
 from farside.link.emulator.control import EmulatorState, WayCounters, WayState, alternatives_to
-from farside.link.emulator.relay import Relay, open_side
+from farside.link.emulator.relay import Manner, Relay, open_side
 from farside.link.node import Direction, Role
 from farside.link.resolve import LinkConfigError, load_profile
 from farside.missions.overrides import put, read_overrides
@@ -115,7 +115,7 @@ def emulate(
     if not (up or down):
         raise typer.BadParameter("expected --up or --down: as it is, nothing would pass")
     config = _load(preset, profile, set_ or (), duration or _HORIZON_S)
-    emulator: Emulator[zenoh.Sample] = Emulator(config, seed)
+    emulator: Emulator[Manner] = Emulator(config, seed)
     signal.signal(signal.SIGTERM, signal.default_int_handler)
     console = Console(stderr=True)
     with (

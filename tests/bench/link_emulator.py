@@ -13,6 +13,7 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import NamedTuple
 
 import zenoh
@@ -23,13 +24,16 @@ from rich.table import Table
 ROUNDS = 5
 FLOOD = 100_000
 PACED, PACE_HZ = 5_000, 1_000
+IN_FLIGHT = 1_000_000
 DELAY_S = 0.1
 
 BARE = "bare relay"
 DELAYED = f"farside link, {DELAY_S:g} s"
+AFAR = "farside link, 20 min"
 IMPAIRED = f"farside link, {DELAY_S:g} s, rate, bursts of loss, jitter, duplicates, bit errors"
 SETTINGS = {
     DELAYED: [f"down.delay_s={DELAY_S}"],
+    AFAR: ["down.delay_s=1200"],
     IMPAIRED: [
         f"down.delay_s={DELAY_S}",
         "down.rate_bit_s=1000000000",
@@ -178,6 +182,39 @@ def _send(
     return answer
 
 
+def growth_mib() -> float:
+    """Resident memory of the emulator for a million messages that have not yet arrived."""
+    with (
+        started(sys.executable, __file__, "source") as rover,
+        started(sys.executable, __file__, "sink") as ground,
+    ):
+        locators = [process.stdout.readline().strip() for process in (rover, ground)]
+        with started(*command(AFAR, *locators)) as link:
+            figures_mib = []
+            # The first few tell that it is there.
+            for number in (100, IN_FLIGHT):
+                rover.stdin.write(json.dumps((number, 0.0)) + "\n")
+                rover.stdin.flush()
+                _await_in_flight(locators[1], number)
+                figures_mib.append(_resident_mib(link.pid))
+            return figures_mib[1] - figures_mib[0]
+
+
+def _await_in_flight(locator: str, number: int) -> None:
+    session, counted = _client(locator), 0
+    while counted < number:
+        for reply in session.get("farside/link/counters"):
+            state = json.loads(reply.ok.payload.to_bytes())
+            counted = state["down"]["counters"]["in_flight"]
+        time.sleep(0.1)
+    session.close()
+
+
+def _resident_mib(pid: int) -> float:
+    status = Path(f"/proc/{pid}/status").read_text(encoding="ascii")
+    return int(status.partition("VmRSS:")[2].split()[0]) / 1024
+
+
 def main() -> None:
     """Measure, and print the table."""
     console = Console()
@@ -202,6 +239,7 @@ def main() -> None:
             f"{run.p99_s * 1e3:.2f} ms",
         )
     console.print(table)
+    console.print(f"a million messages in flight: {growth_mib():,.0f} MiB (limit: below 1,024)")
 
 
 if __name__ == "__main__":

@@ -48,10 +48,11 @@ _decode_end = msgspec.json.Decoder(_End).decode
 
 
 class _Way(Generic[_Cargo]):
-    """What is on its way in one direction, and the counters."""
+    """One direction: what belongs to the frames whose luck is open, and the counters."""
 
     def __init__(self) -> None:
         self.cargo: dict[int, _Cargo] = {}
+        self.in_flight = 0
         self.counters = WayCounters()
         self.sequence = 0
 
@@ -62,7 +63,8 @@ class _Way(Generic[_Cargo]):
         if end.copy:
             counters.duplicated += 1
             return
-        del self.cargo[end.sequence]
+        self.in_flight -= 1
+        self.cargo.pop(end.sequence, None)
         if end.fate is Fate.DELIVERED:
             counters.delivered += 1
             counters.delivered_byte += end.size_byte
@@ -106,6 +108,7 @@ class Emulator(Generic[_Cargo]):
         self._last_ns = time_ns
         self._sent.append(Frame(direction, way.sequence, time_ns, payload, priority))
         way.cargo[way.sequence] = cargo
+        way.in_flight += 1
         way.sequence += 1
         way.counters.received_byte += len(payload)
 
@@ -129,6 +132,9 @@ class Emulator(Generic[_Cargo]):
             (at_ns, direction, payload, ways[direction].cargo[sequence])
             for direction, sequence, at_ns, payload in map(_parts_of, frames)
         ]
+        # A frame and its copy are given back together, so nobody asks for it again.
+        for frame in frames:
+            ways[frame.direction].cargo.pop(frame.sequence, None)
         coming.sort(key=_time)
         heapq.heappush(self._coming, (coming[0][0], next(self._order), 0, coming))
 
@@ -146,7 +152,7 @@ class Emulator(Generic[_Cargo]):
     @property
     def next_ns(self) -> int | None:
         """When to advance at the latest, if nothing is sent before; `None` if nothing is on."""
-        if not any(way.cargo for way in self._ways.values()):
+        if not any(way.in_flight for way in self._ways.values()):
             return None
         moments = [self._now_ns + _COUNT_NS, *(coming[0] for coming in self._coming[:1])]
         queue_ns = self._channel.next_ns
@@ -174,7 +180,7 @@ class Emulator(Generic[_Cargo]):
     def _way_state(self, direction: Direction) -> WayState:
         way = self._ways[direction]
         counters = msgspec.structs.replace(
-            way.counters, received=way.sequence, in_flight=len(way.cargo)
+            way.counters, received=way.sequence, in_flight=way.in_flight
         )
         return WayState(
             counters, self._channel.outage(direction), self._channel.settings(direction)

@@ -17,7 +17,7 @@ import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from queue import Empty, SimpleQueue
-from typing import NamedTuple
+from typing import NamedTuple, TypeVar
 
 import msgspec
 import zenoh
@@ -34,15 +34,37 @@ from farside.link.node import Direction, Role, to_ns, to_s
 _LISTEN = "listen/"
 _IDLE_NS = to_ns(0.5)
 
-_LEAST_IMPORTANT = 7
-"""Zenoh counts priorities from 1, the most important, to 7, the link the other way round."""
+_PRIORITIES = (
+    zenoh.Priority.BACKGROUND,
+    zenoh.Priority.DATA_LOW,
+    zenoh.Priority.DATA,
+    zenoh.Priority.DATA_HIGH,
+    zenoh.Priority.INTERACTIVE_LOW,
+    zenoh.Priority.INTERACTIVE_HIGH,
+    zenoh.Priority.REAL_TIME,
+)
+"""Those of Zenoh by that of the frame, which counts from the least important."""
+
+_PRIORITY_OF = {int(priority): number for number, priority in enumerate(_PRIORITIES)}  # type: ignore[call-overload]
 
 _AT_ONCE = 2000
 """Messages taken before those that are due go out: many, for speed, but not for long."""
 
 
+_MOST_KEPT = 4096
+
+_Value = TypeVar("_Value")
+
 _Heard = tuple[int, Direction, zenoh.Sample]
 """When a message came, from where to where, and the message. A plain tuple, for speed."""
+
+
+Manner = tuple[
+    zenoh.KeyExpr, bool, int, bool, zenoh.Encoding, zenoh.ZBytes | None, zenoh.Timestamp | None
+]
+"""What belongs to a message besides its payload: key, whether it deletes, priority of its frame,
+express, encoding, attachment, timestamp. A sample itself takes twice the memory: it holds on to
+the whole batch that it came in."""
 
 
 class _Asked(NamedTuple):
@@ -132,7 +154,7 @@ class Relay:
         *,
         up: Sequence[zenoh.KeyExpr],
         down: Sequence[zenoh.KeyExpr],
-        emulator: Emulator[zenoh.Sample],
+        emulator: Emulator[Manner],
         tell: Callable[[str], None],
     ) -> None:
         if shared := _neighbours(rover) & _neighbours(ground):
@@ -142,6 +164,8 @@ class Relay:
             )
         self._emulator = emulator
         self._tell = tell
+        self._keys: dict[zenoh.KeyExpr, zenoh.KeyExpr] = {}
+        self._encodings: dict[zenoh.Encoding, zenoh.Encoding] = {}
         self._inbox: SimpleQueue[_Heard | _Asked | _Moved] = SimpleQueue()
         self._rover, self._ground = _Side(Role.ROVER, rover), _Side(Role.GROUND, ground)
         self._far = {Direction.UP: self._rover, Direction.DOWN: self._ground}
@@ -190,11 +214,11 @@ class Relay:
         end_ns = None if duration_s is None else self._now_ns() + to_ns(duration_s)
         while end_ns is None or self._now_ns() < end_ns:
             until_ns = self._take(self._patience_s(end_ns))
-            for _, direction, payload, sample in self._emulator.advance(until_ns):
+            for _, direction, payload, manner in self._emulator.advance(until_ns):
                 far = self._far[direction]
                 if far.is_alone:
                     far.unheard += 1
-                _put(far.session, sample, payload)
+                _put(far.session, payload, manner)
 
     def state(self) -> EmulatorState:
         """Counters and settings now; from any thread."""
@@ -238,13 +262,18 @@ class Relay:
             self._move(item)
             return
         time_ns, direction, sample = item
-        self._emulator.send(
-            direction,
-            time_ns - self._began_ns,
-            sample.payload.to_bytes(),
-            sample,
-            priority=_LEAST_IMPORTANT - int(sample.priority),  # type: ignore[call-overload]
+        priority = _PRIORITY_OF[int(sample.priority)]  # type: ignore[call-overload]
+        manner = (
+            _once(self._keys, sample.key_expr),
+            sample.kind == zenoh.SampleKind.DELETE,
+            priority,
+            sample.express,
+            _once(self._encodings, sample.encoding),
+            sample.attachment,
+            sample.timestamp,
         )
+        payload, at_ns = sample.payload.to_bytes(), time_ns - self._began_ns
+        self._emulator.send(direction, at_ns, payload, manner, priority=priority)
 
     def _move(self, moved: _Moved) -> None:
         side = moved.side
@@ -256,6 +285,13 @@ class Relay:
             side.is_alone = not side.nodes
             told = "nobody is connected any more" if side.is_alone else "connected"
             self._tell(f"{side.role} side: {told}")
+
+
+def _once(kept: dict[_Value, _Value], value: _Value) -> _Value:
+    """`value`, or the equal one that others have already: a million messages share few of them."""
+    if len(kept) == _MOST_KEPT:
+        kept.clear()
+    return kept.setdefault(value, value)
 
 
 def _neighbours(session: zenoh.Session) -> set[str]:
@@ -277,24 +313,25 @@ def _reply(query: zenoh.Query, answer: Callable[[bytes], EmulatorState]) -> None
         query.reply(query.key_expr, msgspec.json.encode(state), encoding=encoding)
 
 
-def _put(far: zenoh.Session, sample: zenoh.Sample, payload: bytes) -> None:
-    if sample.kind == zenoh.SampleKind.DELETE:
+def _put(far: zenoh.Session, payload: bytes, manner: Manner) -> None:
+    key, deletes, priority, express, encoding, attachment, timestamp = manner
+    if deletes:
         far.delete(
-            sample.key_expr,
+            key,
             congestion_control=zenoh.CongestionControl.BLOCK,
-            priority=sample.priority,
-            express=sample.express,
-            attachment=sample.attachment,
-            timestamp=sample.timestamp,
+            priority=_PRIORITIES[priority],
+            express=express,
+            attachment=attachment,
+            timestamp=timestamp,
         )
         return
     far.put(
-        sample.key_expr,
+        key,
         payload,
-        encoding=sample.encoding,
+        encoding=encoding,
         congestion_control=zenoh.CongestionControl.BLOCK,
-        priority=sample.priority,
-        express=sample.express,
-        attachment=sample.attachment,
-        timestamp=sample.timestamp,
+        priority=_PRIORITIES[priority],
+        express=express,
+        attachment=attachment,
+        timestamp=timestamp,
     )
