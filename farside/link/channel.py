@@ -100,9 +100,10 @@ class Channel:
 
     @property
     def next_ns(self) -> int | None:
-        """Before when nothing arrives that has not been given back; `None` if nothing is to come.
+        """When a frame not given back yet can arrive at the earliest; `None` if there is none.
 
-        Holds as long as nothing else is sent or changed.
+        For whoever advances on a wall clock: no later than this, nothing is late. It holds until
+        something is sent or changed.
         """
         moments = [way.next_ns for way in self._ways.values()]
         return min((ns for ns in moments if ns is not None), default=None)
