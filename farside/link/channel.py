@@ -13,7 +13,7 @@ from numpy.random import Generator
 from farside.link.agenda import Agenda, Entry
 from farside.link.chance import CALM, Chance, Luck
 from farside.link.config import LinkConfig, OneWay, OutageReason
-from farside.link.node import Direction, Frame, Step, to_ns
+from farside.link.node import NEVER_NS, Direction, Frame, Step, to_ns
 from farside.link.queueing import Passage, Transmitter
 from farside.link.records import Fate, FrameFate, Journal, LinkOutage
 from farside.link.schedule import Delay, Outage, outages_of
@@ -112,8 +112,8 @@ class Channel:
         """What `direction` is like at present."""
         return self._ways[direction].config
 
-    def outage(self, direction: Direction) -> OutageReason | None:
-        """Why `direction` is out at present; `None` if it is in service."""
+    def outage(self, direction: Direction) -> Outage | None:
+        """The outage of `direction` at present; `None` if it is in service."""
         return self._ways[direction].outage(self._now_ns)
 
     def _expect_in_window(self, frames: Sequence[Frame], until_ns: int) -> None:
@@ -165,12 +165,20 @@ class _Outages:
         self, starts_ns: Sequence[int], ends_ns: Sequence[int]
     ) -> Sequence[OutageReason | None] | None:
         """For each span, why the direction is out at any moment of it; `None` if it never is."""
-        if self.reason(min(starts_ns), max(ends_ns)) is None:
+        if self._reason(min(starts_ns), max(ends_ns)) is None:
             return None
-        return list(map(self.reason, starts_ns, ends_ns))
+        return list(map(self._reason, starts_ns, ends_ns))
 
-    def reason(self, start_ns: int, end_ns: int) -> OutageReason | None:
-        """Why the direction is out at any moment of this span; `None` if it is not."""
+    def at(self, now_ns: int) -> Outage | None:
+        """The outage at `now_ns`; it ends never, as far as is known, if it was told."""
+        if self.told_out:
+            return Outage(self._told[-1][0], NEVER_NS, OutageReason.CONTROL)
+        first = bisect_right(self._ends_ns, now_ns)
+        if first < len(self._ends_ns) and self._begins_ns[first] <= now_ns:
+            return Outage(self._begins_ns[first], self._ends_ns[first], self._reasons[first])
+        return None
+
+    def _reason(self, start_ns: int, end_ns: int) -> OutageReason | None:
         first = bisect_right(self._ends_ns, start_ns)
         if first < len(self._ends_ns) and self._begins_ns[first] <= end_ns:
             return self._reasons[first]
@@ -239,9 +247,9 @@ class _Way:
         arrives_ns = leaves_ns + self._least_delay_ns
         return min(arrives_ns, self._changes[0][0]) if self._changes else arrives_ns
 
-    def outage(self, now_ns: int) -> OutageReason | None:
-        """Why it is out at `now_ns`."""
-        return self._outages.reason(now_ns, now_ns)
+    def outage(self, now_ns: int) -> Outage | None:
+        """See `Channel.outage`."""
+        return self._outages.at(now_ns)
 
     def change(self, now_ns: int, config: OneWay) -> None:
         """From `now_ns` on, be as `config` says."""

@@ -209,7 +209,9 @@ def _troubles(state: EmulatorState) -> Iterator[Text]:
 def _service(way: WayState) -> Text:
     if way.outage is None:
         return Text("in service")
-    return Text(f"OUT: {way.outage}", "bold red")
+    left_s = way.outage.left_s
+    left = "" if left_s is None else f", {left_s:,.0f} s left"
+    return Text(f"OUT: {way.outage.reason}{left}", "bold red")
 
 
 def _settings(way: WayState) -> dict[str, str]:

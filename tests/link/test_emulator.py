@@ -14,6 +14,7 @@ from farside.link.config import (
     Trace,
 )
 from farside.link.emulator import Delivery, Emulator
+from farside.link.emulator.control import OutageState
 from farside.link.impairments import Jitter
 from farside.link.node import Direction
 
@@ -121,12 +122,12 @@ def test_it_tells_why_a_direction_is_out() -> None:
     subject: Emulator[str] = Emulator(LinkConfig(blackouts=(dark,)))
     assert subject.state().up.outage is None
     subject.advance(1500 * MS)
-    assert subject.state().up.outage is OutageReason.BLACKOUT
+    assert subject.state().up.outage == OutageState(OutageReason.BLACKOUT, left_s=0.5)
     subject.advance(2000 * MS)
     assert subject.state().up.outage is None
     control(subject, down={"out": True})
     assert subject.state().up.outage is None
-    assert subject.state().down.outage is OutageReason.CONTROL
+    assert subject.state().down.outage == OutageState(OutageReason.CONTROL, left_s=None)
 
 
 def test_a_rate_takes_the_place_of_a_table_of_rates() -> None:

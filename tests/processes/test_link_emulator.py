@@ -249,7 +249,8 @@ def test_corruption_flips_a_bit_and_nothing_else() -> None:
 
 def test_an_outage_by_hand_begins_and_ends_at_once() -> None:
     with link() as between:
-        assert between.control(down={"out": True})["down"]["outage"] == "control"
+        state = between.control(down={"out": True})
+        assert state["down"]["outage"] == {"reason": "control", "left_s": None}
         between.rover.put("tlm/pose", "unheard")
         between.ground.put("cmd/drive", "heard")
         assert between.rover.heard()["payload"] == b"heard".hex()

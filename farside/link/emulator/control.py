@@ -62,14 +62,18 @@ class WayCounters(msgspec.Struct, kw_only=True):
     in_flight: int = 0
 
 
-class WayState(msgspec.Struct, frozen=True):
-    """One direction: what it did, why it is out, if it is, and what it does to messages.
+class OutageState(msgspec.Struct, frozen=True):
+    """Why a direction is out, and for how much longer: `None` where that is up to somebody."""
 
-    `outage` is `control` for one by hand.
-    """
+    reason: OutageReason
+    left_s: float | None
+
+
+class WayState(msgspec.Struct, frozen=True):
+    """One direction: what it did, the outage, if there is one, and what it does to messages."""
 
     counters: WayCounters
-    outage: OutageReason | None
+    outage: OutageState | None
     settings: OneWay
 
 

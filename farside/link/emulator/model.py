@@ -16,8 +16,14 @@ import numpy as np
 
 from farside.link.channel import Channel
 from farside.link.config import LinkConfig
-from farside.link.emulator.control import EmulatorState, WayCounters, WayState, read_change
-from farside.link.node import Direction, Frame, to_s
+from farside.link.emulator.control import (
+    EmulatorState,
+    OutageState,
+    WayCounters,
+    WayState,
+    read_change,
+)
+from farside.link.node import NEVER_NS, Direction, Frame, to_s
 from farside.link.records import Fate
 
 _COUNT_NS = 20_000_000
@@ -182,6 +188,11 @@ class Emulator(Generic[_Cargo]):
         counters = msgspec.structs.replace(
             way.counters, received=way.sequence, in_flight=way.in_flight
         )
-        return WayState(
-            counters, self._channel.outage(direction), self._channel.settings(direction)
-        )
+        return WayState(counters, self._outage(direction), self._channel.settings(direction))
+
+    def _outage(self, direction: Direction) -> OutageState | None:
+        outage = self._channel.outage(direction)
+        if outage is None:
+            return None
+        left_s = to_s(outage.end_ns - self._now_ns) if outage.end_ns < NEVER_NS else None
+        return OutageState(outage.reason, left_s)
