@@ -18,6 +18,7 @@ from farside.missions import MissionFile, load_mission
 from farside.missions.crew import Crew
 
 PATIENCE_S = 30.0
+LONGEST_S = 120
 PROC = Path("/proc")
 
 LAUNCHER = """
@@ -33,6 +34,20 @@ with ProcessCrew(mission) as crew:
         now_ns += mission.window_ns
         crew.advance(now_ns)
 """
+
+
+@pytest.fixture(autouse=True)
+def patience() -> Iterator[None]:
+    """What waits for another process in vain fails, and does not hold up all others."""
+
+    def give_up(_signal: int, _frame: object) -> None:
+        raise TimeoutError(f"expected an end within {LONGEST_S} s, found the test waiting")
+
+    before = signal.signal(signal.SIGALRM, give_up)
+    signal.alarm(LONGEST_S)
+    yield
+    signal.alarm(0)
+    signal.signal(signal.SIGALRM, before)
 
 
 @pytest.fixture
