@@ -281,8 +281,9 @@ class Relay:
             side.nodes.add(moved.node)
         else:
             side.nodes.discard(moved.node)
-        if side.is_alone == bool(side.nodes):
-            side.is_alone = not side.nodes
+        is_alone = not side.nodes
+        if is_alone is not side.is_alone:
+            side.is_alone = is_alone
             told = "nobody is connected any more" if side.is_alone else "connected"
             self._tell(f"{side.role} side: {told}")
 
