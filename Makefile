@@ -42,7 +42,7 @@ picture: $(VENV)/.ready-to-develop ## draw docs/blackout.svg, the picture in the
 
 clean: ## remove .venv, caches and builds; logs stay
 	rm -rf $(VENV) build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
-	find farside tests -name __pycache__ -prune -exec rm -rf {} +
+	find farside dem link rover ground logs missions tests -name __pycache__ -prune -exec rm -rf {} +
 
 $(VENV)/.ready-to-run: pyproject.toml constraints.txt | $(BIN)/pip
 	@echo "Installing Farside into $(VENV)"

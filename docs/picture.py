@@ -7,9 +7,9 @@ from pathlib import Path
 
 from rich.console import Console
 
-from farside.link import to_ns
 from farside.logs import LogFile, Picture, screen
 from farside.missions import load_mission, run_mission
+from farside.node import to_ns
 
 WIDTH, HEIGHT = 100, 30
 AT_S = 690.0

@@ -11,7 +11,7 @@ import msgspec
 import pytest
 
 from farside.link import LinkConfig
-from farside.link.resolve import resolve_link, with_preset
+from farside.link.profile.resolve import resolve_link, with_preset
 
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = [
@@ -88,7 +88,10 @@ def test_every_path_in_the_documents_is_there():
     missing = [
         path
         for document in DOCUMENTS
-        for path in re.findall(r"`((?:tests|docs|farside|missions)/[\w./]+)`", document.read_text())
+        for path in re.findall(
+            r"`((?:dem|docs|farside|ground|link|logs|missions|rover|tests)/[\w./]+)`",
+            document.read_text(),
+        )
         if not (ROOT / path).exists()
     ]
     assert missing == []

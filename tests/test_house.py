@@ -3,6 +3,7 @@
 import ast
 import re
 import tomllib
+from collections import Counter
 from collections.abc import Iterator
 from importlib import import_module, metadata
 from pathlib import Path
@@ -10,11 +11,12 @@ from pathlib import Path
 import pytest
 
 ROOT = Path(__file__).parent.parent
-PACKAGES = [
-    "farside",
-    *(f"farside.{p.name}" for p in sorted((ROOT / "farside").iterdir()) if any(p.glob("*.py"))),
-]
-MODULES = sorted([*(ROOT / "farside").rglob("*.py"), *(ROOT / "tests").rglob("*.py")])
+ROOMS = sorted(link.name for link in (ROOT / "farside").iterdir() if link.is_symlink())
+PACKAGES = ["farside", *(f"farside.{room}" for room in ROOMS)]
+# By the folders at the root: on Python 3.11 `rglob` does not follow links.
+MODULES = sorted(
+    module for room in ("farside", *ROOMS, "tests") for module in (ROOT / room).rglob("*.py")
+)
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
 CONSTRAINTS = (ROOT / "constraints.txt").read_text()
 
@@ -68,6 +70,16 @@ def test_every_public_name_is_documented(package: str) -> None:
 def test_no_module_is_longer_than_five_hundred_lines() -> None:
     lengths = {module: len(module.read_text().splitlines()) for module in MODULES}
     assert not {str(module): length for module, length in lengths.items() if length > 500}
+
+
+def test_no_folder_has_more_than_a_dozen_modules_without_parts() -> None:
+    modules = Counter(module.parent for module in MODULES if ROOT / "tests" not in module.parents)
+    assert not {str(folder): count for folder, count in modules.items() if count > 13}
+
+
+def test_the_house_has_the_rooms_that_people_look_for() -> None:
+    assert ROOMS == ["dem", "ground", "link", "logs", "missions", "rover"]
+    assert all((ROOT / room / "__init__.py").is_file() for room in ROOMS)
 
 
 def test_the_installed_version_is_that_of_the_project() -> None:

@@ -16,11 +16,11 @@ from rich.table import Table
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from farside.dem.hypotheses import ActionList, Change, HypothesisList
+from farside.dem.lists.hypotheses import ActionList, Change, HypothesisList
+from farside.dem.lists.signs import SignList
 from farside.dem.parameters import Parameters
-from farside.dem.policy import PolicyMap
-from farside.dem.signs import SignList
-from farside.dem.spread import Spread
+from farside.dem.policy.map import PolicyMap
+from farside.dem.policy.spread import Spread
 
 ACTION_COST = 2.66
 BUILDS = 9

@@ -21,9 +21,10 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from farside.link import Channel, Direction, Frame, LinkConfig, OneWay, to_ns
-from farside.link.config import BitErrorEffect, Blackout, DropPolicy
-from farside.link.impairments import GilbertElliott, Jitter, Reorder
+from farside.link import Channel, LinkConfig, OneWay
+from farside.link.profile.config import BitErrorEffect, Blackout, DropPolicy
+from farside.link.profile.impairments import GilbertElliott, Jitter, Reorder
+from farside.node import Direction, Frame, to_ns
 
 ROUNDS = 5
 FRAMES = 200_000

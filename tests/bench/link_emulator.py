@@ -142,7 +142,15 @@ def command(relay: str, rover: str, ground: str) -> list[str]:
         return [sys.executable, __file__, "relay", rover, ground]
     sides = ["--rover-side", rover, "--ground-side", ground, "--down", "tlm/**"]
     settings = [f"--set={setting}" for setting in SETTINGS[relay]]
-    return [sys.executable, "-m", "farside.missions.cli", "link", *sides, "--json", *settings]
+    return [
+        sys.executable,
+        "-m",
+        "farside",
+        "link",
+        *sides,
+        "--json",
+        *settings,
+    ]
 
 
 @contextmanager

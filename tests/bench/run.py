@@ -21,7 +21,7 @@ from rich.table import Table
 
 from farside.missions import load_mission, run_mission
 from farside.rover.config import BodyConfig
-from farside.rover.world import obstacles
+from farside.rover.world.body import obstacles
 
 ROUNDS = 7
 ROUND_TRIPS = 2000

@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from farside.dem import Curiosity, DynamicExpectancyModel, Parameters
-from farside.dem.curiosity import CuriousMap, Lead
+from farside.dem.policy.curiosity import CuriousMap, Lead
 
 COSTS = {"go": 2, "turn": 1}
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from farside.dem import Goal
-from farside.dem.goals import GoalList, Outlook
+from farside.dem.lists.goals import GoalList, Outlook
 
 A, B, C = ("a",), ("b",), ("c",)
 

@@ -7,8 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from farside.dem import Curiosity, Hypothesis, Parameters
-from farside.dem.hypotheses import ActionList, Change, HypothesisList
-from farside.dem.learning import PredictionList
+from farside.dem.learning.learner import PredictionList
+from farside.dem.lists.hypotheses import ActionList, Change, HypothesisList
 
 COSTS = {"a": 1.0, "b": 2.0}
 

@@ -9,11 +9,11 @@ from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule
 
 from farside.dem import Parameters
-from farside.dem import spread as spread_module
-from farside.dem.hypotheses import ActionList, Change, HypothesisList
-from farside.dem.policy import PolicyMap
-from farside.dem.signs import SignList
-from farside.dem.spread import Spread
+from farside.dem.lists.hypotheses import ActionList, Change, HypothesisList
+from farside.dem.lists.signs import SignList
+from farside.dem.policy import spread as spread_module
+from farside.dem.policy.map import PolicyMap
+from farside.dem.policy.spread import Spread
 
 TOKENS = "abcd"
 # Whole numbers tie, and tie to the last bit. The others vanish beside each other, and an infinite

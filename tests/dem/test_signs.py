@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.dem.signs import SignList, to_sign
+from farside.dem.lists.signs import SignList, to_sign
 
 LETTERS = "abcdef"
 

@@ -17,10 +17,24 @@ import atheris
 with atheris.instrument_imports(include=["farside.link"]):
     import msgspec
 
-    from farside.link.config import LinkConfig, OneWay
-    from farside.link.fragments import Fragmenter, Reassembler
-    from farside.link.keys import simulated_key
-    from farside.link.messages import (
+    from farside.link.endpoint.fragments import Fragmenter, Reassembler
+    from farside.link.endpoint.keys import simulated_key
+    from farside.link.endpoint.segments import Report
+    from farside.link.endpoint.segments import decode as decode_part
+    from farside.link.endpoint.segments import encode as encode_part
+    from farside.link.endpoint.transfer import ReliableReceiver, ReliableSender, TransferConfig
+    from farside.link.endpoint.wire import (
+        OVERHEAD_BYTE,
+        WIRE_VERSION,
+        Flag,
+        FrameError,
+        Opener,
+        Sealer,
+        unpack,
+    )
+    from farside.link.profile.config import LinkConfig, OneWay
+    from farside.link.profile.schedule import Schedule
+    from farside.messages import (
         Chooser,
         Command,
         Downlink,
@@ -33,21 +47,7 @@ with atheris.instrument_imports(include=["farside.link"]):
         SetMode,
         Uplink,
     )
-    from farside.link.node import Direction
-    from farside.link.schedule import Schedule
-    from farside.link.segments import Report
-    from farside.link.segments import decode as decode_part
-    from farside.link.segments import encode as encode_part
-    from farside.link.transfer import ReliableReceiver, ReliableSender, TransferConfig
-    from farside.link.wire import (
-        OVERHEAD_BYTE,
-        WIRE_VERSION,
-        Flag,
-        FrameError,
-        Opener,
-        Sealer,
-        unpack,
-    )
+    from farside.node import Direction
 
 _KEY = simulated_key(0)
 _encode = msgspec.msgpack.encode

@@ -4,11 +4,11 @@ import msgspec
 
 from farside.ground import Ground, GroundConfig, ScriptedOperator, Situation
 from farside.ground.belief import Belief
+from farside.ground.commands import CommandDesk
 from farside.ground.config import OverrideAt, Pursue, SwitchMode, Tour, WaitUntil
-from farside.ground.desk import CommandDesk
-from farside.link import Chart, LinkConfig, LinkTerms, OneWay, rover_endpoint, to_ns
-from farside.link.endpoint import ROUTES
-from farside.link.messages import (
+from farside.link import LinkConfig, LinkTerms, OneWay, rover_endpoint
+from farside.link.endpoint.endpoint import ROUTES
+from farside.messages import (
     Approve,
     Chooser,
     Command,
@@ -24,7 +24,9 @@ from farside.link.messages import (
     SetMode,
     Telemetry,
 )
-from farside.link.records import TOPICS, EventLearned, GroundFrame, Review, Silence
+from farside.node import to_ns
+from farside.places import Chart
+from farside.topics import TOPICS, EventLearned, GroundFrame, Review, Silence
 
 CHART = Chart(("######", "#A..B#", "######"), 1.0)
 TICK_NS = to_ns(0.04)

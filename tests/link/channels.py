@@ -3,17 +3,9 @@
 import msgspec
 import numpy as np
 
-from farside.link import (
-    Channel,
-    Direction,
-    Frame,
-    FrameFate,
-    LinkConfig,
-    OneWay,
-    Record,
-    Step,
-    to_ns,
-)
+from farside.link import Channel, LinkConfig, OneWay
+from farside.node import Direction, Frame, Record, Step, to_ns
+from farside.topics import FrameFate
 
 UP, DOWN = Direction.UP, Direction.DOWN
 

@@ -10,10 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats
 
-from farside.link import Direction, Fate, Frame, OneWay
-from farside.link.chance import CALM, Chance
-from farside.link.config import BitErrorEffect
-from farside.link.impairments import FourState, GilbertElliott, Jitter, JitterShape, Reorder
+from farside.link import OneWay
+from farside.link.channel.chance import CALM, Chance
+from farside.link.profile.config import BitErrorEffect
+from farside.link.profile.impairments import FourState, GilbertElliott, Jitter, JitterShape, Reorder
+from farside.node import Direction, Frame
+from farside.topics import Fate
 
 COUNT = 20_000
 GE = GilbertElliott(p=0.05, r=0.25, bad_loss=0.8, good_loss=0.01)
@@ -37,7 +39,7 @@ def chance(seed=7, **impairments):
 
 
 class Luck(NamedTuple):
-    """A frame's jitter and `farside.link.chance.Luck`."""
+    """A frame's jitter and `farside.link.channel.chance.Luck`."""
 
     loss: Fate | None
     flips: tuple[int, ...]

@@ -8,8 +8,8 @@ from channels import DOWN, UP, channel, fate_of, fates, frame, link, pass_throug
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.link import Affected, Blackout, Direction, Fate, OneWay, Step, to_ns
-from farside.link.config import (
+from farside.link import Affected, Blackout, OneWay
+from farside.link.profile.config import (
     BitErrorEffect,
     DelayPoint,
     DropPolicy,
@@ -18,8 +18,9 @@ from farside.link.config import (
     RateStep,
     Trace,
 )
-from farside.link.impairments import FourState, GilbertElliott, Jitter, JitterShape, Reorder
-from farside.link.records import LinkOutage
+from farside.link.profile.impairments import FourState, GilbertElliott, Jitter, JitterShape, Reorder
+from farside.node import Direction, Step, to_ns
+from farside.topics import Fate, LinkOutage
 
 END_S = 400.0
 

@@ -3,8 +3,10 @@
 import pytest
 from channels import UP, channel, fate_of, fates, frame, link, pass_through
 
-from farside.link import Fate, OneWay, to_ns, to_s
-from farside.link.config import AtEnd, DropPolicy, LinkChange, RateStep, Trace
+from farside.link import OneWay
+from farside.link.profile.config import AtEnd, DropPolicy, LinkChange, RateStep, Trace
+from farside.node import to_ns, to_s
+from farside.topics import Fate
 
 
 def slow(**rest):

@@ -10,10 +10,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from farside.link import Channel, Direction, Frame, LinkConfig, OneWay, Step
+from farside.link import Channel, LinkConfig, OneWay
 from farside.link.check import Report, Verdict, check_link
 from farside.link.check.intervals import clustered_interval, share_interval
-from farside.link.config import (
+from farside.link.profile.config import (
     Affected,
     AtEnd,
     BitErrorEffect,
@@ -23,9 +23,10 @@ from farside.link.config import (
     RateStep,
     Trace,
 )
-from farside.link.impairments import FourState, GilbertElliott, Jitter, JitterShape, Reorder
-from farside.link.resolve import load_profile, preset_names
-from farside.link.statistics import loss_statistics
+from farside.link.profile.impairments import FourState, GilbertElliott, Jitter, JitterShape, Reorder
+from farside.link.profile.resolve import load_profile, preset_names
+from farside.link.profile.statistics import loss_statistics
+from farside.node import Direction, Frame, Step
 
 DAYS_S = 200_000.0
 NETEM = sorted((Path(__file__).parent / "profiles").glob("netem-*.toml"))

@@ -3,8 +3,8 @@
 import pytest
 
 from farside.link import OneWay
-from farside.link.config import DelayPoint, LinkChange, RateStep
-from farside.link.impairments import FourState, Reorder
+from farside.link.profile.config import DelayPoint, LinkChange, RateStep
+from farside.link.profile.impairments import FourState, Reorder
 
 
 @pytest.mark.parametrize(

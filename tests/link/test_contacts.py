@@ -6,12 +6,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.link.config import Affected, DelayPoint, LinkConfig, OneWay, RateStep
-from farside.link.node import Direction, to_ns
-from farside.link.plans.contacts import Contact, ContactPlanError, Plan, Range, gaps, link_tables
-from farside.link.plans.hdtn import parse_hdtn
-from farside.link.plans.ion import parse_ion
-from farside.link.schedule import Schedule
+from farside.link.profile.config import Affected, DelayPoint, LinkConfig, OneWay, RateStep
+from farside.link.profile.plans.contacts import (
+    Contact,
+    ContactPlanError,
+    Plan,
+    Range,
+    gaps,
+    link_tables,
+)
+from farside.link.profile.plans.hdtn import parse_hdtn
+from farside.link.profile.plans.ion import parse_ion
+from farside.link.profile.schedule import Schedule
+from farside.node import Direction, to_ns
 
 DATA = Path(__file__).parents[3] / "shared" / "data" / "links"
 with_data = pytest.mark.skipif(not DATA.is_dir(), reason="needs ../shared/data")

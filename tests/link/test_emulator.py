@@ -4,7 +4,9 @@ import json
 
 import pytest
 
-from farside.link.config import (
+from farside.link.emulator import Delivery, Emulator
+from farside.link.emulator.control import OutageState
+from farside.link.profile.config import (
     Blackout,
     LinkChange,
     LinkConfig,
@@ -13,10 +15,8 @@ from farside.link.config import (
     RateStep,
     Trace,
 )
-from farside.link.emulator import Delivery, Emulator
-from farside.link.emulator.control import OutageState
-from farside.link.impairments import Jitter
-from farside.link.node import Direction
+from farside.link.profile.impairments import Jitter
+from farside.node import Direction
 
 UP, DOWN = Direction.UP, Direction.DOWN
 MS = 1_000_000

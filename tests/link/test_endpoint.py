@@ -4,17 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.link import (
-    Direction,
-    Frame,
-    LinkConfig,
-    LinkTerms,
-    OneWay,
-    ground_endpoint,
-    rover_endpoint,
-    to_ns,
-)
-from farside.link.messages import (
+from farside.link import LinkConfig, LinkTerms, OneWay, ground_endpoint, rover_endpoint
+from farside.messages import (
     Chooser,
     Command,
     Drive,
@@ -28,7 +19,8 @@ from farside.link.messages import (
     SetGoal,
     Telemetry,
 )
-from farside.link.records import FrameStage
+from farside.node import Direction, Frame, to_ns
+from farside.topics import FrameStage
 
 SECOND = to_ns(1)
 

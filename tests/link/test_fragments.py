@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.link.fragments import FRAGMENT_OVERHEAD_BYTE, Fragmenter, Reassembler
-from farside.link.keys import simulated_key
-from farside.link.node import Direction
-from farside.link.wire import OVERHEAD_BYTE, SEQUENCE_LIMIT, FrameError, Refusal, Sealer
+from farside.link.endpoint.fragments import FRAGMENT_OVERHEAD_BYTE, Fragmenter, Reassembler
+from farside.link.endpoint.keys import simulated_key
+from farside.link.endpoint.wire import OVERHEAD_BYTE, SEQUENCE_LIMIT, FrameError, Refusal, Sealer
+from farside.node import Direction
 
 HOUR_NS = 3600 * 10**9
 LEAST_MTU_BYTE = OVERHEAD_BYTE + FRAGMENT_OVERHEAD_BYTE + 1

@@ -11,16 +11,23 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from farside.link import keys, wire
-from farside.link.keys import KeyFileError, SequenceFile, Use, create_key, read_key, simulated_key
-from farside.link.node import Direction
-from farside.link.wire import (
+from farside.link.endpoint import keys, wire
+from farside.link.endpoint.keys import (
+    KeyFileError,
+    SequenceFile,
+    Use,
+    create_key,
+    read_key,
+    simulated_key,
+)
+from farside.link.endpoint.wire import (
     SEQUENCE_LIMIT,
     FrameError,
     Opener,
     Sealer,
     SequenceExhaustedError,
 )
+from farside.node import Direction
 
 UP, DOWN = Direction.UP, Direction.DOWN
 KEY = simulated_key(7)
@@ -246,9 +253,9 @@ def test_no_restart_or_crash_repeats_a_nonce(lives):
 _LIFE = """
 import sys
 from pathlib import Path
-from farside.link.keys import SequenceFile, Use, simulated_key
-from farside.link.node import Direction
-from farside.link.wire import Sealer
+from farside.link.endpoint.keys import SequenceFile, Use, simulated_key
+from farside.node import Direction
+from farside.link.endpoint.wire import Sealer
 
 numbers = SequenceFile(Path(sys.argv[1]), simulated_key(7), Direction.UP, Use.SENT, ahead=3)
 sealer = Sealer(simulated_key(7), Direction.UP, numbers)

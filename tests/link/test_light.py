@@ -8,9 +8,15 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from farside.link import light
-from farside.link.config import Ephemeris
-from farside.link.light import BODIES, EphemerisError, conjunctions, delay_tables, light_time
+from farside.link.profile import light
+from farside.link.profile.config import Ephemeris
+from farside.link.profile.light import (
+    BODIES,
+    EphemerisError,
+    conjunctions,
+    delay_tables,
+    light_time,
+)
 
 DAY_S = 86400.0
 BEGIN = datetime(2021, 2, 18, tzinfo=UTC)
@@ -86,7 +92,7 @@ def test_when_all_tables_of_leap_seconds_are_old_nothing_is_fetched_and_nobody_i
 import sys
 from astropy.time import Time
 from astropy.utils import iers
-from farside.link.light import light_time
+from farside.link.profile.light import light_time
 
 far = Time("2099-01-01", scale="tai")
 fetched = []
@@ -270,5 +276,5 @@ def test_without_astropy_people_are_told_what_to_install(monkeypatch):
 
 @pytest.mark.processes
 def test_whatever_needs_no_light_time_does_not_import_astropy():
-    script = "import sys, farside.missions.cli; sys.exit('astropy' in sys.modules)"
+    script = "import sys, farside.missions.commands.main; sys.exit('astropy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0  # noqa: S603

@@ -5,8 +5,8 @@ from datetime import UTC, datetime, timedelta
 import msgspec
 import pytest
 
-from farside.link import resolve
-from farside.link.config import (
+from farside.link.profile import resolve
+from farside.link.profile.config import (
     Affected,
     AtEnd,
     LinkChange,
@@ -14,9 +14,8 @@ from farside.link.config import (
     OutageReason,
     Trace,
 )
-from farside.link.impairments import GilbertElliott
-from farside.link.node import Direction, to_ns
-from farside.link.resolve import (
+from farside.link.profile.impairments import GilbertElliott
+from farside.link.profile.resolve import (
     LinkConfigError,
     load_profile,
     merged,
@@ -24,7 +23,8 @@ from farside.link.resolve import (
     resolve_link,
     with_preset,
 )
-from farside.link.schedule import outages_of
+from farside.link.profile.schedule import outages_of
+from farside.node import Direction, to_ns
 
 DAY_S = 86400.0
 NEAR = {"up": {"delay_s": 1.0}, "down": {"delay_s": 1.0}}

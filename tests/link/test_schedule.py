@@ -6,10 +6,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.link import Blackout, Channel, Direction, Frame, LinkConfig, OneWay, to_ns
-from farside.link.config import DelayPoint, OutageReason, RateStep, Trace
-from farside.link.records import Fate, FrameFate
-from farside.link.schedule import NEVER_NS, Schedule
+from farside.link import Blackout, Channel, LinkConfig, OneWay
+from farside.link.profile.config import DelayPoint, RateStep, Trace
+from farside.link.profile.schedule import NEVER_NS, Schedule
+from farside.node import Direction, Frame, to_ns
+from farside.topics import Fate, FrameFate, OutageReason
 
 UP, DOWN = Direction.UP, Direction.DOWN
 PASS, BLACKOUT = OutageReason.PASS, OutageReason.BLACKOUT

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.link.segments import Report, Told, encode, reports_on
+from farside.link.endpoint.segments import Report, Told, encode, reports_on
 
 
 def test_a_report_that_goes_on_elsewhere_says_nothing_of_the_rest():

@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.link.store import ITEM_BYTE, Store, Stored
+from farside.link.endpoint.store import ITEM_BYTE, Store, Stored
 
 items = st.lists(
     st.tuples(st.binary(max_size=20), st.integers(0, 50), st.integers(0, 3)), max_size=60

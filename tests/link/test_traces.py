@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.link.plans.traces import TraceError, parse_trace
+from farside.link.profile.plans.traces import TraceError, parse_trace
 
 
 @given(st.lists(st.integers(0, 10**9), min_size=1).map(sorted).filter(lambda times: times[-1] > 0))

@@ -9,17 +9,18 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from farside.link import Blackout, Direction, LinkConfig, OneWay, to_ns
-from farside.link.config import OutageReason
-from farside.link.schedule import Schedule
-from farside.link.segments import Report, Segment, decode, encode
-from farside.link.transfer import (
+from farside.link import Blackout, LinkConfig, OneWay
+from farside.link.endpoint.segments import Report, Segment, decode, encode
+from farside.link.endpoint.transfer import (
     ReliableReceiver,
     ReliableSender,
     TransferConfig,
     TransferFullError,
 )
-from farside.link.wire import FrameError
+from farside.link.endpoint.wire import FrameError
+from farside.link.profile.schedule import Schedule
+from farside.node import Direction, to_ns
+from farside.topics import OutageReason
 
 UP, DOWN = Direction.UP, Direction.DOWN
 GOOD = (0.0,)

@@ -12,11 +12,9 @@ from cryptography.hazmat.primitives.kdf.hkdf import HKDF
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from farside.link.fragments import Fragmenter, Reassembler
-from farside.link.keys import simulated_key
-from farside.link.messages import Command, Downlink, Drive, Uplink
-from farside.link.node import Direction
-from farside.link.wire import (
+from farside.link.endpoint.fragments import Fragmenter, Reassembler
+from farside.link.endpoint.keys import simulated_key
+from farside.link.endpoint.wire import (
     OVERHEAD_BYTE,
     REPLAY_WINDOW,
     SEQUENCE_LIMIT,
@@ -30,6 +28,8 @@ from farside.link.wire import (
     SequenceExhaustedError,
     unpack,
 )
+from farside.messages import Command, Downlink, Drive, Uplink
+from farside.node import Direction
 
 UP, DOWN = Direction.UP, Direction.DOWN
 KEY = simulated_key(7)

@@ -7,10 +7,11 @@ from typing import Self
 import msgspec
 import pytest
 
-from farside.link.messages import Failsafe, Mode, Telemetry
-from farside.link.node import Direction, Record, to_ns
-from farside.link.places import Chart
-from farside.link.records import (
+from farside.logs import Recorder
+from farside.messages import Failsafe, Mode, Telemetry
+from farside.node import Direction, Record, to_ns
+from farside.places import Chart
+from farside.topics import (
     FailsafeEntry,
     Fate,
     FrameFate,
@@ -22,7 +23,6 @@ from farside.link.records import (
     Pose,
     Yard,
 )
-from farside.logs import Recorder
 
 ROWS = (
     "#######",

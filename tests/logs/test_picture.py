@@ -5,8 +5,8 @@ from typing import Any
 import msgspec
 import pytest
 
-from farside.link.config import OutageReason
-from farside.link.messages import (
+from farside.logs import LinkPicture, Picture, clock, decode
+from farside.messages import (
     Approve,
     Chooser,
     CommandRefused,
@@ -23,8 +23,8 @@ from farside.link.messages import (
     SetMode,
     WithdrawGoal,
 )
-from farside.link.node import Direction, to_ns
-from farside.link.records import (
+from farside.node import Direction, to_ns
+from farside.topics import (
     ActionEnded,
     ActionStarted,
     CommandSent,
@@ -37,10 +37,10 @@ from farside.link.records import (
     GoalSource,
     LinkOutage,
     ModeEntry,
+    OutageReason,
     Pose,
     Silence,
 )
-from farside.logs import LinkPicture, Picture, clock, decode
 
 
 def picture_of(run: Any) -> Picture:

@@ -9,10 +9,10 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from farside.link.messages import Mode
-from farside.link.node import Direction
-from farside.link.records import LinkOutage, ModeEntry, Silence
 from farside.logs import LogFile, Recorder, play
+from farside.messages import Mode
+from farside.node import Direction
+from farside.topics import LinkOutage, ModeEntry, Silence
 
 
 class FakeClock:

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.link.records import TOPICS, Journal
 from farside.logs import decode
 from farside.logs.schemas import topic_schema
+from farside.topics import TOPICS, Journal
 
 PYTHON_TYPES: dict[str, tuple[type, ...]] = {
     "object": (dict,),

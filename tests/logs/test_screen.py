@@ -7,10 +7,11 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from farside.link.messages import Chooser, Failsafe, Mode, PathStep, Proposal
-from farside.link.node import Direction, to_ns
-from farside.link.places import Chart
-from farside.link.records import (
+from farside.logs import Picture, decode, screen
+from farside.messages import Chooser, Failsafe, Mode, PathStep, Proposal
+from farside.node import Direction, to_ns
+from farside.places import Chart
+from farside.topics import (
     ActionStarted,
     Cycle,
     FailsafeEntry,
@@ -20,7 +21,6 @@ from farside.link.records import (
     Pose,
     Silence,
 )
-from farside.logs import Picture, decode, screen
 
 
 def shown(run: Any, now_s: float, *, width: int = 80, height: int = 24, **options: Any) -> str:

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.link.node import Direction, Frame, Node, Record, Role, Step
-from farside.link.transport import advance_key, heard_by, report_key
-from farside.missions.barrier import Advance, Party, Report, Said
-from farside.missions.crew import CrewError, InProcessCrew, Loss
+from farside.missions.crew.barrier import Advance, Party, Report, Said
+from farside.missions.crew.crew import CrewError, InProcessCrew, Loss
+from farside.missions.crew.network import advance_key, heard_by, report_key
+from farside.node import Direction, Frame, Node, Record, Role, Step
 
 WINDOWS = 4
 

@@ -8,12 +8,12 @@ import sys
 
 import pytest
 
-from farside.link import Role, to_ns
 from farside.logs import LogFile, digest_of
 from farside.missions import load_mission, run_mission
 from farside.missions.build import build_node
 from farside.missions.conductor import Conductor, WallClock
-from farside.missions.crew import InProcessCrew
+from farside.missions.crew.crew import InProcessCrew
+from farside.node import Role, to_ns
 
 BAD = {
     f"link.{way}.{key}": value
@@ -63,7 +63,14 @@ def test_over_a_bad_link_too(tmp_path, window_s):
 
 @pytest.mark.parametrize("hash_seed", ["0", "1", "4711"])
 def test_under_any_hash_seed(reference, tmp_path, hash_seed):
-    command = [sys.executable, "-m", "farside.missions.cli", "run", "blackout", "--in-process"]
+    command = [
+        sys.executable,
+        "-m",
+        "farside",
+        "run",
+        "blackout",
+        "--in-process",
+    ]
     result = subprocess.run(  # noqa: S603
         [*command, "--json", "--out", str(tmp_path)],
         env={**os.environ, "PYTHONHASHSEED": hash_seed},

@@ -2,27 +2,30 @@
 
 import pytest
 
-from farside.link import Direction, Fate, FrameFate, Journal, to_ns
-from farside.link.messages import Chooser, Drive, Mode
-from farside.link.records import (
-    ActionStarted,
-    CommandSent,
-    CommandTaken,
-    GoalChange,
-    GoalEntry,
-    GoalSource,
-    LinkOutage,
-    ModeEntry,
-    Pose,
-    Yard,
-)
 from farside.logs import RunView
+from farside.messages import Chooser, Drive, Mode
 from farside.missions.expectations import judge
 from farside.missions.schema import (
     AutonomyExpected,
     NoCrossingExpected,
     ObedienceExpected,
     ReachedExpected,
+)
+from farside.node import Direction, to_ns
+from farside.topics import (
+    ActionStarted,
+    CommandSent,
+    CommandTaken,
+    Fate,
+    FrameFate,
+    GoalChange,
+    GoalEntry,
+    GoalSource,
+    Journal,
+    LinkOutage,
+    ModeEntry,
+    Pose,
+    Yard,
 )
 
 UP, DOWN = Direction.UP, Direction.DOWN

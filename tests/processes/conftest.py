@@ -13,9 +13,9 @@ from typing import IO, cast
 import msgspec
 import pytest
 
-from farside.link.node import Record, Role, to_ns
 from farside.missions import MissionFile, load_mission
-from farside.missions.crew import Crew
+from farside.missions.crew.crew import Crew
+from farside.node import Record, Role, to_ns
 
 PATIENCE_S = 30.0
 LONGEST_S = 120
@@ -23,7 +23,7 @@ PROC = Path("/proc")
 
 LAUNCHER = """
 from farside.missions import load_mission
-from farside.missions.processes import ProcessCrew
+from farside.missions.crew.processes import ProcessCrew
 
 mission = load_mission("blackout").mission
 now_ns = 0

@@ -8,10 +8,10 @@ import sys
 
 import pytest
 
-from farside.link.messages import Mode
-from farside.link.node import Role, to_ns
-from farside.link.records import Pose
 from farside.logs import LogError, LogFile, RunView
+from farside.messages import Mode
+from farside.node import Role, to_ns
+from farside.topics import Pose
 
 pytestmark = pytest.mark.processes
 
@@ -22,7 +22,14 @@ class Terminal:
     """A `farside run` under way, with its log."""
 
     def __init__(self, out, family):
-        command = [sys.executable, "-m", "farside.missions.cli", "run", "blackout", "--json"]
+        command = [
+            sys.executable,
+            "-m",
+            "farside",
+            "run",
+            "blackout",
+            "--json",
+        ]
         changes = ["--set", f"duration_s={DURATION_S}", "--set", "expect=[]"]
         self.family = family
         self.log = out / "blackout-seed1-1.mcap"

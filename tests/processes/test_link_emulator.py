@@ -137,7 +137,7 @@ def program(*keys: str) -> Iterator[Program]:
 
 def command(rover: str, ground: str, *options: str) -> list[str]:
     """The command line of the emulator between two locators."""
-    start = [sys.executable, "-m", "farside.missions.cli", "link"]
+    start = [sys.executable, "-m", "farside", "link"]
     return [*start, "--rover-side", rover, "--ground-side", ground, *options]
 
 

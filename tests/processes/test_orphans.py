@@ -5,7 +5,7 @@ import signal
 
 import pytest
 
-from farside.link.node import Role
+from farside.node import Role
 
 pytestmark = pytest.mark.processes
 

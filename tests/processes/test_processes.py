@@ -9,12 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from farside.link.node import Record, Role
-from farside.link.transport import advance_key
-from farside.missions import processes
 from farside.missions.build import build_node
-from farside.missions.crew import CrewError, InProcessCrew
-from farside.missions.processes import ProcessCrew
+from farside.missions.crew import processes
+from farside.missions.crew.crew import CrewError, InProcessCrew
+from farside.missions.crew.network import advance_key
+from farside.missions.crew.processes import ProcessCrew
+from farside.node import Record, Role
 
 pytestmark = pytest.mark.processes
 

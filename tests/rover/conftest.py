@@ -6,10 +6,12 @@ import msgspec
 import numpy as np
 import pytest
 
-from farside.link import Chart, Frame, LinkConfig, LinkTerms, OneWay, ground_endpoint, to_ns, to_s
-from farside.link.messages import Command, Drive, Event, Heartbeat, Order, Proposal, Telemetry
-from farside.link.records import TOPICS
+from farside.link import LinkConfig, LinkTerms, OneWay, ground_endpoint
+from farside.messages import Command, Drive, Event, Heartbeat, Order, Proposal, Telemetry
+from farside.node import Frame, to_ns, to_s
+from farside.places import Chart
 from farside.rover import Rover, RoverConfig, RoverStreams
+from farside.topics import TOPICS
 
 TICK_NS = to_ns(0.04)
 TERMS = LinkTerms.simulated(LinkConfig(up=OneWay(delay_s=0.0), down=OneWay(delay_s=0.0)), seed=1)

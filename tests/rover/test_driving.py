@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.link import Chart
-from farside.link.records import ActionEnded, Bump, Pose
+from farside.places import Chart
 from farside.rover.config import BodyConfig
-from farside.rover.world import TruePose, World
+from farside.rover.world.body import TruePose, World
+from farside.topics import ActionEnded, Bump, Pose
 
 STEP_S = 0.04
 

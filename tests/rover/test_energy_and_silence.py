@@ -4,8 +4,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.link import to_ns
-from farside.link.messages import Failsafe
+from farside.messages import Failsafe
+from farside.node import to_ns
 from farside.rover.battery import Battery
 from farside.rover.config import BatteryConfig, FailsafeConfig
 from farside.rover.failsafe import FailsafeLadder

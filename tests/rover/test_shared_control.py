@@ -1,6 +1,6 @@
 """Who drives: the seed's figure 2 as stories, told to a rover on a bench."""
 
-from farside.link.messages import (
+from farside.messages import (
     Approve,
     Chooser,
     CommandRefused,
@@ -13,7 +13,7 @@ from farside.link.messages import (
     SetMode,
     WithdrawGoal,
 )
-from farside.link.records import (
+from farside.topics import (
     ActionStarted,
     CommandTaken,
     Cycle,

@@ -7,17 +7,18 @@ the link goes.
 
 import pytest
 
-from farside.link import Direction, Fate
-from farside.link.messages import Failsafe, FailsafeChanged, GoalReached, Mode
-from farside.link.records import (
+from farside.messages import Failsafe, FailsafeChanged, GoalReached, Mode
+from farside.missions import Outcome
+from farside.node import Direction
+from farside.topics import (
     ActionStarted,
     EventLearned,
     FailsafeEntry,
+    Fate,
     Pose,
     Review,
     Silence,
 )
-from farside.missions import Outcome
 
 
 def switched_to_autonomy(run):

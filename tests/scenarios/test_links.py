@@ -5,10 +5,10 @@ from itertools import pairwise
 
 import pytest
 
-from farside.link import Direction, Fate
-from farside.link.messages import Telemetry
-from farside.link.records import FrameStage, GroundFrame, Pose, RoverFrame
+from farside.messages import Telemetry
 from farside.missions import Outcome
+from farside.node import Direction
+from farside.topics import Fate, FrameStage, GroundFrame, Pose, RoverFrame
 
 NOISY = {
     "loss": {"model": "gilbert-elliott", "p": 0.01, "r": 0.3},

@@ -13,12 +13,12 @@ import msgspec
 import numpy as np
 import pytest
 
-from farside.link import Blackout, Channel, Direction, Fate, Frame, LinkConfig, OneWay, to_ns, to_s
-from farside.link.config import OutageReason
-from farside.link.records import FrameFate
-from farside.link.schedule import Schedule
-from farside.link.segments import Report, decode
-from farside.link.transfer import ReliableReceiver, ReliableSender
+from farside.link import Blackout, Channel, LinkConfig, OneWay
+from farside.link.endpoint.segments import Report, decode
+from farside.link.endpoint.transfer import ReliableReceiver, ReliableSender
+from farside.link.profile.schedule import Schedule
+from farside.node import Direction, Frame, to_ns, to_s
+from farside.topics import Fate, FrameFate, OutageReason
 
 UP, DOWN = Direction.UP, Direction.DOWN
 PERIOD_S, PASS_S, LIGHT_S, LOSS = 5400.0, 480.0, 1200.0, 0.05

@@ -1,0 +1,1 @@
+"""How hypotheses are made, judged, differentiated and removed."""

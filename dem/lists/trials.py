@@ -1,0 +1,60 @@
+"""How often, and how long ago, each Action was performed where each Sign was active."""
+
+from array import array
+
+import msgspec
+
+from farside.dem.lists.packing import packed, unpack_into
+
+
+class TrialsState(msgspec.Struct, frozen=True, array_like=True):
+    """The `packed` columns of `Trials`."""
+
+    tries: bytes
+    last: bytes
+
+
+class Trials:
+    """Counts by pair of context and action; see `HypothesisList.cause` for its number.
+
+    Attributes:
+        tries: how often the action was performed while the context was active.
+        last: the cycle of the last time, -1 for never.
+    """
+
+    def __init__(self) -> None:
+        self.tries = array("i")
+        self.last = array("q")
+
+    def count(self, cause: int, cycle: int) -> None:
+        """The action was performed in `cycle` while the context was active."""
+        if cause >= len(self.tries):
+            missing = cause + 1 - len(self.tries)
+            self.tries.extend([0] * missing)
+            self.last.extend([-1] * missing)
+        self.tries[cause] += 1
+        self.last[cause] = cycle
+
+    def tried(self, cause: int) -> int:
+        """How often it was tried."""
+        return self.tries[cause] if cause < len(self.tries) else 0
+
+    def last_tried(self, cause: int) -> int:
+        """The cycle in which it was last tried, -1 for never."""
+        return self.last[cause] if cause < len(self.last) else -1
+
+    def forget(self, causes: range) -> None:
+        """The Sign of these causes is no more."""
+        for cause in causes:
+            if cause < len(self.tries):
+                self.tries[cause] = 0
+                self.last[cause] = -1
+
+    def state(self) -> TrialsState:
+        """Everything that `restore` needs."""
+        return TrialsState(packed(self.tries), packed(self.last))
+
+    def restore(self, state: TrialsState) -> None:
+        """Become what `state` was taken of. This one is new."""
+        unpack_into(self.tries, state.tries)
+        unpack_into(self.last, state.last)

@@ -1,0 +1,400 @@
+"""The cycle of the Dynamic Expectancy Model: sense and learn, choose, perform and predict."""
+
+from collections.abc import Iterable, Mapping, Sequence
+
+import msgspec
+from numpy.random import Generator
+
+from farside.dem.learning.learner import Learner
+from farside.dem.lists.goals import Goal, GoalList, InherentGoal, Outlook
+from farside.dem.lists.hypotheses import ActionList, Hypothesis
+from farside.dem.lists.signs import Sign, to_sign
+from farside.dem.memory import ModelState, random_state, read, restored_generator, written
+from farside.dem.parameters import Parameters
+from farside.dem.policy.curiosity import CuriousMap
+from farside.dem.policy.planning import PathStep, Planner, PolicyValue, Why
+from farside.dem.shadow import Delta, Recorder
+
+_DEFAULTS = Parameters()
+
+
+class Sensed(msgspec.Struct, frozen=True):
+    """What a cycle sensed and learned.
+
+    Attributes:
+        tokens: what was sensed, sorted.
+        active: the active Signs S*, in order of age, as all Signs here.
+        novel: those active for the first time ever.
+        unexpected: those others that no due prediction with credit named, see
+            `farside.dem.learning.credit`; all of them where none was due.
+        succeeded, failed: how many due predictions came true, or did not.
+        created, removed: how many hypotheses were made, or removed as ineffective.
+        reached: goals satisfied and removed, highest first.
+        suspended, recovered: goals that passed their break point, or are tried again.
+    """
+
+    tokens: Sign
+    active: tuple[Sign, ...]
+    novel: tuple[Sign, ...]
+    unexpected: tuple[Sign, ...]
+    succeeded: int
+    failed: int
+    created: int
+    removed: int
+    reached: tuple[Goal, ...]
+    suspended: tuple[Sign, ...]
+    recovered: tuple[Sign, ...]
+
+
+class Choice(msgspec.Struct, frozen=True):
+    """The action that the model would take, and why.
+
+    Attributes:
+        action: its name.
+        goal: the top-goal's Sign, `None` where the choice is exploratory.
+        sign: the active Sign that it acts from, `None` where exploratory.
+        cost_to_go: policy value P_v of `sign`, `None` where exploratory.
+    """
+
+    action: str
+    goal: Sign | None = None
+    sign: Sign | None = None
+    cost_to_go: float | None = None
+
+
+class DynamicExpectancyModel:
+    """Learns what follows from what is done, and how to reach goals by it.
+
+    A cycle is `sense`, then `choose` where the model is to choose, then `perform` with the action
+    that was really performed. Learning takes the action from `perform` alone, so it is the same
+    whoever chose it. Goals may be set and withdrawn at any point.
+
+    Args:
+        action_costs: cost of each action, above 0, in one unit (s, J).
+        parameters: how to learn.
+        rng: the only source of randomness: one draw for each opportunity to create a hypothesis
+            and one for each exploratory choice among equals.
+        inherent: goals of the robot's own.
+
+    Raises:
+        ValueError: if there is no action, or a cost is not finite and above 0.
+    """
+
+    def __init__(
+        self,
+        action_costs: Mapping[str, float],
+        parameters: Parameters = _DEFAULTS,
+        *,
+        rng: Generator,
+        inherent: Sequence[InherentGoal] = (),
+    ) -> None:
+        self._rng = rng
+        self._parameters = parameters
+        self._actions = ActionList(action_costs)
+        self._learner = Learner(self._actions, parameters, rng)
+        self._signs = self._learner.signs
+        self._hypotheses = self._learner.hypotheses
+        self._planner = Planner(self._signs, self._hypotheses, self._actions)
+        self._goals = GoalList(parameters.break_multiple, parameters.recovery)
+        self._inherent = tuple(inherent)
+        self._active: list[int] = []
+        self._awaits_action = False
+        self._chosen: str | None = None
+        self._on_course = False
+        self._recorder: Recorder | None = None
+
+    # --- the cycle -----------------------------------------------------------------------------
+
+    def sense(self, tokens: Iterable[str]) -> Sensed:
+        """Begin a cycle: take in `tokens`, learn from them, drop the goals they satisfy.
+
+        Predictions due now strengthen or weaken their hypotheses. Every novel or unexpected Sign
+        gets hypotheses that end in it, one from each Sign active at each lag within reach with
+        the action performed then (source: seed; which candidates: project default).
+
+        Raises:
+            RuntimeError: if the last cycle was not ended by `perform`.
+            TypeError: if `tokens` is a string.
+        """
+        if self._awaits_action:
+            raise RuntimeError(
+                "sense() twice in a cycle: end it with perform(action), or with perform(None) "
+                "if nothing was done"
+            )
+        sensed = to_sign(tokens)
+        learned = self._learner.sense(sensed, self._needed())
+        self._active = learned.active
+        if self._inherent:
+            self._goals.follow(self._inherent, sensed)
+            self._know_goals()
+        reached = self._goals.take_satisfied(sensed)
+        recovered = self._goals.recover(self._learner.cycle)
+        self._awaits_action = True
+        suspended = self._goals.suspend_broken(
+            self._learner.cycle, self._outlook, self._detour, on_course=self._on_course
+        )
+        self._aim()
+        return Sensed(
+            tokens=sensed,
+            active=self._named(learned.active),
+            novel=self._named(learned.novel),
+            unexpected=self._named(learned.unexpected),
+            succeeded=learned.succeeded,
+            failed=learned.failed,
+            created=learned.created,
+            removed=learned.removed,
+            reached=reached,
+            suspended=suspended,
+            recovered=recovered,
+        )
+
+    def choose(self) -> Choice:
+        """The action to take now; it is not yet performed.
+
+        Goal-directed where the top-goal's DPM holds an active Sign: the best action of the one
+        with the least policy value. Otherwise exploratory, any action with the same chance; also
+        where the top-goal is active already, having been set since `sense`.
+
+        Raises:
+            RuntimeError: if nothing was sensed since the last `perform`.
+        """
+        self._expect_sensed("choose")
+        choice = self._curious() if self._parameters.curiosity else self._goal_directed()
+        if choice is None:
+            choice = Choice(self._actions.names[self._rng.integers(len(self._actions))])
+        self._chosen = choice.action if choice.goal else None
+        return choice
+
+    def perform(self, action: str | None) -> None:
+        """End a cycle with the action really performed, `None` if there was none.
+
+        Every hypothesis whose context and action are active makes its prediction. Standing still
+        is not an action: nothing is predicted from it and nothing is learned of it.
+
+        Raises:
+            RuntimeError: if nothing was sensed since the last `perform`.
+            ValueError: if there is no such action. The message names the known ones.
+        """
+        self._expect_sensed("perform")
+        performed = None if action is None else self._actions.id_of(action)
+        self._learner.perform(self._active, performed, self._needed())
+        self._on_course = action is not None and action == self._chosen
+        self._chosen = None
+        self._awaits_action = False
+
+    def _expect_sensed(self, wanted: str) -> None:
+        if not self._awaits_action:
+            raise RuntimeError(
+                f"{wanted}() before sense(): the order of a cycle is sense, choose if the model "
+                "is to choose, perform"
+            )
+
+    def _goal_directed(self) -> Choice | None:
+        self._aim()
+        sign = self._planner.entry(self._active)
+        if sign is None:
+            return None
+        return Choice(
+            action=self._planner.action(sign),
+            goal=self._goals.top,
+            sign=self._signs.names[sign],
+            cost_to_go=self._planner.value(sign),
+        )
+
+    def _curious(self) -> Choice | None:
+        assert self._parameters.curiosity is not None  # noqa: S101 - the caller sees to it
+        top = self._goals.top
+        goal = None if top is None else self._signs.find(top)
+        curious = CuriousMap(self._learner, self._parameters.curiosity, goal, self._active)
+        lead = curious.lead(self._learner.last_action, self._rng)
+        if lead is None:
+            return None
+        return Choice(
+            action=self._actions.names[lead.action],
+            goal=None if lead.tries or goal is None else top,
+            sign=self._signs.names[lead.sign],
+            cost_to_go=lead.cost,
+        )
+
+    def _needed(self) -> list[int]:
+        """The Signs that goals need, those of the robot's own rules too."""
+        wanted = [goal.tokens for goal in self._goals.ordered]
+        wanted += [rule.goal for rule in self._inherent]
+        return [sign for sign in map(self._signs.find, wanted) if sign is not None]
+
+    def _know_goals(self) -> None:
+        # A Sign of one Token becomes known by itself, when it is first sensed.
+        for goal in self._goals.ordered:
+            if len(goal.tokens) > 1:
+                self._learner.know(goal.tokens)
+
+    # --- goals and the policy ------------------------------------------------------------------
+
+    def set_goal(self, tokens: Iterable[str], priority: float) -> None:
+        """Put a Sign on the Goal List, or change its priority. Higher priorities come first.
+
+        A Sign of several Tokens becomes known by this. One of a single Token that was never
+        sensed is a goal that no map reaches until it is. A goal whose Sign is active already is
+        satisfied at the next `sense`.
+
+        Raises:
+            ValueError: if there are no Tokens or `priority` is not finite.
+            TypeError: if `tokens` is a string.
+        """
+        self._goals.set(to_sign(tokens), priority)
+        self._know_goals()
+
+    def withdraw_goal(self, tokens: Iterable[str]) -> bool:
+        """Take back `set_goal`. False if there is nothing to take back.
+
+        The Sign stays on the Goal List while a rule of the robot's own wants it. With removal on, a
+        Sign of several Tokens that nothing refers to any more is forgotten.
+        """
+        sign = to_sign(tokens)
+        withdrawn, known = self._goals.withdraw(sign), self._signs.find(sign)
+        if withdrawn and known is not None:
+            self._learner.forget(known, [*self._needed(), *self._active])
+        return withdrawn
+
+    @property
+    def goals(self) -> tuple[Goal, ...]:
+        """The Goal List: highest priority first, ties to the older. The first is the top-goal."""
+        return self._goals.ordered
+
+    def policy_map(self) -> tuple[PolicyValue, ...]:
+        """The top-goal's DPM, ordered by value, then Sign. Empty without a known top-goal."""
+        self._aim()
+        return self._planner.table()
+
+    def policy_path(self) -> tuple[PathStep, ...]:
+        """The best-estimate walk from what was last sensed to the top-goal.
+
+        Empty where no known path leads there. The goal itself is not a step.
+        """
+        self._aim()
+        return self._planner.path(self._active)
+
+    def why(self) -> Why | None:
+        """What speaks for the goal-directed choice now, and the runner-up.
+
+        `None` where `choose` would explore.
+        """
+        self._aim()
+        return self._planner.why(self._active)
+
+    def _aim(self) -> None:
+        self._planner.aim(self._goals.top)
+
+    def _outlook(self, goal: Sign) -> Outlook:
+        self._planner.aim(goal)
+        return self._planner.outlook(self._active)
+
+    def _detour(self, goal: Sign) -> Outlook:
+        self._planner.aim(goal)
+        return self._planner.detour(self._active)
+
+    # --- keeping and shadowing -----------------------------------------------------------------
+
+    def save(self) -> bytes:
+        """Everything that shapes the future, as bytes; see `farside.dem.memory` for the format.
+
+        The model of `load` goes on from here exactly as this one does. It may be saved at any
+        point of a cycle. What was recorded for a shadow is not in it.
+
+        Raises:
+            TypeError: if the random generator is not one of numpy's own.
+        """
+        return written(
+            ModelState(
+                action_costs=dict(zip(self._actions.names, self._actions.costs, strict=True)),
+                parameters=self._parameters,
+                inherent=self._inherent,
+                random=random_state(self._rng),
+                learner=self._learner.state(),
+                goals=self._goals.state(),
+                active=tuple(self._active),
+                awaits_action=self._awaits_action,
+                chosen=self._chosen,
+                on_course=self._on_course,
+            )
+        )
+
+    @classmethod
+    def load(cls, data: bytes) -> "DynamicExpectancyModel":
+        """The model that was saved, with a random generator of its own that goes on as well.
+
+        Raises:
+            UnreadableMemoryError: if `data` is damaged, cut short, of another version, or no
+                model at all.
+        """
+        state = read(data)
+        model = cls(
+            state.action_costs,
+            state.parameters,
+            rng=restored_generator(state.random),
+            inherent=state.inherent,
+        )
+        model._learner.restore(state.learner)
+        model._goals.restore(state.goals)
+        model._active = list(state.active)
+        model._awaits_action = state.awaits_action
+        model._chosen, model._on_course = state.chosen, state.on_course
+        return model
+
+    def record_changes(self) -> None:
+        """From now on, keep what happens to the lists until `take_delta`, for a `ShadowModel`."""
+        if self._recorder is None:
+            self._recorder = Recorder(
+                self._actions, self._parameters, self._signs, self._hypotheses
+            )
+
+    def take_delta(self) -> Delta:
+        """What happened to the lists since the last delta. The first one is a whole.
+
+        Raises:
+            RuntimeError: if changes are not recorded.
+        """
+        return self._recording().delta(self._goals.ordered)
+
+    def whole(self) -> Delta:
+        """All lists as they are, in place of the next delta, for a shadow that has missed one.
+
+        Raises:
+            RuntimeError: if changes are not recorded.
+        """
+        return self._recording().whole(self._goals.ordered)
+
+    def _recording(self) -> Recorder:
+        if self._recorder is None:
+            raise RuntimeError("no changes are recorded: call record_changes() first")
+        return self._recorder
+
+    # --- looking at the lists ------------------------------------------------------------------
+
+    @property
+    def signs(self) -> tuple[Sign, ...]:
+        """The Sign List, in order of age."""
+        return self._named(self._signs.by_age())
+
+    @property
+    def hypotheses(self) -> tuple[Hypothesis, ...]:
+        """The Hypothesis List, in order of age."""
+        return self._hypotheses.named(self._signs.names)
+
+    @property
+    def sign_count(self) -> int:
+        """Length of the Sign List."""
+        return len(self._signs)
+
+    @property
+    def hypothesis_count(self) -> int:
+        """Length of the Hypothesis List."""
+        return self._hypotheses.count
+
+    @property
+    def mean_cm(self) -> float:
+        """Mean C_m of all hypotheses, 0 without any."""
+        return self._hypotheses.cm_sum / self._hypotheses.count if self._hypotheses.count else 0.0
+
+    def _named(self, signs: Sequence[int]) -> tuple[Sign, ...]:
+        return tuple([self._signs.names[sign] for sign in signs])

@@ -1,0 +1,207 @@
+"""What rover and ground say to each other.
+
+The seed's paths (figure 2) in these words: A1 is `Drive`, A2 is `Proposal` with its answers
+`Approve` and `Override`, A4 is `SetMode`, A5 is `SetGoal` and `WithdrawGoal`, and S1 is
+`Telemetry`.
+
+Commands, proposals and events are sent until they have arrived, in order; of heartbeats and
+telemetry only the latest counts. See `farside.link.endpoint.endpoint.ROUTES`.
+"""
+
+from enum import StrEnum
+
+import msgspec
+
+
+class Mode(StrEnum):
+    """Who drives: the operator; the DEM with the operator's consent; the DEM alone."""
+
+    GUIDED = "guided"
+    SHARED = "shared"
+    AUTONOMOUS = "autonomous"
+
+
+class Failsafe(StrEnum):
+    """How the rover takes the silence of the link: none, standing still, on its own."""
+
+    NOMINAL = "nominal"
+    HOLD = "hold"
+    LOST = "lost"
+
+
+class Chooser(StrEnum):
+    """Who chose an action: the operator, the policy map, or curiosity."""
+
+    GUIDED = "guided"
+    GOAL_DIRECTED = "goal-directed"
+    EXPLORATORY = "exploratory"
+
+
+Tokens = tuple[str, ...]
+"""A Sign as it crosses the link or the disk: its Tokens, sorted."""
+
+
+class _Message(msgspec.Struct, frozen=True, omit_defaults=True):
+    pass
+
+
+# --- uplink: orders, and the command that carries one -----------------------------------------
+
+
+class Drive(_Message, frozen=True, tag="drive"):
+    """Do one action next, whatever the mode (A1)."""
+
+    action: str
+
+
+class Approve(_Message, frozen=True, tag="approve"):
+    """Perform the proposed action. Void if another proposal has taken its place (A2)."""
+
+    proposal: int
+
+
+class Override(_Message, frozen=True, tag="override"):
+    """Perform this action in place of the proposed one. Void like `Approve` (A2)."""
+
+    proposal: int
+    action: str
+
+
+class SetMode(_Message, frozen=True, tag="mode"):
+    """Turn the routing switch (A4)."""
+
+    mode: Mode
+
+
+class SetGoal(_Message, frozen=True, tag="goal"):
+    """Put a Sign on the Goal List, or change its priority (A5). Higher priorities come first."""
+
+    tokens: Tokens
+    priority: float
+
+
+class WithdrawGoal(_Message, frozen=True, tag="withdraw"):
+    """Take a Sign off the Goal List (A5)."""
+
+    tokens: Tokens
+
+
+Order = Drive | Approve | Override | SetMode | SetGoal | WithdrawGoal
+
+
+class Command(_Message, frozen=True, tag="command"):
+    """One order from the operator.
+
+    Attributes:
+        number: counts commands from 1 without a gap. The rover takes them in this order only.
+        expires_ns: the rover refuses the order after this simulated time: what was right
+            to do before a silence may be wrong after it.
+        order: what to do.
+    """
+
+    number: int
+    expires_ns: int
+    order: Order
+
+
+class Heartbeat(_Message, frozen=True, tag="heartbeat"):
+    """The ground is there."""
+
+
+Uplink = Command | Heartbeat
+
+# --- downlink: events, proposals, telemetry ----------------------------------------------------
+
+
+class ModeChanged(_Message, frozen=True, tag="mode"):
+    """The rover is now in `mode`; `why` says what brought it there."""
+
+    mode: Mode
+    why: str
+
+
+class FailsafeChanged(_Message, frozen=True, tag="failsafe"):
+    """The failsafe took a new state after `silence_ns` without a frame from the ground."""
+
+    state: Failsafe
+    silence_ns: int
+
+
+class GoalReached(_Message, frozen=True, tag="reached"):
+    """A goal's Sign became active and the goal was removed."""
+
+    tokens: Tokens
+
+
+class CommandRefused(_Message, frozen=True, tag="refused"):
+    """The rover took the command but did not obey it."""
+
+    number: int
+    why: str
+
+
+Happening = ModeChanged | FailsafeChanged | GoalReached | CommandRefused
+
+
+class Event(_Message, frozen=True, tag="event"):
+    """Something the operator must learn of, however late. `number` counts from 1."""
+
+    number: int
+    time_ns: int
+    what: Happening
+
+
+class PathStep(_Message, frozen=True):
+    """One step of a policy path: where, what to do there, and the cost from there to the goal."""
+
+    sign: Tokens
+    action: str
+    cost_to_go: float
+
+
+class Proposal(_Message, frozen=True, tag="proposal"):
+    """What the DEM would do next, and the policy path it belongs to (A2).
+
+    Attributes:
+        number: counts proposals from 1.
+        goal: the top-goal.
+        action: the proposed action.
+        chooser: goal-directed, or exploratory where no known path leads to the goal.
+        path: the whole best-estimate walk to the goal; empty where exploratory.
+    """
+
+    number: int
+    goal: Tokens
+    action: str
+    chooser: Chooser
+    path: tuple[PathStep, ...]
+
+
+class Telemetry(_Message, frozen=True, tag="telemetry"):
+    """The state of the rover as the rover sees it (S1).
+
+    Attributes:
+        time_ns: when it was so.
+        tokens: what it senses now.
+        x_m, y_m, heading_rad: its own estimate of its pose, in the chart's frame.
+        battery: charge, 0 to 1.
+        mode, failsafe: who drives, and how the rover takes the silence.
+        action: what it is doing, `None` when it is standing.
+        goals: the Goal List, top-goal first.
+        commands_done: last command number taken and, where it was an action, finished.
+    """
+
+    time_ns: int
+    tokens: Tokens
+    x_m: float
+    y_m: float
+    heading_rad: float
+    battery: float
+    mode: Mode
+    failsafe: Failsafe
+    action: str | None
+    goals: tuple[Tokens, ...]
+    commands_done: int
+
+
+Downlink = Event | Proposal | Telemetry

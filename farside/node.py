@@ -1,0 +1,108 @@
+"""What the two ends and the channel between them have in common: frames, records and `Node`."""
+
+from collections.abc import Sequence
+from enum import StrEnum
+from typing import NamedTuple, Protocol
+
+import msgspec
+
+NS_PER_S = 1_000_000_000
+
+NEVER_NS = 1 << 62
+"""Later than any time of a run, by a century."""
+
+
+def to_ns(seconds: float) -> int:
+    """`seconds` as whole nanoseconds, to the nearest one."""
+    return round(seconds * NS_PER_S)
+
+
+def to_s(nanoseconds: int) -> float:
+    """`nanoseconds` as seconds, for display and for physics."""
+    return nanoseconds / NS_PER_S
+
+
+class Role(StrEnum):
+    """The three parties of a run. Their order is the order of records made at the same time."""
+
+    ROVER = "rover"
+    LINK = "link"
+    GROUND = "ground"
+
+
+class Direction(StrEnum):
+    """The way of a frame: `UP` from the ground to the rover, `DOWN` from the rover."""
+
+    UP = "up"
+    DOWN = "down"
+
+    @property
+    def opposite(self) -> "Direction":
+        """The way back."""
+        return Direction.DOWN if self is Direction.UP else Direction.UP
+
+
+class Frame(msgspec.Struct, frozen=True, array_like=True, gc=False):
+    """The unit that crosses the link; opaque to the channel.
+
+    Attributes:
+        direction: which way it goes.
+        sequence: number of the frame in its direction, from 0. With the direction it is the
+            frame's id, the same on both sides and in the log.
+        time_ns: when the sender handed it over; on the far side, when it arrived.
+        payload: what the endpoints made of a message.
+        priority: which of the frames that wait goes first: the highest, then the oldest.
+        lifetime_ns: how long it may wait to be sent; as long as the link says where absent.
+    """
+
+    direction: Direction
+    sequence: int
+    time_ns: int
+    payload: bytes
+    priority: int = 0
+    lifetime_ns: int | None = None
+
+
+class Record(msgspec.Struct, frozen=True, array_like=True, gc=False):
+    """One line of the log, encoded where it was made.
+
+    Attributes:
+        topic: one of `farside.topics.TOPICS`.
+        log_time_ns: when it became known where it was recorded.
+        publish_time_ns: when it was so.
+        payload: the record type of the topic as JSON.
+    """
+
+    topic: str
+    log_time_ns: int
+    publish_time_ns: int
+    payload: bytes
+
+
+class Step(NamedTuple):
+    """What a node gives back for a window: frames in order of time, and records likewise."""
+
+    frames: list[Frame]
+    records: list[Record]
+
+
+class Node(Protocol):
+    """One party of a run: rover, ground or the channel between them.
+
+    A node owns its own time, which only `advance` moves. It holds no clock, file, socket, thread
+    or global random source, so the same calls give the same steps in any process. How time is cut
+    into windows must not show in what it gives back.
+    """
+
+    def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
+        """Live from the present up to, not including, `until_ns`.
+
+        Args:
+            until_ns: end of the window; not before the end of the last one.
+            arrivals: frames that have become certain to arrive, at their `time_ns`, which may lie
+                beyond this window. The channel takes the frames sent in this window instead.
+
+        Returns:
+            the frames sent and the records made in the window.
+        """
+        ...

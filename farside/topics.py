@@ -1,0 +1,349 @@
+"""What a run's log holds: one struct a topic, and the `Journal` in which a node keeps them.
+
+The topic says who knew it: `/truth` what was so, `/rover` what the rover sensed, thought and did,
+`/link` the fate of every frame, `/ground` what the ground knew, and when.
+"""
+
+from collections.abc import Sequence
+from enum import StrEnum
+
+import msgspec
+
+from farside.messages import (
+    Chooser,
+    Event,
+    Failsafe,
+    Mode,
+    Order,
+    PathStep,
+    Proposal,
+    Telemetry,
+    Tokens,
+)
+from farside.node import Direction, Record
+
+# --- /truth ------------------------------------------------------------------------------------
+
+
+class Yard(msgspec.Struct, frozen=True):
+    """The world, once at the start: the chart's rows from north to south, and its scale."""
+
+    rows: tuple[str, ...]
+    cell_m: float
+
+
+class Pose(msgspec.Struct, frozen=True):
+    """Where the rover really is, and its true battery charge (0 to 1).
+
+    Metres east and north of the chart's south-west corner; the heading is 0 towards east and grows
+    counter-clockwise, without bound.
+    """
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+    speed_m_s: float
+    place: str
+    battery: float
+
+
+class Bump(msgspec.Struct, frozen=True):
+    """The rover ran into a wall or a rock at this speed."""
+
+    x_m: float
+    y_m: float
+    speed_m_s: float
+
+
+# --- /rover ------------------------------------------------------------------------------------
+
+
+class Estimate(msgspec.Struct, frozen=True):
+    """Where the rover believes that it is."""
+
+    x_m: float
+    y_m: float
+    heading_rad: float
+
+
+class Cycle(msgspec.Struct, frozen=True):
+    """One cycle of the DEM up to the choice of an action.
+
+    Attributes:
+        tokens: what was sensed.
+        novel, unexpected: Signs that triggered creation.
+        succeeded, failed: how many due predictions came true, or did not.
+        created: how many hypotheses were made.
+        signs, hypotheses: sizes of the lists after the cycle.
+        mean_cm: mean C_m of all hypotheses, 0 without any.
+    """
+
+    tokens: Tokens
+    novel: tuple[Tokens, ...]
+    unexpected: tuple[Tokens, ...]
+    succeeded: int
+    failed: int
+    created: int
+    signs: int
+    hypotheses: int
+    mean_cm: float
+
+
+class ActionStarted(msgspec.Struct, frozen=True):
+    """The rover began an action. `command` is the number of the command behind a guided one."""
+
+    action: str
+    chooser: Chooser
+    command: int | None
+    goal: Tokens | None
+
+
+class ActionEnded(msgspec.Struct, frozen=True):
+    """The rover ended an action after `duration_s`; `blocked` if something stood in the way."""
+
+    action: str
+    duration_s: float
+    blocked: bool
+
+
+class ModeEntry(msgspec.Struct, frozen=True):
+    """The rover's mode from now on, and why."""
+
+    mode: Mode
+    why: str
+
+
+class FailsafeEntry(msgspec.Struct, frozen=True):
+    """The failsafe's state from now on, and the silence that it judged by."""
+
+    state: Failsafe
+    silence_s: float
+
+
+class CommandTaken(msgspec.Struct, frozen=True):
+    """A command was taken: obeyed, or refused for a reason (`None` when obeyed)."""
+
+    number: int
+    order: Order
+    refused: str | None
+
+
+class GoalChange(StrEnum):
+    """What happened to a goal."""
+
+    SET = "set"
+    REACHED = "reached"
+    WITHDRAWN = "withdrawn"
+
+
+class GoalSource(StrEnum):
+    """Whose goal it is: sent by the operator, preloaded, or inherent to the rover."""
+
+    OPERATOR = "operator"
+    MISSION = "mission"
+    INHERENT = "inherent"
+
+
+class GoalEntry(msgspec.Struct, frozen=True):
+    """A change of the Goal List."""
+
+    tokens: Tokens
+    change: GoalChange
+    priority: float
+    source: GoalSource
+
+
+# --- /link -------------------------------------------------------------------------------------
+
+
+class OutageReason(StrEnum):
+    """Why a direction is out. All but a blackout, both ends know beforehand."""
+
+    BLACKOUT = "blackout"
+    PASS = "pass"  # noqa: S105 - of a satellite
+    CONTACT = "contact"
+    CONJUNCTION = "conjunction"
+    CONTROL = "control"
+
+
+class Fate(StrEnum):
+    """What became of a frame in the channel: arrived, or why not."""
+
+    DELIVERED = "delivered"
+    LOST = "lost"
+    OUTAGE = "outage"
+    QUEUE_FULL = "queue-full"
+    EXPIRED = "expired"
+    BIT_ERROR = "bit-error"
+
+
+class FrameFate(msgspec.Struct, frozen=True, gc=False):
+    """The end of a frame in the channel, logged when it came about.
+
+    Attributes:
+        direction, sequence: the frame's id.
+        size_byte: length of its payload.
+        queued_ns: when the sender handed it over.
+        sent_ns, sent_end_ns: first and last bit leaving; both `queued_ns` if it never left.
+        arrival_ns: last bit at the other end, `None` unless delivered.
+        fate: what became of it.
+        priority: as the sender set it.
+        copy: 0 for the frame itself, 1 for its duplicate.
+        flipped_bits: how many bits are wrong in what arrived.
+        outage: why the direction was out, where that was its fate.
+    """
+
+    direction: Direction
+    sequence: int
+    size_byte: int
+    queued_ns: int
+    sent_ns: int
+    sent_end_ns: int
+    arrival_ns: int | None
+    fate: Fate
+    priority: int = 0
+    copy: int = 0
+    flipped_bits: int = 0
+    outage: OutageReason | None = None
+
+
+class FrameStage(StrEnum):
+    """A moment in a frame's life at one end of the link; its way between them is `FrameFate`.
+
+    Made from a message; lost in terrain shadow, where it is sent or arrives; refused, for it is
+    not what the other end sent, or not for the first time; used.
+    """
+
+    MADE = "made"
+    SHADOWED = "shadowed"
+    REFUSED = "refused"
+    USED = "used"
+
+
+class FrameEvent(msgspec.Struct, frozen=True, omit_defaults=True):
+    """What an end of the link did with a frame.
+
+    Attributes:
+        direction, sequence: the frame's id, as in `FrameFate`.
+        stage: what was done.
+        size_byte: length on the link.
+        what: the message or, where refused, the reason.
+        stored: whether the message had waited for the link to return.
+    """
+
+    direction: Direction
+    sequence: int
+    stage: FrameStage
+    size_byte: int
+    what: str
+    stored: bool = False
+
+
+class RoverFrame(FrameEvent, frozen=True):
+    """A `FrameEvent` at the rover's end."""
+
+
+class GroundFrame(FrameEvent, frozen=True):
+    """A `FrameEvent` at the ground's end."""
+
+
+class LinkOutage(msgspec.Struct, frozen=True):
+    """An outage of one direction begins (`down` true) or ends."""
+
+    direction: Direction
+    down: bool
+    reason: OutageReason
+
+
+# --- /ground -----------------------------------------------------------------------------------
+
+
+class CommandSent(msgspec.Struct, frozen=True):
+    """The ground gave a command to the uplink."""
+
+    number: int
+    order: Order
+
+
+class EventLearned(msgspec.Struct, frozen=True):
+    """The ground learned of an event on the rover."""
+
+    event: Event
+
+
+class Review(msgspec.Struct, frozen=True):
+    """The operator answered a proposal. `override` is the action put in its place, if any."""
+
+    proposal: int
+    action: str
+    override: str | None
+    path: tuple[PathStep, ...]
+
+
+class Silence(msgspec.Struct, frozen=True):
+    """Whether the ground hears the rover, from now on."""
+
+    silent: bool
+
+
+TOPICS: dict[str, type[msgspec.Struct]] = {
+    "/truth/yard": Yard,
+    "/truth/pose": Pose,
+    "/truth/bump": Bump,
+    "/rover/estimate": Estimate,
+    "/rover/cycle": Cycle,
+    "/rover/action_started": ActionStarted,
+    "/rover/action_ended": ActionEnded,
+    "/rover/mode": ModeEntry,
+    "/rover/failsafe": FailsafeEntry,
+    "/rover/command": CommandTaken,
+    "/rover/goal": GoalEntry,
+    "/rover/proposal": Proposal,
+    "/rover/frame": RoverFrame,
+    "/link/frame": FrameFate,
+    "/link/outage": LinkOutage,
+    "/ground/frame": GroundFrame,
+    "/ground/telemetry": Telemetry,
+    "/ground/command": CommandSent,
+    "/ground/event": EventLearned,
+    "/ground/review": Review,
+    "/ground/silence": Silence,
+}
+"""The type of each topic of Farside's own. Every one appears in the log as JSON."""
+
+_TOPIC_OF = {kind: topic for topic, kind in TOPICS.items()}
+_encoder = msgspec.json.Encoder(order="deterministic")
+
+
+class Journal:
+    """Collects a node's records in order, encoded, until they are taken."""
+
+    def __init__(self) -> None:
+        self._records: list[Record] = []
+
+    def note(
+        self, entry: msgspec.Struct, time_ns: int, *, publish_time_ns: int | None = None
+    ) -> None:
+        """Record `entry`, known at `time_ns`, true at `publish_time_ns` (the same by default).
+
+        Raises:
+            KeyError: if `TOPICS` has no topic for the type of `entry`.
+        """
+        since = time_ns if publish_time_ns is None else publish_time_ns
+        self._records.append(Record(_TOPIC_OF[type(entry)], time_ns, since, _encoder.encode(entry)))
+
+    def note_all(self, entries: Sequence[msgspec.Struct], times_ns: Sequence[int]) -> None:
+        """`note` for many, each known and true at its time; much the faster.
+
+        Raises:
+            KeyError: as `note`.
+        """
+        topics = list(map(_TOPIC_OF.__getitem__, map(type, entries)))
+        # A line for each; JSON has line breaks in no other place.
+        payloads = _encoder.encode_lines(entries).split(b"\n")
+        self._records += map(Record, topics, times_ns, times_ns, payloads)
+
+    def take(self) -> list[Record]:
+        """The records since the last call."""
+        taken, self._records = self._records, []
+        return taken

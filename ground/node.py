@@ -1,0 +1,99 @@
+"""The ground station as a node: what it hears, its operator, and its end of the link."""
+
+from collections.abc import Sequence
+
+import msgspec
+
+from farside.ground.belief import Belief
+from farside.ground.commands import CommandDesk
+from farside.ground.config import GroundConfig
+from farside.ground.operators.scripted import Operator, Situation
+from farside.link.endpoint.endpoint import LinkTerms, ground_endpoint
+from farside.messages import Approve, Event, Heartbeat, Order, Override, Proposal, Telemetry
+from farside.node import Frame, Step, to_ns
+from farside.topics import CommandSent, EventLearned, Journal, Review, Silence
+
+
+class Ground:
+    """The ground station, stepped on the grid; a `Node`.
+
+    Args:
+        config: the `[ground]` table.
+        operator: who decides.
+        tick_ns: the grid of decisions.
+        terms: what was agreed on with the rover of the link between them.
+    """
+
+    def __init__(
+        self, config: GroundConfig, operator: Operator, *, tick_ns: int, terms: LinkTerms
+    ) -> None:
+        self._tick_ns = tick_ns
+        self._now_ns = 0
+        self._operator = operator
+        self._journal = Journal()
+        self._endpoint = ground_endpoint(terms, self._note)
+        self._belief = Belief()
+        self._desk = CommandDesk(terms.round_trip_ns + to_ns(config.command_lifetime_s))
+        self._heartbeat_ns = to_ns(config.heartbeat_s)
+        self._heartbeat_at_ns = 0
+        self._silent_after_ns = terms.round_trip_ns + to_ns(config.silent_after_s)
+        self._silent = False
+
+    def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
+        """Live tick by tick up to `until_ns`; see `farside.node.Node`."""
+        self._endpoint.expect(arrivals)
+        while self._now_ns < until_ns:
+            self._tick()
+            self._endpoint.pump(self._now_ns)
+            self._now_ns += self._tick_ns
+        return Step(self._endpoint.take_sent(), self._journal.take())
+
+    def _tick(self) -> None:
+        now_ns = self._now_ns
+        self._listen()
+        self._judge_silence()
+        if now_ns >= self._heartbeat_at_ns:
+            self._heartbeat_at_ns = now_ns + self._heartbeat_ns
+            self._endpoint.send(Heartbeat(), now_ns)
+        for order in self._operator.act(self._situation()):
+            self._note_review(order)
+            command = self._desk.give(order, now_ns)
+            self._endpoint.send(command, now_ns)
+            self._note(CommandSent(command.number, command.order), now_ns)
+
+    def _listen(self) -> None:
+        now_ns = self._now_ns
+        for message in self._endpoint.received(now_ns):
+            match message:
+                case Telemetry():
+                    self._journal.note(message, now_ns, publish_time_ns=message.time_ns)
+                    self._belief.learn(message)
+                case Event():
+                    entry = EventLearned(message)
+                    self._journal.note(entry, now_ns, publish_time_ns=message.time_ns)
+                    self._belief.events.append(message)
+                case Proposal():
+                    self._belief.consider(message)
+        self._belief.heard_ns = self._endpoint.heard_ns or 0
+
+    def _judge_silence(self) -> None:
+        silent = self._now_ns - self._belief.heard_ns >= self._silent_after_ns
+        if silent is not self._silent:
+            self._silent = silent
+            self._journal.note(Silence(silent), self._now_ns)
+
+    def _situation(self) -> Situation:
+        telemetry = self._belief.telemetry
+        settled = telemetry is not None and telemetry.commands_done == self._desk.last_given
+        return Situation(self._now_ns, self._belief, settled, self._silent)
+
+    def _note(self, entry: msgspec.Struct, time_ns: int) -> None:
+        self._journal.note(entry, time_ns)
+
+    def _note_review(self, order: Order) -> None:
+        if isinstance(order, Approve | Override) and self._belief.proposal is not None:
+            proposal = self._belief.proposal
+            override = order.action if isinstance(order, Override) else None
+            self._journal.note(
+                Review(proposal.number, proposal.action, override, proposal.path), self._now_ns
+            )

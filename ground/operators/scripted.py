@@ -1,0 +1,118 @@
+"""Operators: who decides at the ground. This one follows a script from the mission file."""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple, Protocol
+
+from farside.ground.belief import Belief
+from farside.ground.config import AwaitReached, Pursue, ScriptStep, SwitchMode, Tour, WaitUntil
+from farside.messages import Approve, Drive, Order, Override, SetGoal, SetMode, Telemetry
+from farside.node import to_ns
+from farside.places import Cell, Chart
+
+
+class Situation(NamedTuple):
+    """What an operator can go by.
+
+    Attributes:
+        now_ns: the time at the ground.
+        belief: what the ground knows of the rover.
+        settled: whether the rover is known to have finished everything that it was told.
+        silent: whether the rover has not been heard for too long.
+    """
+
+    now_ns: int
+    belief: Belief
+    settled: bool
+    silent: bool
+
+
+class Operator(Protocol):
+    """Decides at the ground, asked on every tick on which anything may have changed."""
+
+    def act(self, situation: Situation) -> Sequence[Order]:
+        """Orders to send now."""
+        ...
+
+
+class ScriptedOperator:
+    """Follows the script of a mission file, step after step.
+
+    Like a careful person it moves and waits: a drive command goes out only when the one before
+    is known to be done, and none while the rover is silent.
+    """
+
+    def __init__(self, script: Sequence[ScriptStep], chart: Chart) -> None:
+        self._chart = chart
+        self._situation: Situation
+        self._play = self._steps(script)
+        self._over = False
+
+    def act(self, situation: Situation) -> Sequence[Order]:
+        """Orders to send now; see `Operator`."""
+        self._situation = situation
+        return () if self._over else next(self._play)
+
+    def _steps(self, script: Sequence[ScriptStep]) -> Iterator[Sequence[Order]]:
+        for step in script:
+            match step:
+                case Tour():
+                    yield from self._tour(step)
+                case SwitchMode():
+                    yield from self._switch(step)
+                case Pursue():
+                    yield from self._pursue(step)
+                case AwaitReached():
+                    yield from self._wait_for_goal(step)
+                case WaitUntil():
+                    yield from self._wait(step)
+        self._over = True
+        yield ()
+
+    def _tour(self, step: Tour) -> Iterator[Sequence[Order]]:
+        for place in step.places:
+            target = self._chart.cells[f"at:{place}"]
+            while (way := self._way(target)) is None or way:
+                yield [Drive(way[0])] if way else ()
+
+    def _way(self, target: Cell) -> list[str] | None:
+        """The way from where the rover stands, or `None` while that is not known for sure."""
+        telemetry = self._situation.belief.telemetry
+        if telemetry is None or self._situation.silent or not self._situation.settled:
+            return None
+        return self._chart.way(self._cell(telemetry), target)
+
+    def _cell(self, telemetry: Telemetry) -> Cell:
+        return next(self._chart.cells[t] for t in telemetry.tokens if t in self._chart.cells)
+
+    def _switch(self, step: SwitchMode) -> Iterator[Sequence[Order]]:
+        yield [SetMode(step.mode)]
+        while not self._is_in(step):
+            yield ()
+
+    def _is_in(self, step: SwitchMode) -> bool:
+        telemetry = self._situation.belief.telemetry
+        return self._situation.settled and telemetry is not None and telemetry.mode is step.mode
+
+    def _pursue(self, step: Pursue) -> Iterator[Sequence[Order]]:
+        belief = self._situation.belief
+        goal = (f"at:{step.place}",)
+        known_events = len(belief.events)
+        seen = answered = belief.proposal.number if belief.proposal else 0
+        overrides = {override.proposal: override.action for override in step.overrides}
+        yield [SetGoal(goal, step.priority)]
+        while not belief.reached(goal, known_events):
+            proposal = belief.proposal
+            if proposal is None or proposal.number <= answered:
+                yield ()
+                continue
+            answered = proposal.number
+            action = overrides.get(proposal.number - seen)
+            yield [Override(answered, action) if action else Approve(answered)]
+
+    def _wait_for_goal(self, step: AwaitReached) -> Iterator[Sequence[Order]]:
+        while not self._situation.belief.reached((f"at:{step.place}",)):
+            yield ()
+
+    def _wait(self, step: WaitUntil) -> Iterator[Sequence[Order]]:
+        while self._situation.now_ns < to_ns(step.until_s):
+            yield ()

@@ -1,0 +1,1 @@
+"""What happens to frames between the endpoints: queue, transmitter, chance and outages."""

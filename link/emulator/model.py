@@ -1,0 +1,198 @@
+"""The link between programs that know nothing of it: the channel with somebody else's messages.
+
+Here is no clock and no Zenoh: `farside.link.emulator.relay` brings both. Times are nanoseconds
+since the start.
+"""
+
+import heapq
+from bisect import bisect_left
+from collections.abc import Sequence
+from itertools import count
+from operator import attrgetter, itemgetter
+from typing import Generic, TypeVar
+
+import msgspec
+import numpy as np
+
+from farside.link.channel.node import Channel
+from farside.link.emulator.control import (
+    EmulatorState,
+    OutageState,
+    WayCounters,
+    WayState,
+    read_change,
+)
+from farside.link.profile.config import LinkConfig
+from farside.node import NEVER_NS, Direction, Frame, to_s
+from farside.topics import Fate
+
+_COUNT_NS = 20_000_000
+"""How often the counters are told of what does not arrive."""
+
+_Cargo = TypeVar("_Cargo")
+
+
+Delivery = tuple[int, Direction, bytes, _Cargo]
+"""When a message arrives, which way it went, its bytes, perhaps not as they were, and what came
+with it. A plain tuple, for speed."""
+
+
+class _End(msgspec.Struct, gc=False):
+    """What is of interest here in the record of a frame's fate."""
+
+    direction: Direction
+    sequence: int
+    size_byte: int
+    fate: Fate
+    copy: int = 0
+    flipped_bits: int = 0
+
+
+_time = itemgetter(0)
+_parts_of = attrgetter("direction", "sequence", "time_ns", "payload")
+_decode_end = msgspec.json.Decoder(_End).decode
+
+
+class _Way(Generic[_Cargo]):
+    """One direction: what belongs to the frames whose luck is open, and the counters."""
+
+    def __init__(self) -> None:
+        self.cargo: dict[int, _Cargo] = {}
+        self.in_flight = 0
+        self.counters = WayCounters()
+        self.sequence = 0
+
+    def settle(self, end: _End) -> None:
+        counters = self.counters
+        if end.flipped_bits:
+            counters.corrupted += 1
+        if end.copy:
+            counters.duplicated += 1
+            return
+        self.in_flight -= 1
+        self.cargo.pop(end.sequence, None)
+        if end.fate is Fate.DELIVERED:
+            counters.delivered += 1
+            counters.delivered_byte += end.size_byte
+        else:
+            name = end.fate.replace("-", "_")
+            setattr(counters, name, getattr(counters, name) + 1)
+
+
+class Emulator(Generic[_Cargo]):
+    """Takes messages with whatever belongs to them, and gives them back when they arrive.
+
+    Args:
+        config: the link, resolved.
+        seed: of its random streams, where the link has none of its own.
+    """
+
+    def __init__(self, config: LinkConfig, seed: int = 0) -> None:
+        sequence = np.random.SeedSequence(seed if config.seed is None else config.seed)
+        rngs = map(np.random.default_rng, sequence.spawn(len(Direction)))
+        self._channel = Channel(config, dict(zip(Direction, rngs, strict=True)))
+        self._ways: dict[Direction, _Way[_Cargo]] = {one: _Way() for one in Direction}
+        self._now_ns = 0
+        self._last_ns = 0
+        self._sent: list[Frame] = []
+        # Parts in order of time, and how far each has been read: first the one that goes on first.
+        self._coming: list[tuple[int, int, int, list[Delivery[_Cargo]]]] = []
+        self._order = count()
+
+    def send(
+        self,
+        direction: Direction,
+        time_ns: int,
+        payload: bytes,
+        cargo: _Cargo,
+        *,
+        priority: int = 0,
+    ) -> None:
+        """Take a message sent at `time_ns`, or now, where it comes to be known late."""
+        way = self._ways[direction]
+        time_ns = max(time_ns, self._last_ns)
+        self._last_ns = time_ns
+        self._sent.append(Frame(direction, way.sequence, time_ns, payload, priority))
+        way.cargo[way.sequence] = cargo
+        way.in_flight += 1
+        way.sequence += 1
+        way.counters.received_byte += len(payload)
+
+    def advance(self, until_ns: int) -> list[Delivery[_Cargo]]:
+        """Live up to, not including, `until_ns`: what arrives in the meantime, in that order."""
+        sent, self._sent = self._sent, []
+        until_ns = max(until_ns, self._now_ns, *(frame.time_ns + 1 for frame in sent[-1:]))
+        step = self._channel.advance(until_ns, sent)
+        self._now_ns = self._last_ns = until_ns
+        if step.frames:
+            self._expect(step.frames)
+        for record in step.records:
+            if record.topic == "/link/frame":
+                end = _decode_end(record.payload)
+                self._ways[end.direction].settle(end)
+        return self._arrived(until_ns)
+
+    def _expect(self, frames: Sequence[Frame]) -> None:
+        ways = self._ways
+        coming: list[Delivery[_Cargo]] = [
+            (at_ns, direction, payload, ways[direction].cargo[sequence])
+            for direction, sequence, at_ns, payload in map(_parts_of, frames)
+        ]
+        # A frame and its copy are given back together, so nobody asks for it again.
+        for frame in frames:
+            ways[frame.direction].cargo.pop(frame.sequence, None)
+        coming.sort(key=_time)
+        heapq.heappush(self._coming, (coming[0][0], next(self._order), 0, coming))
+
+    def _arrived(self, until_ns: int) -> list[Delivery[_Cargo]]:
+        arrived: list[Delivery[_Cargo]] = []
+        while self._coming and self._coming[0][0] < until_ns:
+            _, order, begin, part = heapq.heappop(self._coming)
+            end = bisect_left(part, until_ns, lo=begin, key=_time)
+            arrived += part[begin:end]
+            if end < len(part):
+                heapq.heappush(self._coming, (part[end][0], order, end, part))
+        arrived.sort(key=_time)
+        return arrived
+
+    @property
+    def next_ns(self) -> int | None:
+        """When to advance at the latest, if nothing is sent before; `None` if nothing is on."""
+        if not any(way.in_flight for way in self._ways.values()):
+            return None
+        moments = [self._now_ns + _COUNT_NS, *(coming[0] for coming in self._coming[:1])]
+        queue_ns = self._channel.next_ns
+        return min(moments if queue_ns is None else (*moments, queue_ns))
+
+    def control(self, payload: bytes) -> EmulatorState:
+        """Do what somebody asks for; see `farside.link.emulator.control`.
+
+        Raises:
+            ValueError: if it cannot be done; nothing is, then.
+        """
+        settings = {direction: self._channel.settings(direction) for direction in Direction}
+        for direction, change in read_change(payload, settings).items():
+            if change.settings is not None:
+                self._channel.change(direction, change.settings)
+            if change.out is not None:
+                self._channel.set_out(direction, change.out)
+        return self.state()
+
+    def state(self) -> EmulatorState:
+        """Counters and settings now."""
+        up, down = self._way_state(Direction.UP), self._way_state(Direction.DOWN)
+        return EmulatorState(to_s(self._now_ns), up, down)
+
+    def _way_state(self, direction: Direction) -> WayState:
+        way = self._ways[direction]
+        counters = msgspec.structs.replace(
+            way.counters, received=way.sequence, in_flight=way.in_flight
+        )
+        return WayState(counters, self._outage(direction), self._channel.settings(direction))
+
+    def _outage(self, direction: Direction) -> OutageState | None:
+        outage = self._channel.outage(direction)
+        if outage is None:
+            return None
+        left_s = to_s(outage.end_ns - self._now_ns) if outage.end_ns < NEVER_NS else None
+        return OutageState(outage.reason, left_s)

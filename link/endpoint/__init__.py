@@ -1,0 +1,1 @@
+"""What rides on the channel: messages as sealed frames, reliable transfer, the store."""

@@ -1,0 +1,322 @@
+"""The endpoint: the end of the link inside a node, between its messages and the frames.
+
+A message is packed (MessagePack), cut where it is larger than a frame, sealed and numbered. How it
+travels depends on what it is, see `ROUTES`: *expedited*, where only the latest counts and nothing
+is sent again, or *reliable*, in order and until it has arrived. What is made while the link is out
+can wait in a store and go out, marked as stored, when the link is back.
+"""
+
+import heapq
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator
+from typing import Generic, NamedTuple, TypeVar
+
+import msgspec
+
+from farside.link.endpoint.fragments import Fragmenter, Reassembler
+from farside.link.endpoint.keys import simulated_key
+from farside.link.endpoint.segments import Report, Segment, decode
+from farside.link.endpoint.store import Store
+from farside.link.endpoint.transfer import ReliableReceiver, ReliableSender, TransferConfig
+from farside.link.endpoint.wire import OVERHEAD_BYTE, Flag, FrameError, Opener, Sealer, unpack
+from farside.link.profile.config import LinkConfig
+from farside.link.profile.schedule import Schedule
+from farside.messages import (
+    Command,
+    Downlink,
+    Event,
+    Heartbeat,
+    Proposal,
+    Telemetry,
+    Uplink,
+)
+from farside.node import NEVER_NS, NS_PER_S, Direction, Frame
+from farside.topics import FrameEvent, FrameStage, GroundFrame, RoverFrame
+
+_SEGMENT_OVERHEAD_BYTE = 24
+_REASSEMBLY_NS = 600 * NS_PER_S
+_SILENCE_NS = 10 * NS_PER_S
+_STORED_SHARE = 0.5
+_BURST_NS = NS_PER_S // 10
+_STORED_BYTE_S = 64 * 1024  # where the rate knows no limit
+
+_Out = TypeVar("_Out", bound=msgspec.Struct)
+_In = TypeVar("_In", bound=msgspec.Struct)
+
+_encode = msgspec.msgpack.Encoder().encode
+
+Note = Callable[[msgspec.Struct, int], None]
+"""Takes a record and the simulated time."""
+
+
+class Route(NamedTuple):
+    """How a kind of message travels.
+
+    Attributes:
+        reliable: in order and until it has arrived; expedited otherwise.
+        priority: which of the frames that wait to be sent goes first: the highest.
+        lifetime_ns: how long an expedited message is worth sending.
+    """
+
+    reliable: bool
+    priority: int
+    lifetime_ns: int | None = None
+
+
+ROUTES: dict[type[msgspec.Struct], Route] = {
+    Command: Route(reliable=True, priority=3),
+    Heartbeat: Route(reliable=False, priority=2, lifetime_ns=10 * NS_PER_S),
+    Event: Route(reliable=True, priority=3),
+    Proposal: Route(reliable=True, priority=3),
+    Telemetry: Route(reliable=False, priority=1, lifetime_ns=2 * NS_PER_S),
+}
+"""The route of each message (project default)."""
+
+_SEGMENT = Route(reliable=True, priority=3)
+_REPORT = Route(reliable=True, priority=4)
+_STORED = Route(reliable=False, priority=0)
+_PLAIN = Flag(0)
+
+
+class LinkTerms(NamedTuple):
+    """What both ends have agreed on beforehand.
+
+    Attributes:
+        key: the mission key.
+        schedule: light times and contacts.
+        mtu_byte: the longest frame.
+        store_byte: capacity of the store at each end.
+        light_time_ns: the shortest propagation up, before which nothing can be heard.
+        round_trip_ns: the longest propagation both ways.
+    """
+
+    key: bytes
+    schedule: Schedule
+    mtu_byte: int
+    store_byte: int
+    light_time_ns: int
+    round_trip_ns: int
+
+    @classmethod
+    def simulated(cls, config: LinkConfig, seed: int) -> "LinkTerms":
+        """The terms of a simulated run, whose key follows from its seed."""
+        return cls(
+            key=simulated_key(seed),
+            schedule=Schedule(config),
+            mtu_byte=config.mtu_byte,
+            store_byte=config.store_byte,
+            light_time_ns=config.up.least_delay_ns,
+            round_trip_ns=config.round_trip_ns,
+        )
+
+
+class Endpoint(Generic[_Out, _In]):
+    """Turns messages into frames of one direction, and arrived frames into messages.
+
+    Args:
+        outgoing: the direction of what is sent here.
+        decoder: of what arrives.
+        terms: agreed on with the other end.
+        record: the kind of record that tells of a frame.
+        note: takes those records.
+
+    Attributes:
+        in_shadow: whether terrain hides the other end now: what is sent then, or arrives, is lost.
+        heard_ns: when a genuine frame last arrived, `None` before the first.
+    """
+
+    def __init__(
+        self,
+        outgoing: Direction,
+        decoder: msgspec.msgpack.Decoder[_In],
+        terms: LinkTerms,
+        record: type[FrameEvent],
+        note: Note,
+    ) -> None:
+        incoming = outgoing.opposite
+        transfer = TransferConfig(
+            segment_byte=terms.mtu_byte - OVERHEAD_BYTE - _SEGMENT_OVERHEAD_BYTE, keeps_on=True
+        )
+        self.in_shadow = False
+        self.heard_ns: int | None = None
+        self._outgoing = outgoing
+        self._decoder = decoder
+        self._schedule = terms.schedule
+        self._record, self._note = record, note
+        self._sealer = Sealer(terms.key, outgoing)
+        self._opener = Opener(terms.key, incoming)
+        self._fragmenter = Fragmenter(terms.mtu_byte)
+        self._reassembler = Reassembler(_REASSEMBLY_NS)
+        self._sender = ReliableSender(outgoing, terms.schedule, transfer)
+        self._receiver = ReliableReceiver(incoming, terms.schedule, transfer)
+        self._segment_byte = transfer.segment_byte
+        self._backlog: deque[bytes] = deque()
+        self._wake_ns = 0
+        self._store = Store(terms.store_byte)
+        self._budget_byte = 0.0
+        self._forwarded_ns = 0
+        self._outbox: list[Frame] = []
+        self._inbox: list[tuple[int, int, int, Frame]] = []
+        self._expected = 0
+
+    # --- out -----------------------------------------------------------------------------------
+
+    def send(self, message: _Out, now_ns: int) -> None:
+        """Hand `message` to the link by its route."""
+        route = ROUTES[type(message)]
+        payload = _encode(message)
+        if route.reliable:
+            self._backlog.append(payload)
+            self._wake_ns = now_ns
+            self.pump(now_ns)
+        else:
+            self._send(payload, type(message).__name__, now_ns, route)
+
+    def store(self, message: _Out, made_ns: int) -> int:
+        """Keep `message` for when the link returns: how many stored ones had to go for it."""
+        return len(self._store.add(_encode(message), made_ns, ROUTES[type(message)].priority))
+
+    def forward(self, now_ns: int) -> None:
+        """Send of the store what half of the rate has let through since the last call.
+
+        To be called often while the link is up: what goes at once must fit into its queue.
+        """
+        if not self._store:
+            self._forwarded_ns = now_ns
+            return
+        elapsed_ns, self._forwarded_ns = now_ns - self._forwarded_ns, now_ns
+        if self._schedule.opens_ns(self._outgoing, now_ns) > now_ns:
+            return
+        elapsed_ns = min(elapsed_ns, _BURST_NS)
+        self._budget_byte += self._stored_byte_s(now_ns) * elapsed_ns / NS_PER_S
+        for item in self._store.take(self._budget_byte):
+            self._budget_byte -= len(item.payload)
+            self._send(item.payload, "Telemetry", now_ns, _STORED, Flag.STORED)
+
+    def pump(self, now_ns: int) -> None:
+        """Let the reliable service send what is due: segments, repeats, reports."""
+        if now_ns < self._wake_ns:
+            return
+        sender, receiver = self._sender, self._receiver
+        while self._backlog and sender.room >= self._segments(self._backlog[0]):
+            sender.offer(self._backlog.popleft())
+        while (sending := sender.take(now_ns)) is not None:
+            what = "segment" if sending.attempt == 1 else f"segment, sent {sending.attempt} ×"
+            self._put(sending.payload, what, now_ns, _SEGMENT, Flag.RELIABLE)
+        for report in receiver.take(now_ns):
+            self._put(report, "report", now_ns, _REPORT, Flag.REPORT)
+        due_ns = sender.next_ns(now_ns), receiver.next_ns()
+        self._wake_ns = min((due for due in due_ns if due is not None), default=NEVER_NS)
+
+    def take_sent(self) -> list[Frame]:
+        """The frames sent since the last call, in order."""
+        sent, self._outbox = self._outbox, []
+        return sent
+
+    def _segments(self, payload: bytes) -> int:
+        return max(1, -(-len(payload) // self._segment_byte))
+
+    def _stored_byte_s(self, now_ns: int) -> float:
+        size_byte = 1000
+        begin_ns, end_ns = self._schedule.sends_ns(self._outgoing, now_ns, size_byte)
+        if end_ns <= begin_ns:
+            return _STORED_BYTE_S
+        return _STORED_SHARE * size_byte * NS_PER_S / (end_ns - begin_ns)
+
+    def _send(
+        self, payload: bytes, what: str, now_ns: int, route: Route, flags: Flag = _PLAIN
+    ) -> None:
+        bodies = self._fragmenter.cut(payload, self._sealer.next_sequence)
+        if len(bodies) > 1:
+            flags |= Flag.FRAGMENT
+        for body in bodies:
+            self._put(body, what, now_ns, route, flags)
+
+    def _put(self, body: bytes, what: str, now_ns: int, route: Route, flags: Flag) -> None:
+        sequence = self._sealer.next_sequence
+        wire = self._sealer.seal(body, flags)
+        frame = Frame(self._outgoing, sequence, now_ns, wire, route.priority, route.lifetime_ns)
+        self._tell(frame, FrameStage.MADE, what, now_ns, flags)
+        if self.in_shadow:
+            self._tell(frame, FrameStage.SHADOWED, what, now_ns, flags)
+        else:
+            self._outbox.append(frame)
+
+    # --- in ------------------------------------------------------------------------------------
+
+    def expect(self, frames: Iterable[Frame]) -> None:
+        """Keep frames that will arrive until they are due."""
+        for frame in frames:
+            self._expected += 1
+            heapq.heappush(self._inbox, (frame.time_ns, frame.sequence, self._expected, frame))
+
+    def received(self, now_ns: int) -> Iterator[_In]:
+        """The messages that have arrived by `now_ns`, in order of arrival.
+
+        What is no genuine frame of the other end is refused, which is recorded and nothing more.
+        """
+        while self._inbox and self._inbox[0][0] <= now_ns:
+            frame = heapq.heappop(self._inbox)[-1]
+            if self.in_shadow:
+                self._tell(frame, FrameStage.SHADOWED, "", now_ns)
+                continue
+            try:
+                yield from self._open(frame, now_ns)
+            except FrameError as error:
+                self._tell(frame, FrameStage.REFUSED, error.reason, now_ns)
+
+    def _open(self, frame: Frame, now_ns: int) -> list[_In]:
+        """The messages that are whole with this frame."""
+        _, flags, body = self._opener.open(frame.payload)
+        self._hear(frame.time_ns)
+        self._wake_ns = now_ns
+        what = ""
+        messages: list[_In] = []
+        if flags & (Flag.RELIABLE | Flag.REPORT):
+            part = decode(body)
+            what = type(part).__name__.lower()
+            payloads = self._take_part(part, frame.time_ns)
+            messages += (unpack(payload, self._decoder) for payload in payloads)
+        else:
+            whole = self._reassembler.add(body, now_ns) if flags & Flag.FRAGMENT else body
+            what = "fragment"
+            if whole is not None:
+                messages.append(unpack(whole, self._decoder))
+        if messages:
+            what = ", ".join(type(message).__name__ for message in messages)
+        self._tell(frame, FrameStage.USED, what, now_ns, flags)
+        return messages
+
+    def _hear(self, arrival_ns: int) -> None:
+        if self.heard_ns is not None and arrival_ns - self.heard_ns >= _SILENCE_NS:
+            self._sender.resume(arrival_ns)
+        self.heard_ns = arrival_ns
+
+    def _take_part(self, part: Segment | Report, arrival_ns: int) -> list[bytes]:
+        if isinstance(part, Report):
+            self._sender.receive(part, arrival_ns)
+            return []
+        return self._receiver.receive(part, arrival_ns)
+
+    def _tell(
+        self, frame: Frame, stage: FrameStage, what: str, now_ns: int, flags: Flag = _PLAIN
+    ) -> None:
+        event = self._record(
+            direction=frame.direction,
+            sequence=frame.sequence,
+            stage=stage,
+            size_byte=len(frame.payload),
+            what=what,
+            stored=bool(flags & Flag.STORED),
+        )
+        self._note(event, now_ns)
+
+
+def rover_endpoint(terms: LinkTerms, note: Note) -> Endpoint[Downlink, Uplink]:
+    """The end at the rover: sends down, receives up."""
+    return Endpoint(Direction.DOWN, msgspec.msgpack.Decoder(Uplink), terms, RoverFrame, note)
+
+
+def ground_endpoint(terms: LinkTerms, note: Note) -> Endpoint[Uplink, Downlink]:
+    """The end at the ground: sends up, receives down."""
+    return Endpoint(Direction.UP, msgspec.msgpack.Decoder(Downlink), terms, GroundFrame, note)

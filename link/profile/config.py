@@ -1,0 +1,304 @@
+"""What a mission file, or a profile of `farside link`, says of the link.
+
+Some tables name a file or an ephemeris. `farside.link.profile.resolve` puts plain tables in their
+place, so that whatever simulates reads no file.
+"""
+
+from enum import StrEnum
+from itertools import pairwise
+from typing import Annotated
+
+import msgspec
+from msgspec import Meta
+
+from farside.link.profile.impairments import Jitter, LossModel, Reorder
+from farside.node import Direction, to_ns
+from farside.settings import Count, Fraction, NonNegative, Positive, Section
+from farside.topics import OutageReason
+
+
+class DropPolicy(StrEnum):
+    """Which frame goes when the queue is full: the newest, the oldest, or the least important."""
+
+    NEWEST = "newest"
+    OLDEST = "oldest"
+    LOWEST = "lowest"
+
+
+class BitErrorEffect(StrEnum):
+    """What a bit error does: the frame is lost, or arrives with the bit flipped."""
+
+    LOSE = "lose"
+    FLIP = "flip"
+
+
+class AtEnd(StrEnum):
+    """What follows the last line of a trace: the first one again, or nothing more."""
+
+    WRAP = "wrap"
+    END = "end"
+
+
+class DelayPoint(Section, frozen=True):
+    """The propagation delay at a time, in between it is interpolated."""
+
+    t_s: NonNegative
+    delay_s: NonNegative
+
+
+class RateStep(Section, frozen=True):
+    """The rate from a time on; 0 for none."""
+
+    t_s: NonNegative
+    rate_bit_s: Annotated[int, Meta(ge=0)]
+
+
+class Trace(Section, frozen=True):
+    """Delivery opportunities, each good for 1500 bytes, in mahimahi's format.
+
+    Attributes:
+        file: the trace, a whole number of milliseconds a line; read by
+            `farside.link.profile.resolve`.
+        times_ms: its lines.
+        at_end: what follows the last one.
+    """
+
+    file: str | None = None
+    times_ms: tuple[Annotated[int, Meta(ge=0)], ...] = ()
+    at_end: AtEnd = AtEnd.WRAP
+
+
+class OneWay(Section, frozen=True):
+    """One direction of the link. What is absent does not impair.
+
+    Attributes:
+        delay_s: propagation delay, the light time one way.
+        delay_table: the same over time, in place of `delay_s`.
+        rate_bit_s: rate cap in bit/s; unlimited where absent.
+        rate_table: the same over time, in place of `rate_bit_s`; starts at 0 s.
+        rate_trace: delivery opportunities in place of either.
+        overhead_byte: bytes that each frame takes on the way beside its own.
+        queue_byte: bytes that may wait to be sent (project default: 4096).
+        queue_frame: frames that may wait; any number where absent.
+        drop: which frame goes when either is exceeded.
+        lifetime_s: a frame that brings no lifetime of its own is dropped if it has waited for
+            longer when its turn comes.
+        loss: probability that a frame is lost on the way, or a model with a memory.
+        bit_error_rate: probability that a bit is wrong on arrival, each on its own.
+        bit_errors: what such an error does.
+        corrupt: probability that one bit of a frame is flipped.
+        jitter: delay on top of the propagation.
+        reorder: frames held back, so that later ones overtake them.
+        duplicate: probability that a frame arrives twice.
+
+    Raises:
+        ValueError: if two ways of saying the same are given, or a table is out of order.
+    """
+
+    delay_s: NonNegative | None = None
+    delay_table: tuple[DelayPoint, ...] = ()
+    rate_bit_s: Count | None = None
+    rate_table: tuple[RateStep, ...] = ()
+    rate_trace: Trace | None = None
+    overhead_byte: Annotated[int, Meta(ge=0)] = 0
+    queue_byte: Count = 4096
+    queue_frame: Count | None = None
+    drop: DropPolicy = DropPolicy.NEWEST
+    lifetime_s: Positive | None = None
+    loss: LossModel = 0.0
+    bit_error_rate: Fraction = 0.0
+    bit_errors: BitErrorEffect = BitErrorEffect.LOSE
+    corrupt: Fraction = 0.0
+    jitter: Jitter | None = None
+    reorder: Reorder | None = None
+    duplicate: Fraction = 0.0
+
+    def __post_init__(self) -> None:
+        _expect_one(self, "delay_s", "delay_table")
+        _expect_one(self, "rate_bit_s", "rate_table", "rate_trace")
+        for name in ("delay_table", "rate_table"):
+            times = [point.t_s for point in getattr(self, name)]
+            if any(later <= earlier for earlier, later in pairwise(times)):
+                raise ValueError(f"{name}: expected times that grow, found {times}")
+        if self.rate_table and self.rate_table[0].t_s > 0:
+            raise ValueError(f"rate_table: expected t_s = 0 first, found {self.rate_table[0].t_s}")
+
+    @property
+    def least_delay_ns(self) -> int:
+        """The shortest propagation delay at any time."""
+        return to_ns(min(self._delays_s))
+
+    @property
+    def greatest_delay_ns(self) -> int:
+        """The longest propagation delay at any time, without jitter."""
+        return to_ns(max(self._delays_s))
+
+    @property
+    def _delays_s(self) -> list[float]:
+        return [point.delay_s for point in self.delay_table] or [self.delay_s or 0.0]
+
+
+def _expect_one(section: Section, *names: str) -> None:
+    given = [name for name in names if getattr(section, name) not in (None, ())]
+    if len(given) > 1:
+        raise ValueError(f"expected one of {', '.join(names)}, found {' and '.join(given)}")
+
+
+class Affected(StrEnum):
+    """The directions that an outage takes away."""
+
+    UP = "up"
+    DOWN = "down"
+    BOTH = "both"
+
+    def includes(self, direction: Direction) -> bool:
+        """Whether `direction` is affected."""
+        return self is Affected.BOTH or self.value == direction.value
+
+
+class Blackout(Section, frozen=True):
+    """An outage from `start_s` up to, not including, `end_s` of simulated time.
+
+    Raises:
+        ValueError: if it ends before it starts.
+    """
+
+    start_s: NonNegative
+    end_s: NonNegative
+    direction: Affected = Affected.BOTH
+    reason: OutageReason = OutageReason.BLACKOUT
+
+    def __post_init__(self) -> None:
+        if self.end_s <= self.start_s:
+            raise ValueError(
+                f"expected a blackout that ends after it starts, "
+                f"found start_s = {self.start_s:g} and end_s = {self.end_s:g}"
+            )
+
+    @property
+    def span_ns(self) -> tuple[int, int]:
+        """Start and end in nanoseconds."""
+        return to_ns(self.start_s), to_ns(self.end_s)
+
+
+class Passes(Section, frozen=True):
+    """Periodic passes: the link is there for `length_s` in every `period_s`, and out otherwise.
+
+    Attributes:
+        first_s: when the first one begins.
+        length_s, period_s: how long each is, and from start to start.
+        direction: what is out between them.
+
+    Raises:
+        ValueError: if a pass is not shorter than the period.
+    """
+
+    length_s: Positive
+    period_s: Positive
+    first_s: NonNegative = 0.0
+    direction: Affected = Affected.BOTH
+
+    def __post_init__(self) -> None:
+        if self.length_s >= self.period_s:
+            raise ValueError(
+                f"expected passes shorter than their period, found length_s = {self.length_s:g} "
+                f"and period_s = {self.period_s:g}"
+            )
+
+
+class ContactPlan(Section, frozen=True):
+    """A contact plan of ION or HDTN, and which of its nodes the two ends are.
+
+    Attributes:
+        file: the plan: `.json` for HDTN, anything else for ION.
+        ground, rover: node numbers. Contacts give rate and outages, ranges give the delay.
+    """
+
+    file: str
+    ground: int
+    rover: int
+
+
+class Ephemeris(Section, frozen=True):
+    """Where the other end is: gives both delays, and the outages about solar conjunction.
+
+    Attributes:
+        body: `moon`, `mars` or another planet, as astropy names it.
+        epoch: the date at simulated time 0, in UTC, such as `2021-02-18T00:00:00Z`.
+        conjunction_deg: no uplink while the angle between Sun and body, seen from Earth, is
+            below this; 0 for never. 2.2 gives the command moratoria of NASA's Mars missions.
+        conjunction_loss: loss of the downlink in that time, in place of a smaller one.
+    """
+
+    body: str
+    epoch: str
+    conjunction_deg: NonNegative = 0.0
+    conjunction_loss: Fraction = 0.5
+
+
+class LinkChange(Section, frozen=True):
+    """From `at_s` on, `direction` is as the keys given here say, in place of its own.
+
+    A delay does not change in this way: a `delay_table` tells the ends beforehand.
+    """
+
+    at_s: NonNegative
+    direction: Affected = Affected.BOTH
+    rate_bit_s: Count | None = None
+    loss: LossModel | None = None
+    bit_error_rate: Fraction | None = None
+    corrupt: Fraction | None = None
+    jitter: Jitter | None = None
+    reorder: Reorder | None = None
+    duplicate: Fraction | None = None
+
+    def applied_to(self, one_way: OneWay) -> OneWay:
+        """`one_way` with the keys of this change."""
+        keys = ("rate_bit_s", "loss", "bit_error_rate", "corrupt", "jitter", "reorder", "duplicate")
+        given = {key: value for key in keys if (value := getattr(self, key)) is not None}
+        if "rate_bit_s" in given:
+            given |= {"rate_table": (), "rate_trace": None}
+        return msgspec.structs.replace(one_way, **given)
+
+
+class LinkConfig(Section, frozen=True):
+    """The `[link]` table: both directions, the outages, and a seed of its own if need be.
+
+    Attributes:
+        up, down: the two directions.
+        preset: name of the profile that says what this table does not; read by the loader.
+        ephemeris: gives the delays, and outages at conjunction.
+        blackouts: scheduled outages, at the rover's end of the path.
+        passes: periodic visibility.
+        contacts: a contact plan.
+        changes: what changes during the run, in order of time.
+        mtu_byte: the longest frame; what is longer is cut (project default: 1024).
+        store_byte: what each end keeps for when the link returns (project default: 256 KiB).
+        seed: seeds the link's random streams in place of the mission's seed.
+    """
+
+    up: OneWay = OneWay()
+    down: OneWay = OneWay()
+    preset: str | None = None
+    ephemeris: Ephemeris | None = None
+    blackouts: tuple[Blackout, ...] = ()
+    passes: Passes | None = None
+    contacts: ContactPlan | None = None
+    changes: tuple[LinkChange, ...] = ()
+    mtu_byte: Annotated[int, Meta(ge=128, le=65_535)] = 1024
+    store_byte: Count = 256 * 1024
+    seed: Annotated[int, Meta(ge=0)] | None = None
+
+    def way(self, direction: Direction) -> OneWay:
+        """One direction."""
+        return self.up if direction is Direction.UP else self.down
+
+    @property
+    def lookahead_ns(self) -> int:
+        """The shortest time that any frame takes: nodes may run this far ahead of each other."""
+        return min(self.up.least_delay_ns, self.down.least_delay_ns)
+
+    @property
+    def round_trip_ns(self) -> int:
+        """The longest propagation both ways, without serialisation and waiting."""
+        return self.up.greatest_delay_ns + self.down.greatest_delay_ns

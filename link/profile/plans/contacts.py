@@ -1,0 +1,227 @@
+"""Contact plans: when one node can send to another, how fast, and how far it is.
+
+`farside.link.profile.plans.ion` and `farside.link.profile.plans.hdtn` read them. All times of a
+plan are those of sending.
+"""
+
+from bisect import bisect_left, bisect_right
+from collections.abc import Iterable, Iterator
+from itertools import chain
+from typing import Generic, NamedTuple, TypeVar
+
+from farside.link.profile.config import Affected, Blackout, DelayPoint, RateStep
+from farside.topics import OutageReason
+
+_STEP_S = 1e-6  # delay tables are linear between their points, so a step in one takes this long
+_PAIRS_SHOWN = 20
+
+
+class ContactPlanError(ValueError):
+    """No plan, or none for these nodes, can be made of the text. Says where, and what is wrong."""
+
+
+class Contact(NamedTuple):
+    """`source` can send to `dest` from `begin_s` up to, not including, `end_s`."""
+
+    begin_s: float
+    end_s: float
+    source: int
+    dest: int
+    rate_bit_s: int
+
+
+class Range(NamedTuple):
+    """What `source` sends to `dest` from `begin_s` up to `end_s` is under way for `owlt_s`."""
+
+    begin_s: float
+    end_s: float
+    source: int
+    dest: int
+    owlt_s: float
+
+
+class Plan(NamedTuple):
+    """Contacts and ranges in order of time; ranges hold for one direction each."""
+
+    contacts: tuple[Contact, ...]
+    ranges: tuple[Range, ...]
+
+
+_Entry = TypeVar("_Entry", Contact, Range)
+
+
+class Book(Generic[_Entry]):
+    """Contacts or ranges of all pairs of nodes; those of one pair do not overlap."""
+
+    def __init__(self) -> None:
+        self._by_pair: dict[tuple[int, int], list[_Entry]] = {}
+
+    def __iter__(self) -> Iterator[_Entry]:
+        return chain.from_iterable(self._by_pair.values())
+
+    def overlapping(self, new: _Entry) -> _Entry | None:
+        """An entry of the pair of `new` that has time in common with it."""
+        entries = self._by_pair.get((new.source, new.dest), [])
+        at = bisect_left(entries, new)
+        near = entries[max(0, at - 1) : at + 1]
+        return next((e for e in near if e.begin_s < new.end_s and new.begin_s < e.end_s), None)
+
+    def add(self, new: _Entry) -> None:
+        """Enter `new`, unless it overlaps another."""
+        if other := self.overlapping(new):
+            kind = type(new).__name__.lower()
+            raise ContactPlanError(
+                f"expected no {kind} from {new.source} to {new.dest} that overlaps another, "
+                f"found {_span(new)} beside {_span(other)}"
+            )
+        entries = self._by_pair.setdefault((new.source, new.dest), [])
+        entries.insert(bisect_left(entries, new), new)
+
+    def take(self, source: int, dest: int, begin_s: float | None) -> list[_Entry]:
+        """Take out what begins at `begin_s`, or all entries of the pair."""
+        entries = self._by_pair.get((source, dest), [])
+        taken = [entry for entry in entries if begin_s in {None, entry.begin_s}]
+        if not taken:
+            when = "" if begin_s is None else f" that starts at {begin_s:.12g} s"
+            raise ContactPlanError(f"expected one from {source} to {dest}{when}, found none so far")
+        self._by_pair[source, dest] = [entry for entry in entries if entry not in taken]
+        return taken
+
+
+def _span(entry: Contact | Range) -> str:
+    return f"{entry.begin_s:.12g} s to {entry.end_s:.12g} s"
+
+
+def plan_of(contacts: Iterable[Contact], ranges: Iterable[Range], name: str) -> Plan:
+    """The plan in the file `name`.
+
+    Raises:
+        ContactPlanError: if it has no contacts.
+    """
+    plan = Plan(tuple(sorted(contacts)), tuple(sorted(ranges)))
+    if not plan.contacts:
+        raise ContactPlanError(f"{name}: expected a contact at least, found none")
+    return plan
+
+
+class WayTables(NamedTuple):
+    """The delay and the rate of one direction, as `farside.link.profile.config.OneWay` has them."""
+
+    delay_table: tuple[DelayPoint, ...]
+    rate_table: tuple[RateStep, ...]
+
+
+class LinkTables(NamedTuple):
+    """What a plan says of the link between two of its nodes.
+
+    Attributes:
+        up, down: the two directions.
+        blackouts: the times without contact, at the rover's end.
+    """
+
+    up: WayTables
+    down: WayTables
+    blackouts: tuple[Blackout, ...]
+
+
+def link_tables(plan: Plan, ground: int, rover: int, duration_s: float) -> LinkTables:
+    """The link between the nodes `ground` and `rover` from time 0 to `duration_s`.
+
+    Between ranges the light time is the last known, before the first one it is that of the first.
+    Between contacts the rate is that of the last one: what is sent then is lost anyway. The times
+    of contacts are those of sending, and outages are at the rover's end, so those of the uplink
+    begin and end a light time after the contacts.
+
+    Raises:
+        ContactPlanError: if the plan has no contacts between the two, one way or the other, or no
+            range for them.
+    """
+    up, down = _contacts(plan, ground, rover), _contacts(plan, rover, ground)
+    up_owlt, down_owlt = _LightTime(plan, up[0]), _LightTime(plan, down[0])
+    arrivals = sorted(
+        (one.begin_s + up_owlt.from_s(one.begin_s), one.end_s + up_owlt.until_s(one.end_s))
+        for one in up
+    )
+    departures = ((one.begin_s, one.end_s) for one in down)
+    return LinkTables(
+        WayTables(up_owlt.table(duration_s), _rate_table(up, duration_s)),
+        WayTables(down_owlt.table(duration_s), _rate_table(down, duration_s)),
+        tuple(
+            Blackout(start_s=start_s, end_s=end_s, direction=way, reason=OutageReason.CONTACT)
+            for way, spans in ((Affected.UP, arrivals), (Affected.DOWN, departures))
+            for start_s, end_s in gaps(spans, duration_s)
+        ),
+    )
+
+
+def gaps(spans: Iterable[tuple[float, float]], duration_s: float) -> Iterator[tuple[float, float]]:
+    """The times from 0 to `duration_s` that are in none of `spans`, which come in order."""
+    closed_s = 0.0
+    for begin_s, end_s in spans:
+        if begin_s >= duration_s:
+            break
+        if begin_s > closed_s:
+            yield closed_s, begin_s
+        closed_s = max(closed_s, end_s)
+    if closed_s < duration_s:
+        yield closed_s, duration_s
+
+
+def _contacts(plan: Plan, source: int, dest: int) -> list[Contact]:
+    found = [one for one in plan.contacts if (one.source, one.dest) == (source, dest)]
+    if not found:
+        pairs = sorted({(one.source, one.dest) for one in plan.contacts})
+        names = [f"{one} to {other}" for one, other in pairs[:_PAIRS_SHOWN]]
+        if len(pairs) > _PAIRS_SHOWN:
+            names.append(f"{len(pairs) - _PAIRS_SHOWN} more")
+        raise ContactPlanError(
+            f"expected contacts from {source} to {dest}, without a relay between them, "
+            f"found those from {', '.join(names)}"
+        )
+    return found
+
+
+class _LightTime:
+    """The light time over time for what one node sends to another: steps, from ranges."""
+
+    def __init__(self, plan: Plan, contact: Contact) -> None:
+        pair = contact.source, contact.dest
+        ranges: list[Range] = [one for one in plan.ranges if (one.source, one.dest) == pair]
+        if not ranges:
+            raise ContactPlanError(
+                f"expected a range for the contact from {contact.source} to {contact.dest} "
+                f"at {contact.begin_s:.12g} s, found none for these nodes"
+            )
+        self._begins_s = [one.begin_s for one in ranges]
+        self._owlts_s = [one.owlt_s for one in ranges]
+
+    def from_s(self, time_s: float) -> float:
+        """The light time from `time_s` on."""
+        return self._owlts_s[max(0, bisect_right(self._begins_s, time_s) - 1)]
+
+    def until_s(self, time_s: float) -> float:
+        """The light time up to `time_s`."""
+        return self._owlts_s[max(0, bisect_left(self._begins_s, time_s) - 1)]
+
+    def table(self, duration_s: float) -> tuple[DelayPoint, ...]:
+        """The same as a table that a run of `duration_s` needs."""
+        points = [DelayPoint(t_s=0.0, delay_s=self.from_s(0.0))]
+        for begin_s, owlt_s in zip(self._begins_s, self._owlts_s, strict=True):
+            last = points[-1]
+            if last.t_s < begin_s < duration_s and owlt_s != last.delay_s:
+                if last.t_s < begin_s - _STEP_S:
+                    points.append(DelayPoint(t_s=begin_s - _STEP_S, delay_s=last.delay_s))
+                points.append(DelayPoint(t_s=begin_s, delay_s=owlt_s))
+        return tuple(points)
+
+
+def _rate_table(contacts: Iterable[Contact], duration_s: float) -> tuple[RateStep, ...]:
+    """The rates of contacts in order, each from its begin on, the first one from 0 on."""
+    steps: list[RateStep] = []
+    for one in contacts:
+        step = RateStep(t_s=max(0.0, one.begin_s) if steps else 0.0, rate_bit_s=one.rate_bit_s)
+        if not steps or one.begin_s <= 0:
+            steps = [step]
+        elif one.begin_s < duration_s and step.rate_bit_s != steps[-1].rate_bit_s:
+            steps.append(step)
+    return tuple(steps)

@@ -1,0 +1,368 @@
+"""From what is written of a link to plain tables: presets, files and ephemerides are read here."""
+
+import math
+import tomllib
+from bisect import bisect_right
+from collections.abc import Mapping, Sequence
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from farside.link.profile.config import (
+    Affected,
+    Blackout,
+    ContactPlan,
+    LinkChange,
+    LinkConfig,
+    OneWay,
+)
+from farside.link.profile.impairments import LossModel
+from farside.link.profile.plans.contacts import ContactPlanError, LinkTables, gaps, link_tables
+from farside.link.profile.plans.hdtn import parse_hdtn
+from farside.link.profile.plans.ion import parse_ion
+from farside.link.profile.plans.traces import TraceError, parse_trace
+from farside.link.profile.statistics import loss_statistics
+from farside.topics import OutageReason
+from farside.validation import Problem, did_you_mean, dotted, mismatches, shown
+
+_SCHEMA = msgspec.inspect.type_info(LinkConfig)
+_DELAY_KEYS = ("delay_s", "delay_table")
+_RATE_KEYS = ("rate_bit_s", "rate_table", "rate_trace")
+_GREATEST_PASSES = 100_000
+
+
+class LinkConfigError(ValueError):
+    """No link can be made of what is written. Its text is for people, a line a problem.
+
+    Attributes:
+        problems: what is wrong, by key from the top of the link's table.
+        source: the profile, as it was asked for; empty where the table is part of a mission.
+    """
+
+    def __init__(self, *problems: Problem, source: str = "") -> None:
+        self.problems = problems
+        self.source = source
+        lines = (
+            ": ".join(part for part in (source, dotted(key), text) if part)
+            for key, text in problems
+        )
+        super().__init__("\n".join(lines))
+
+
+def preset_names() -> list[str]:
+    """The profiles that come with Farside."""
+    return sorted(_presets())
+
+
+def load_profile(source: str | Path, duration_s: float) -> LinkConfig:
+    """Read a link of its own: a TOML file like the `[link]` table of a mission, or a preset.
+
+    Args:
+        source: path of the file, or the name of a preset. A file of that name comes first.
+        duration_s: how much of the simulated time the tables have to cover.
+
+    Returns:
+        the link, resolved.
+
+    Raises:
+        LinkConfigError: if the file cannot be read, or is no link. Nothing else is raised.
+    """
+    try:
+        config = _checked(with_preset(_profile_table(source)))
+        return resolve_link(config, folder=Path(source).parent, duration_s=duration_s)
+    except LinkConfigError as error:
+        raise LinkConfigError(*error.problems, source=str(source)) from error
+
+
+def with_preset(table: Mapping[str, Any]) -> dict[str, Any]:
+    """A `[link]` table together with the preset it names, before either is checked.
+
+    What the table says wins, key by key. Where a key says in another way what the preset says too,
+    the preset's is left out: a `delay_s` replaces a `delay_table` or an ephemeris.
+
+    Returns:
+        the table without the key `preset`; as it was if there is none, or none that is a name.
+
+    Raises:
+        LinkConfigError: if there is no such preset.
+    """
+    name = table.get("preset")
+    if not isinstance(name, str):
+        return dict(table)
+    preset = _presets().get(name)
+    if preset is None:
+        raise _refused(("preset",), _no_such_preset(name, "the name of a preset"))
+    own = {key: value for key, value in table.items() if key != "preset"}
+    return merged(_without_replaced(_toml(preset.read_text("utf-8"), ("preset",)), own), own)
+
+
+def merged(preset: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
+    """`preset` with what `own` says in its place, tables key by key, arrays as a whole.
+
+    Tables of different models are not mixed: the model that `own` names stands alone.
+    """
+    result = dict(preset)
+    for key, value in own.items():
+        match preset.get(key), value:
+            case dict(below), dict(table) if _are_of_one_model(below, table):
+                result[key] = merged(below, table)
+            case _:
+                result[key] = value
+    return result
+
+
+def resolve_link(config: LinkConfig, *, folder: Path, duration_s: float) -> LinkConfig:
+    """Put plain tables in the place of all that names a file, a plan, passes or an ephemeris.
+
+    Args:
+        config: the link as it is written, the preset put in by `with_preset`.
+        folder: what paths in it are relative to.
+        duration_s: how much of the simulated time the tables have to cover.
+
+    Returns:
+        a link without `preset`, `ephemeris`, `passes`, `contacts` and `rate_trace.file`, with a
+        delay for each direction. Resolving it again changes nothing.
+
+    Raises:
+        LinkConfigError: if a file is not as expected, or a delay is given twice or not at all.
+    """
+    if config.preset is not None:
+        raise _refused(("preset",), f"expected none left to read, found {shown(config.preset)}")
+    _expect_one_delay(config)
+    link = msgspec.structs.replace(
+        config,
+        up=_with_trace(config.up, "up", folder),
+        down=_with_trace(config.down, "down", folder),
+    )
+    link = _with_contacts(link, folder, duration_s)
+    link = _with_ephemeris(link, duration_s)
+    return _with_passes(link, duration_s)
+
+
+def _profile_table(source: str | Path) -> dict[str, Any]:
+    path, name = Path(source), str(source)
+    if name in _presets() and not path.is_file():
+        return {"preset": name}
+    try:
+        return _toml(_text(path, ()), ())
+    except LinkConfigError as error:
+        if isinstance(error.__cause__, FileNotFoundError):
+            expected = "a profile file or the name of a preset"
+            raise _refused((), _no_such_preset(name, expected)) from error
+        raise
+
+
+def _checked(table: dict[str, Any]) -> LinkConfig:
+    if problems := list(mismatches(table, _SCHEMA)):
+        raise LinkConfigError(*problems)
+    return msgspec.convert(table, LinkConfig)
+
+
+def _presets() -> dict[str, Traversable]:
+    folder = resources.files("farside.link.profile") / "presets"
+    return {
+        file.name.removesuffix(".toml"): file
+        for file in (folder.iterdir() if folder.is_dir() else ())
+        if file.name.endswith(".toml")
+    }
+
+
+def _no_such_preset(name: str, expected: str) -> str:
+    names = preset_names()
+    hint = did_you_mean(Path(name).stem, names)
+    return f"expected {expected} ({', '.join(names)}), found {shown(name)}{hint}"
+
+
+def _refused(key: tuple[str, ...], text: str) -> LinkConfigError:
+    return LinkConfigError(Problem(key, text))
+
+
+def _text(path: Path, key: tuple[str, ...]) -> str:
+    try:
+        return path.read_bytes().decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        found = f"byte 0x{error.object[error.start]:02x} in {path}, line {line}"
+        raise _refused(key, f"expected text in UTF-8, found {found}") from error
+    except (OSError, ValueError) as error:  # a ValueError for a path that can be none
+        why = error.strerror if isinstance(error, OSError) else error
+        raise _refused(key, f"expected a file, found: {shown(str(path))}: {why}") from error
+
+
+def _toml(text: str, key: tuple[str, ...]) -> dict[str, Any]:
+    try:
+        return tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise _refused(key, f"expected TOML, found: {error}") from error
+
+
+def _without_replaced(preset: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
+    """`preset` without the tables and keys that say what `own` says in another way."""
+    own_ways = {way: set(_table(own.get(way))) for way in ("up", "down")}
+    left = dict(preset)
+    if "contacts" in own or any(keys.intersection(_DELAY_KEYS) for keys in own_ways.values()):
+        left.pop("ephemeris", None)
+    gone = {
+        *(_DELAY_KEYS if "ephemeris" in own or "contacts" in own else ()),
+        *(_RATE_KEYS if "contacts" in own else ()),
+    }
+    for way, own_keys in own_ways.items():
+        replaced = set(gone)
+        for keys in (_DELAY_KEYS, _RATE_KEYS):
+            if own_keys.intersection(keys):
+                replaced.update(keys)
+        left[way] = {
+            key: value
+            for key, value in _table(preset.get(way)).items()
+            if key in own_keys or key not in replaced
+        }
+    return left
+
+
+def _are_of_one_model(preset: Mapping[str, Any], own: Mapping[str, Any]) -> bool:
+    return "model" not in own or own["model"] == preset.get("model")
+
+
+def _table(value: object) -> dict[str, Any]:
+    return value if isinstance(value, dict) else {}
+
+
+def _expect_one_delay(config: LinkConfig) -> None:
+    for way, one_way in (("up", config.up), ("down", config.down)):
+        given = [f"{way}.delay_s"] if one_way.delay_s is not None else []
+        given += [f"{way}.delay_table"] if one_way.delay_table else []
+        given += ["ephemeris"] if config.ephemeris else []
+        given += ["contacts"] if config.contacts else []
+        if len(given) != 1:
+            found = " and ".join(given) or "none of them"
+            text = f"expected one of delay_s, delay_table, ephemeris and contacts, found {found}"
+            raise _refused((way,), text)
+
+
+def _with_trace(one_way: OneWay, way: str, folder: Path) -> OneWay:
+    trace, key = one_way.rate_trace, (way, "rate_trace")
+    if trace is None:
+        return one_way
+    if (trace.file is None) == (not trace.times_ms):
+        found = "both" if trace.file else "neither"
+        raise _refused(key, f"expected either file or times_ms, found {found}")
+    if trace.file is None:
+        return one_way
+    path = folder / trace.file
+    try:
+        times_ms = parse_trace(_text(path, (*key, "file")), str(path))
+    except TraceError as error:
+        raise _refused((*key, "file"), str(error)) from error
+    trace = msgspec.structs.replace(trace, file=None, times_ms=times_ms)
+    return msgspec.structs.replace(one_way, rate_trace=trace)
+
+
+def _with_contacts(link: LinkConfig, folder: Path, duration_s: float) -> LinkConfig:
+    contacts = link.contacts
+    if contacts is None:
+        return link
+    for way, one_way in (("up", link.up), ("down", link.down)):
+        if given := [key for key in _RATE_KEYS if getattr(one_way, key)]:
+            text = f"expected the rate from contacts or from {given[0]}, found both"
+            raise _refused((way, given[0]), text)
+    tables = _contact_tables(contacts, folder, duration_s)
+    return msgspec.structs.replace(
+        link,
+        up=msgspec.structs.replace(link.up, **tables.up._asdict()),
+        down=msgspec.structs.replace(link.down, **tables.down._asdict()),
+        blackouts=(*link.blackouts, *tables.blackouts),
+        contacts=None,
+    )
+
+
+def _contact_tables(contacts: ContactPlan, folder: Path, duration_s: float) -> LinkTables:
+    path = folder / contacts.file
+    text = _text(path, ("contacts", "file"))
+    parse = parse_hdtn if path.suffix.lower() == ".json" else parse_ion
+    try:
+        plan = parse(text, str(path))
+    except ContactPlanError as error:
+        raise _refused(("contacts", "file"), str(error)) from error
+    try:
+        return link_tables(plan, contacts.ground, contacts.rover, duration_s)
+    except ContactPlanError as error:
+        raise _refused(("contacts",), f"{path}: {error}") from error
+
+
+def _with_ephemeris(link: LinkConfig, duration_s: float) -> LinkConfig:
+    if link.ephemeris is None:
+        return link
+    from farside.link.profile.light import EphemerisError, conjunctions, delay_tables  # noqa: PLC0415
+
+    try:
+        up, down = delay_tables(link.ephemeris, duration_s)
+        spans = conjunctions(link.ephemeris, duration_s)
+    except EphemerisError as error:
+        raise _refused(("ephemeris",), str(error)) from error
+    conjunction = OutageReason.CONJUNCTION
+    blackouts = (
+        Blackout(start_s=start_s, end_s=end_s, direction=Affected.UP, reason=conjunction)
+        for start_s, end_s in spans
+    )
+    return msgspec.structs.replace(
+        link,
+        up=msgspec.structs.replace(link.up, delay_table=up),
+        down=msgspec.structs.replace(link.down, delay_table=down),
+        blackouts=(*link.blackouts, *blackouts),
+        changes=_with_conjunctions(link, spans, link.ephemeris.conjunction_loss),
+        ephemeris=None,
+    )
+
+
+def _with_conjunctions(
+    link: LinkConfig, spans: Sequence[tuple[float, float]], loss: float
+) -> tuple[LinkChange, ...]:
+    """The changes of a link, and those of its downlink to `loss` and back for each of `spans`.
+
+    A greater loss stays as it is, also one that another change brings in that time.
+    """
+    own = sorted(link.changes, key=_at_s)
+    ours = [c for c in own if c.loss is not None and c.direction is not Affected.UP]
+    losses = [(0.0, link.down.loss), *((c.at_s, c.loss) for c in ours if c.loss is not None)]
+    starts_s = [at_s for at_s, _ in losses]
+    added = []
+    for start_s, end_s in spans:
+        first, after = bisect_right(starts_s, start_s), bisect_right(starts_s, end_s)
+        for at_s, other in [(start_s, losses[first - 1][1]), *losses[first:after]]:
+            added.append(_downlink_loss(at_s, _greater_loss(other, loss)))
+        added.append(_downlink_loss(end_s, losses[after - 1][1]))
+    return tuple(sorted([*own, *added], key=_at_s))
+
+
+def _at_s(change: LinkChange) -> float:
+    return change.at_s
+
+
+def _downlink_loss(at_s: float, loss: LossModel) -> LinkChange:
+    return LinkChange(at_s=at_s, direction=Affected.DOWN, loss=loss)
+
+
+def _greater_loss(one: LossModel, loss: float) -> LossModel:
+    return one if loss_statistics(one).rate >= loss else loss
+
+
+def _with_passes(link: LinkConfig, duration_s: float) -> LinkConfig:
+    passes = link.passes
+    if passes is None:
+        return link
+    count = max(0, math.ceil((duration_s - passes.first_s) / passes.period_s))
+    if count > _GREATEST_PASSES:
+        raise _refused(
+            ("passes", "period_s"),
+            f"expected {_GREATEST_PASSES} passes at most in {duration_s:g} s, found {count}",
+        )
+    begins_s = (passes.first_s + number * passes.period_s for number in range(count))
+    spans = ((begin_s, begin_s + passes.length_s) for begin_s in begins_s)
+    blackouts = (
+        Blackout(start_s=start_s, end_s=end_s, direction=passes.direction, reason=OutageReason.PASS)
+        for start_s, end_s in gaps(spans, duration_s)
+    )
+    return msgspec.structs.replace(link, blackouts=(*link.blackouts, *blackouts), passes=None)

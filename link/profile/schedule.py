@@ -1,0 +1,217 @@
+"""What both ends know of the link beforehand: light times, and when there is a contact."""
+
+from bisect import bisect_right
+from collections.abc import Iterable
+from itertools import accumulate, pairwise
+from typing import NamedTuple
+
+from farside.link.profile.config import AtEnd, LinkConfig, OneWay
+from farside.node import NEVER_NS, NS_PER_S, Direction, to_ns
+from farside.topics import OutageReason
+
+Span = tuple[int, int]
+"""Begin and end, in nanoseconds; the end does not belong to it."""
+
+
+_UNFORESEEN = {OutageReason.BLACKOUT, OutageReason.CONTROL}
+
+
+class Outage(NamedTuple):
+    """A direction is out from `begin_ns` up to, not including, `end_ns`."""
+
+    begin_ns: int
+    end_ns: int
+    reason: OutageReason
+
+
+def outages_of(config: LinkConfig, direction: Direction) -> tuple[Outage, ...]:
+    """The scheduled outages of one direction in order, overlapping ones cut apart.
+
+    Where two overlap, the earlier one gives the reason. Those that touch stay apart if their
+    reasons differ. Passes and contacts must have been resolved to blackouts.
+    """
+    found: list[Outage] = []
+    blackouts = sorted(
+        (*one.span_ns, one.reason) for one in config.blackouts if one.direction.includes(direction)
+    )
+    for begin_ns, end_ns, reason in blackouts:
+        start_ns = max(begin_ns, found[-1].end_ns) if found else begin_ns
+        if start_ns >= end_ns:
+            continue
+        if found and found[-1].end_ns == start_ns and found[-1].reason is reason:
+            found[-1] = Outage(found[-1].begin_ns, end_ns, reason)
+        else:
+            found.append(Outage(start_ns, end_ns, reason))
+    return tuple(found)
+
+
+class Delay:
+    """Propagation delay over time, linear between the points of a table, constant outside."""
+
+    def __init__(self, one_way: OneWay) -> None:
+        points = one_way.delay_table
+        self._times_ns = [to_ns(point.t_s) for point in points]
+        self._delays_ns = [to_ns(point.delay_s) for point in points]
+        self._constant_ns = one_way.least_delay_ns if len(points) < 2 else None
+
+    def at(self, time_ns: int) -> int:
+        """Nanoseconds on the way for what is sent at `time_ns`."""
+        if self._constant_ns is not None:
+            return self._constant_ns
+        times, delays = self._times_ns, self._delays_ns
+        after = bisect_right(times, time_ns)
+        if after in {0, len(times)}:
+            return delays[max(0, after - 1)]
+        begin, end = times[after - 1], times[after]
+        gained = (delays[after] - delays[after - 1]) * (time_ns - begin)
+        return delays[after - 1] + gained // (end - begin)
+
+    def sent_ns(self, arrival_ns: int) -> int:
+        """The first moment of sending that brings a frame there at `arrival_ns` or later."""
+        if self._constant_ns is not None:
+            return arrival_ns - self._constant_ns
+        early, late = arrival_ns - max(self._delays_ns) - 1, arrival_ns
+        while late - early > 1:
+            middle = (early + late) // 2
+            if middle + self.at(middle) < arrival_ns:
+                early = middle
+            else:
+                late = middle
+        return late
+
+
+class _Rate:
+    """Rate over time as steps. A delivery trace counts with its mean."""
+
+    def __init__(self, one_way: OneWay) -> None:
+        self._times_ns = [to_ns(step.t_s) for step in one_way.rate_table] or [0]
+        self._rates: list[float | None] = [step.rate_bit_s for step in one_way.rate_table]
+        trace = one_way.rate_trace
+        if trace is not None and trace.times_ms and trace.times_ms[-1]:
+            self._rates = [len(trace.times_ms) * 1500 * 8 * 1000 / trace.times_ms[-1]]
+            if trace.at_end is AtEnd.END:
+                self._times_ns.append(trace.times_ms[-1] * (NS_PER_S // 1000))
+                self._rates.append(0)
+        if not self._rates:
+            self._rates = [one_way.rate_bit_s]
+        self._overhead_byte = one_way.overhead_byte
+
+    def idle(self) -> list[Span]:
+        """The spans without any rate."""
+        ends = [*self._times_ns[1:], NEVER_NS]
+        spans = zip(self._times_ns, ends, self._rates, strict=True)
+        return [(begin_ns, end_ns) for begin_ns, end_ns, rate in spans if rate == 0]
+
+    def takes_ns(self, time_ns: int, size_byte: int) -> int:
+        """How long a frame takes to leave, at the rate of the moment at which it starts."""
+        rate = self._rates[max(0, bisect_right(self._times_ns, time_ns) - 1)]
+        if not rate:
+            return 0
+        return -int(-(size_byte + self._overhead_byte) * 8 * NS_PER_S // rate)
+
+
+class _Way:
+    """One direction: its light time, its rate, and the spans in which nothing may be sent."""
+
+    def __init__(self, one_way: OneWay, closed: Iterable[Span], delay: Delay) -> None:
+        self.delay = delay
+        self.rate = _Rate(one_way)
+        spans: list[Span] = []
+        for begin_ns, end_ns in sorted([*closed, *self.rate.idle()]):
+            if spans and begin_ns <= spans[-1][1]:
+                spans[-1] = spans[-1][0], max(end_ns, spans[-1][1])
+            else:
+                spans.append((begin_ns, end_ns))
+        self._begins_ns = [begin_ns for begin_ns, _ in spans]
+        self._ends_ns = [end_ns for _, end_ns in spans]
+        gaps = (after - before for (_, before), (after, _) in pairwise(spans))
+        self._open_before_ns = list(accumulate(gaps, initial=0))
+
+    def opens_ns(self, time_ns: int) -> int:
+        last = bisect_right(self._begins_ns, time_ns) - 1
+        return max(time_ns, self._ends_ns[last]) if last >= 0 else time_ns
+
+    def closes_ns(self, time_ns: int) -> int:
+        after = bisect_right(self._begins_ns, self.opens_ns(time_ns))
+        return self._begins_ns[after] if after < len(self._begins_ns) else NEVER_NS
+
+    def open_ns_until(self, time_ns: int) -> int:
+        """Open time since the first closing; negative before that."""
+        if not self._begins_ns:
+            return time_ns
+        last = bisect_right(self._begins_ns, time_ns) - 1
+        if last < 0:
+            return time_ns - self._begins_ns[0]
+        return self._open_before_ns[last] + max(0, time_ns - self._ends_ns[last])
+
+    def after_open_ns(self, open_ns: int) -> int:
+        """The inverse of `open_ns_until`: the first moment with so much open time behind it."""
+        if not self._begins_ns:
+            return open_ns
+        last = bisect_right(self._open_before_ns, open_ns - 1) - 1
+        if last < 0:
+            return self._begins_ns[0] + open_ns
+        return min(NEVER_NS, self._ends_ns[last] + open_ns - self._open_before_ns[last])
+
+
+class Schedule:
+    """Light times, rates and contacts as both ends know them: all but what comes unforeseen.
+
+    Every question takes logarithmic time. All moments are those of sending: outages are at the
+    rover's end, so that nothing may be sent up which would arrive there during one.
+
+    Args:
+        config: the resolved link.
+    """
+
+    def __init__(self, config: LinkConfig) -> None:
+        self._ways: dict[Direction, _Way] = {}
+        for direction in Direction:
+            delay = Delay(config.way(direction))
+            # Not `outages_of`, in which a blackout hides what it overlaps.
+            closed = [
+                one.span_ns
+                for one in config.blackouts
+                if one.reason not in _UNFORESEEN and one.direction.includes(direction)
+            ]
+            if direction is Direction.UP:
+                closed = [(delay.sent_ns(begin), delay.sent_ns(end)) for begin, end in closed]
+            self._ways[direction] = _Way(config.way(direction), closed, delay)
+
+    def delay_ns(self, direction: Direction, time_ns: int) -> int:
+        """Light time of what is sent at `time_ns`."""
+        return self._ways[direction].delay.at(time_ns)
+
+    def opens_ns(self, direction: Direction, time_ns: int) -> int:
+        """The first moment from `time_ns` on at which `direction` is open."""
+        return self._ways[direction].opens_ns(time_ns)
+
+    def closes_ns(self, direction: Direction, time_ns: int) -> int:
+        """The end of the contact at `time_ns`, or of the next one if there is none then."""
+        return self._ways[direction].closes_ns(time_ns)
+
+    def open_ns_between(self, direction: Direction, begin_ns: int, end_ns: int) -> int:
+        """How much of the time between two moments `direction` is open for sending."""
+        way = self._ways[direction]
+        return way.open_ns_until(end_ns) - way.open_ns_until(begin_ns)
+
+    def after_open_ns(self, direction: Direction, time_ns: int, open_ns: int) -> int:
+        """The moment at which `direction` has been open for `open_ns` since `time_ns`."""
+        way = self._ways[direction]
+        return max(time_ns, way.after_open_ns(way.open_ns_until(time_ns) + open_ns))
+
+    def sends_ns(self, direction: Direction, time_ns: int, size_byte: int) -> Span:
+        """When a frame that is ready at `time_ns` would leave: its first and its last bit.
+
+        It waits until it can leave whole within a contact, without another frame before it. Both
+        are `NEVER_NS` or later if no contact is long enough.
+        """
+        way = self._ways[direction]
+        begin_ns = way.opens_ns(time_ns)
+        while begin_ns < NEVER_NS:
+            end_ns = begin_ns + way.rate.takes_ns(begin_ns, size_byte)
+            closes_ns = way.closes_ns(begin_ns)
+            if end_ns < closes_ns:
+                return begin_ns, end_ns
+            begin_ns = way.opens_ns(closes_ns)
+        return begin_ns, begin_ns

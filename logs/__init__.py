@@ -1,0 +1,35 @@
+"""A run's log: writing it, reading it, asking it and playing it back.
+
+From the bottom up: `recorder` and `schemas` write the file, `reader` reads it, `view` answers
+questions about a run, and `story`, `picture`, `screen` and `replay` show one.
+"""
+
+from farside.logs.picture import LinkPicture, Picture
+from farside.logs.reading import Attachment, LogEntry, LogFile, decode
+from farside.logs.recording import Digest, LogError, Recorder, digest_of
+from farside.logs.replay import play
+from farside.logs.screen import screen
+from farside.logs.story import Line, clock
+from farside.logs.views import GoalStory, LinkCounters, ModeSpan, Outage, RunView
+
+__all__ = [
+    "Attachment",
+    "Digest",
+    "GoalStory",
+    "Line",
+    "LinkCounters",
+    "LinkPicture",
+    "LogEntry",
+    "LogError",
+    "LogFile",
+    "ModeSpan",
+    "Outage",
+    "Picture",
+    "Recorder",
+    "RunView",
+    "clock",
+    "decode",
+    "digest_of",
+    "play",
+    "screen",
+]

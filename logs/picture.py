@@ -1,0 +1,178 @@
+"""The state of a run as one looks on: fed entry by entry, shown by `screen`."""
+
+from collections import deque
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+import msgspec
+
+from farside.logs.story import Line, tell
+from farside.messages import Failsafe, Mode, Proposal, Telemetry, Tokens
+from farside.node import Direction
+from farside.places import Chart
+from farside.topics import (
+    ActionEnded,
+    ActionStarted,
+    Cycle,
+    FailsafeEntry,
+    Fate,
+    FrameFate,
+    GoalChange,
+    GoalEntry,
+    LinkOutage,
+    ModeEntry,
+    Pose,
+    Silence,
+    Yard,
+)
+
+_LINES_KEPT = 100
+
+
+@dataclass
+class LinkPicture:
+    """One direction of the link: whether it is down now, and how many frames fared how so far."""
+
+    down: bool = False
+    delivered: int = 0
+    lost: int = 0
+
+
+@dataclass
+class Picture:
+    """What an onlooker who sees everything knows of a run; `None` where nothing is known yet.
+
+    Attributes:
+        chart: the yard.
+        pose: where the rover really is.
+        visited: the Tokens of the places where it has been.
+        mode, failsafe: as the rover has them.
+        action: what the rover is doing, `None` when it is standing.
+        goals: the Goal List: each Sign with its priority, top-goal first.
+        cycle: the DEM's last cycle.
+        proposal: the DEM's last proposal, as long as its goal stands.
+        telemetry: the last that the ground heard.
+        silent: whether the ground takes the rover to be silent.
+        link: both directions.
+        lines: the last events, the newest at the end.
+    """
+
+    chart: Chart | None = None
+    pose: Pose | None = None
+    visited: set[str] = field(default_factory=set)
+    mode: Mode | None = None
+    failsafe: Failsafe | None = None
+    action: ActionStarted | None = None
+    goals: dict[Tokens, float] = field(default_factory=dict)
+    cycle: Cycle | None = None
+    proposal: Proposal | None = None
+    telemetry: Telemetry | None = None
+    silent: bool = False
+    link: dict[Direction, LinkPicture] = field(
+        default_factory=lambda: {direction: LinkPicture() for direction in Direction}
+    )
+    lines: deque[Line] = field(default_factory=lambda: deque(maxlen=_LINES_KEPT))
+
+    def apply(self, t_ns: int, entry: msgspec.Struct) -> Line | None:
+        """Take in the next entry, logged at `t_ns`; gives its line in the story, if it has one."""
+        line = None if self._is_old_news(entry) else tell(t_ns, entry)
+        if line is not None:
+            self.lines.append(line)
+        if (change := _CHANGES.get(type(entry))) is not None:
+            change(self, entry)
+        return line
+
+    def _is_old_news(self, entry: msgspec.Struct) -> bool:
+        """A goal whose priority alone changes is set again, and the battery's does all the time."""
+        return (
+            isinstance(entry, GoalEntry)
+            and entry.change is GoalChange.SET
+            and entry.tokens in self.goals
+        )
+
+
+# --- what each entry changes; all others change nothing ---------------------------------------
+
+
+def _yard(picture: Picture, entry: Yard) -> None:
+    picture.chart = Chart(entry.rows, entry.cell_m)
+
+
+def _pose(picture: Picture, entry: Pose) -> None:
+    picture.pose = entry
+    picture.visited.add(entry.place)
+
+
+def _mode_entry(picture: Picture, entry: ModeEntry) -> None:
+    picture.mode = entry.mode
+
+
+def _failsafe_entry(picture: Picture, entry: FailsafeEntry) -> None:
+    picture.failsafe = entry.state
+
+
+def _action_started(picture: Picture, entry: ActionStarted) -> None:
+    picture.action = entry
+
+
+def _action_ended(picture: Picture, _entry: ActionEnded) -> None:
+    picture.action = None
+
+
+def _goal_entry(picture: Picture, entry: GoalEntry) -> None:
+    if entry.change is GoalChange.SET:
+        goals = {**picture.goals, entry.tokens: entry.priority}
+        picture.goals = dict(sorted(goals.items(), key=lambda goal: -goal[1]))
+        return
+    picture.goals.pop(entry.tokens, None)
+    if picture.proposal is not None and picture.proposal.goal == entry.tokens:
+        picture.proposal = None
+
+
+def _cycle(picture: Picture, entry: Cycle) -> None:
+    picture.cycle = entry
+
+
+def _proposal(picture: Picture, entry: Proposal) -> None:
+    picture.proposal = entry
+
+
+def _telemetry(picture: Picture, entry: Telemetry) -> None:
+    if picture.telemetry is None or entry.time_ns >= picture.telemetry.time_ns:
+        picture.telemetry = entry
+
+
+def _silence(picture: Picture, entry: Silence) -> None:
+    picture.silent = entry.silent
+
+
+def _frame_fate(picture: Picture, entry: FrameFate) -> None:
+    side = picture.link[entry.direction]
+    if entry.copy:
+        return
+    if entry.fate is Fate.DELIVERED:
+        side.delivered += 1
+    else:
+        side.lost += 1
+
+
+def _link_outage(picture: Picture, entry: LinkOutage) -> None:
+    picture.link[entry.direction].down = entry.down
+
+
+_CHANGES: dict[type[msgspec.Struct], Callable[[Picture, Any], None]] = {
+    Yard: _yard,
+    Pose: _pose,
+    ModeEntry: _mode_entry,
+    FailsafeEntry: _failsafe_entry,
+    ActionStarted: _action_started,
+    ActionEnded: _action_ended,
+    GoalEntry: _goal_entry,
+    Cycle: _cycle,
+    Proposal: _proposal,
+    Telemetry: _telemetry,
+    Silence: _silence,
+    FrameFate: _frame_fate,
+    LinkOutage: _link_outage,
+}

@@ -1,0 +1,152 @@
+"""Writing a run's log: one MCAP file, safe on disk up to the last window."""
+
+import hashlib
+import struct
+from collections.abc import Iterable
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from mcap.well_known import MessageEncoding, SchemaEncoding
+from mcap.writer import Writer
+
+from farside.logs.schemas import topic_schema
+from farside.node import Record
+from farside.topics import TOPICS
+
+LIBRARY = "farside"
+"""First word of the library field in the header of every log of Farside's."""
+
+try:
+    _VERSION = version("farside")
+except PackageNotFoundError:  # run from a source tree that nobody installed
+    _VERSION = "0+source"
+
+_DIGEST_HEAD = struct.Struct("<HqI")
+
+
+class LogError(Exception):
+    """A log cannot be written or read; the message tells people which, and why."""
+
+
+class Digest:
+    """SHA-256 over topic, log time and payload of every message in order.
+
+    A message enters as a head of 14 bytes, little-endian: length of the topic (2 bytes,
+    unsigned), log time in nanoseconds (8, signed), length of the payload (4, unsigned); then
+    the topic in UTF-8, then the payload. Two runs have one digest only if they logged the same.
+    """
+
+    def __init__(self) -> None:
+        self._hash = hashlib.sha256()
+
+    def add(self, record: Record) -> None:
+        """Take in the next message."""
+        topic, payload = record.topic.encode(), record.payload
+        head = _DIGEST_HEAD.pack(len(topic), record.log_time_ns, len(payload))
+        self._hash.update(head + topic + payload)
+
+    @property
+    def hex(self) -> str:
+        """The digest of all messages so far, as 64 hexadecimal digits."""
+        return self._hash.hexdigest()
+
+
+def digest_of(records: Iterable[Record]) -> str:
+    """The digest of a run's records, in order: the same as that of its log."""
+    digest = Digest()
+    for record in records:
+        digest.add(record)
+    return digest.hex
+
+
+class Recorder:
+    """Writes a new log. A context manager that closes the log on leaving, also on an error.
+
+    Every log has a channel for each of `TOPICS`, used or not, so that logs look alike to a
+    viewer. Attachments carry no time of their own: nothing in a log depends on the wall clock.
+
+    Args:
+        path: the file to create, in a folder that is there.
+
+    Attributes:
+        path: the file.
+
+    Raises:
+        LogError: if `path` exists (a log is never overwritten) or cannot be created.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        try:
+            self._file = path.open("xb")
+        except FileExistsError:
+            message = f"{path} is there already, and a log is never overwritten: name another file"
+            raise LogError(message) from None
+        except OSError as error:
+            raise LogError(f"the log {path} cannot be written: {error.strerror}") from error
+        self._digest = Digest()
+        self._writer = Writer(self._file)
+        self._writer.start(library=f"{LIBRARY} {_VERSION}")
+        self._channels = {topic: self._register(topic) for topic in TOPICS}
+        self._writer.flush()
+
+    def _register(self, topic: str) -> int:
+        kind = TOPICS[topic]
+        schema = self._writer.register_schema(
+            f"farside.{kind.__name__}", SchemaEncoding.JSONSchema, topic_schema(kind)
+        )
+        return self._writer.register_channel(topic, MessageEncoding.JSON, schema)
+
+    @property
+    def digest(self) -> str:
+        """The `Digest` of everything written so far."""
+        return self._digest.hex
+
+    def attach(self, name: str, media_type: str, data: bytes) -> None:
+        """Put a whole file into the log, such as the mission."""
+        self._writer.add_attachment(0, 0, name, media_type, data)
+
+    def metadata(self, name: str, data: dict[str, str]) -> None:
+        """Put a group of keys and values into the log, such as the seed or the result."""
+        self._writer.add_metadata(name, data)
+
+    def write(self, records: Iterable[Record]) -> None:
+        """Add records, which must come in the order of the log.
+
+        Raises:
+            KeyError: if a record's topic is not one of `TOPICS`.
+        """
+        for record in records:
+            self._writer.add_message(
+                self._channels[record.topic],
+                record.log_time_ns,
+                record.payload,
+                record.publish_time_ns,
+            )
+            self._digest.add(record)
+
+    def flush(self) -> None:
+        """End the chunk and hand all to the operating system: it now survives this process.
+
+        Call it at the end of every window. It costs little where nothing was written.
+        """
+        self._writer.flush()
+
+    def close(self) -> None:
+        """Write the index and the end mark that tell a finished log. Closing again is harmless."""
+        if not self._file.closed:
+            self._writer.finish()
+            self._file.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        traceback: TracebackType | None,
+    ) -> None:
+        self.close()

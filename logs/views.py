@@ -1,0 +1,336 @@
+"""Asking a finished run: who drove when, what was reached, what became of every frame."""
+
+from bisect import bisect_right
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator, Sequence
+from functools import cached_property
+from operator import attrgetter
+from pathlib import Path
+from statistics import fmean
+from typing import NamedTuple, Self, TypeVar, cast
+
+import msgspec
+
+from farside.logs.reading import LogFile, decode
+from farside.messages import Failsafe, Mode, Tokens
+from farside.node import Direction, Record, to_ns, to_s
+from farside.places import Chart
+from farside.topics import (
+    TOPICS,
+    CommandSent,
+    CommandTaken,
+    Cycle,
+    FailsafeEntry,
+    Fate,
+    FrameEvent,
+    FrameFate,
+    FrameStage,
+    GoalChange,
+    GoalEntry,
+    GoalSource,
+    GroundFrame,
+    LinkOutage,
+    ModeEntry,
+    Pose,
+    RoverFrame,
+    Yard,
+)
+
+T = TypeVar("T", bound=msgspec.Struct)
+
+_TOPIC_OF = {kind: topic for topic, kind in TOPICS.items()}
+_log_time_ns = attrgetter("log_time_ns")
+
+
+class ModeSpan(NamedTuple):
+    """From `t_s` until the next span, the rover was in `mode`."""
+
+    t_s: float
+    mode: Mode
+    why: str
+
+
+class Outage(NamedTuple):
+    """One direction was down from `start_s` until `end_s`, or until the run ended."""
+
+    direction: Direction
+    start_s: float
+    end_s: float
+
+
+class GoalStory(NamedTuple):
+    """What became of a goal, from being set to leaving the Goal List.
+
+    Attributes:
+        tokens: its Sign.
+        source: whose goal it was.
+        set_s: when it came on the Goal List.
+        reached_s: when it was reached, `None` if it was not, or if the rover only believed so.
+        withdrawn_s: when it was withdrawn, `None` if it was not.
+    """
+
+    tokens: Tokens
+    source: GoalSource
+    set_s: float
+    reached_s: float | None = None
+    withdrawn_s: float | None = None
+
+
+class LinkCounters(msgspec.Struct, frozen=True):
+    """The frames of one direction whose fate came about in the run.
+
+    Attributes:
+        sent: how many the sender handed over; the sum of the next six.
+        delivered, lost, outage, queue_full, expired, bit_error: how many of them met each `Fate`.
+        duplicated: how many arrived a second time.
+        damaged: how many arrived with bits flipped.
+        refused: how many arrived and were not taken for what the other end sent, or not again.
+        shadowed: how many were lost in terrain shadow, at the rover.
+        bytes: payload of all that were handed over.
+        delay_s: mean time from handing over to arrival, `None` if none arrived.
+    """
+
+    sent: int
+    delivered: int
+    lost: int
+    outage: int
+    queue_full: int
+    expired: int
+    bit_error: int
+    duplicated: int
+    damaged: int
+    refused: int
+    shadowed: int
+    bytes: int
+    delay_s: float | None
+
+
+class RunView:
+    """A run to ask, made from its records as they were logged. Times are in simulated seconds.
+
+    Nothing is decoded before it is asked for.
+
+    Args:
+        records: all records of the run in the order of the log.
+    """
+
+    def __init__(self, records: Iterable[Record]) -> None:
+        self._records: defaultdict[str, list[Record]] = defaultdict(list)
+        self._decoded: dict[str, tuple[tuple[float, msgspec.Struct], ...]] = {}
+        self._end_ns = 0
+        for record in records:
+            self._records[record.topic].append(record)
+            self._end_ns = record.log_time_ns
+
+    @classmethod
+    def of_log(cls, path: Path) -> Self:
+        """The run in a log.
+
+        Raises:
+            LogError: if the log cannot be read.
+        """
+        return cls(LogFile(path).records())
+
+    @property
+    def duration_s(self) -> float:
+        """When the last record was made."""
+        return to_s(self._end_ns)
+
+    def entries(self, kind: type[T]) -> tuple[tuple[float, T], ...]:
+        """All entries of one of the types in `TOPICS`, each with its log time."""
+        topic = _TOPIC_OF[kind]
+        if topic not in self._decoded:
+            self._decoded[topic] = tuple(
+                (to_s(record.log_time_ns), decode(record)) for record in self._records[topic]
+            )
+        return cast("tuple[tuple[float, T], ...]", self._decoded[topic])
+
+    # --- what was so at a time -----------------------------------------------------------------
+
+    def mode_at(self, t_s: float) -> Mode:
+        """The rover's mode.
+
+        Raises:
+            ValueError: if `t_s` is not within the run.
+        """
+        return self._latest(ModeEntry, t_s).mode
+
+    def failsafe_at(self, t_s: float) -> Failsafe:
+        """The state of the rover's failsafe.
+
+        Raises:
+            ValueError: if `t_s` is not within the run.
+        """
+        return self._latest(FailsafeEntry, t_s).state
+
+    def place_at(self, t_s: float) -> str:
+        """The Token of the place where the rover really was.
+
+        Raises:
+            ValueError: if `t_s` is not within the run.
+        """
+        return self._latest(Pose, t_s).place
+
+    def _latest(self, kind: type[T], t_s: float) -> T:
+        if not 0 <= t_s <= self.duration_s:
+            raise ValueError(f"{t_s} s is not within the run, from 0 to {self.duration_s} s")
+        records = self._records[_TOPIC_OF[kind]]
+        known = bisect_right(records, to_ns(t_s), key=_log_time_ns)
+        if not known:
+            raise ValueError(f"the run has no {_TOPIC_OF[kind]} at {t_s} s or before")
+        return cast("T", decode(records[known - 1]))
+
+    # --- the whole story -----------------------------------------------------------------------
+
+    @property
+    def modes(self) -> tuple[ModeSpan, ...]:
+        """Every mode that the rover was in, from the start."""
+        return tuple(ModeSpan(t_s, entry.mode, entry.why) for t_s, entry in self.entries(ModeEntry))
+
+    def reached(self, token: str | Sequence[str]) -> float | None:
+        """When a Sign was first reached as a goal, `None` if it never was.
+
+        It does not count where the rover only believed to be at a place: the truth must agree.
+
+        Args:
+            token: the Sign's Token, or its Tokens in any order.
+
+        Raises:
+            ValueError: if it names a place that the map lacks.
+        """
+        sign = (token,) if isinstance(token, str) else tuple(sorted(token))
+        self._check_places(sign)
+        times = (goal.reached_s for goal in self.goals if goal.tokens == sign)
+        return next((t_s for t_s in times if t_s is not None), None)
+
+    def _check_places(self, sign: Tokens) -> None:
+        yard = self._latest(Yard, 0)
+        places = Chart(yard.rows, yard.cell_m).cells
+        for token in sign:
+            if token.startswith("at:") and token not in places:
+                named = ", ".join(sorted(place for place in places if "," not in place))
+                raise ValueError(f"the map has no place {token}; its named places are {named}")
+
+    @cached_property
+    def goals(self) -> tuple[GoalStory, ...]:
+        """Every goal in the order in which they came on the Goal List, one for each who set it."""
+        stories: list[GoalStory] = []
+        listed: dict[tuple[Tokens, GoalSource], int] = {}
+        for t_s, entry in self.entries(GoalEntry):
+            wanted = entry.tokens, entry.source
+            if wanted not in listed:
+                listed[wanted] = len(stories)
+                stories.append(GoalStory(entry.tokens, entry.source, t_s))
+            if entry.change is GoalChange.SET:
+                continue
+            number = listed.pop(wanted)
+            if entry.change is GoalChange.WITHDRAWN:
+                stories[number] = stories[number]._replace(withdrawn_s=t_s)
+            elif self._truly(entry.tokens, t_s):
+                stories[number] = stories[number]._replace(reached_s=t_s)
+        return tuple(stories)
+
+    def _truly(self, sign: Tokens, t_s: float) -> bool:
+        places = [token for token in sign if token.startswith("at:")]
+        return not places or places == [self.place_at(t_s)]
+
+    @property
+    def commands_sent(self) -> tuple[tuple[float, CommandSent], ...]:
+        """Every time that the ground put a command on the uplink, repeats too."""
+        return self.entries(CommandSent)
+
+    @property
+    def commands_taken(self) -> tuple[tuple[float, CommandTaken], ...]:
+        """Every command that the rover took, obeyed or refused."""
+        return self.entries(CommandTaken)
+
+    @property
+    def dem(self) -> Cycle | None:
+        """The DEM's last cycle, with the sizes of its lists; `None` if it never had one."""
+        records = self._records[_TOPIC_OF[Cycle]]
+        return cast("Cycle", decode(records[-1])) if records else None
+
+    # --- the link ------------------------------------------------------------------------------
+
+    def frames(
+        self,
+        direction: Direction | str | None = None,
+        fate: Fate | str | None = None,
+        delivered_between: tuple[float, float] | None = None,
+    ) -> tuple[FrameFate, ...]:
+        """The frames of which all that is given is so.
+
+        Args:
+            direction: they went this way, `up` or `down`.
+            fate: this became of them, such as `delivered` or `lost`.
+            delivered_between: they arrived at or after the first time and before the second.
+
+        Raises:
+            ValueError: if `delivered_between` ends before it starts, or there is no such direction
+                or fate.
+        """
+        frames = [frame for _, frame in self.entries(FrameFate)]
+        if direction is not None:
+            frames = [frame for frame in frames if frame.direction is Direction(direction)]
+        if fate is not None:
+            frames = [frame for frame in frames if frame.fate is Fate(fate)]
+        if delivered_between is not None:
+            frames = list(_arrived_between(frames, *delivered_between))
+        return tuple(frames)
+
+    def link_counters(self, direction: Direction) -> LinkCounters:
+        """How the frames of one direction fared."""
+        frames = [frame for frame in self.frames(direction) if not frame.copy]
+        fates = Counter(frame.fate for frame in frames)
+        delays_s = [
+            to_s(frame.arrival_ns - frame.queued_ns)
+            for frame in frames
+            if frame.arrival_ns is not None
+        ]
+        return LinkCounters(
+            sent=len(frames),
+            delivered=fates[Fate.DELIVERED],
+            lost=fates[Fate.LOST],
+            outage=fates[Fate.OUTAGE],
+            queue_full=fates[Fate.QUEUE_FULL],
+            expired=fates[Fate.EXPIRED],
+            bit_error=fates[Fate.BIT_ERROR],
+            duplicated=sum(frame.copy for frame in self.frames(direction, Fate.DELIVERED)),
+            damaged=sum(frame.flipped_bits > 0 for frame in frames),
+            refused=self._count(direction, FrameStage.REFUSED),
+            shadowed=self._count(direction, FrameStage.SHADOWED),
+            bytes=sum(frame.size_byte for frame in frames),
+            delay_s=fmean(delays_s) if delays_s else None,
+        )
+
+    def _count(self, direction: Direction, stage: FrameStage) -> int:
+        ends: tuple[type[FrameEvent], ...] = (RoverFrame, GroundFrame)
+        return sum(
+            entry.direction is direction and entry.stage is stage
+            for end in ends
+            for _, entry in self.entries(end)
+        )
+
+    @property
+    def outages(self) -> tuple[Outage, ...]:
+        """Every outage in the order in which they began, uplink first where both did at once."""
+        began: dict[Direction, float] = {}
+        outages = []
+        for t_s, entry in self.entries(LinkOutage):
+            if entry.down:
+                began.setdefault(entry.direction, t_s)
+            elif entry.direction in began:
+                start_s = began.pop(entry.direction)
+                outages.append(Outage(entry.direction, start_s, t_s))
+        outages += [Outage(way, start_s, self.duration_s) for way, start_s in began.items()]
+        return tuple(sorted(outages, key=lambda outage: (outage.start_s, outage.direction != "up")))
+
+
+def _arrived_between(
+    frames: Iterable[FrameFate], start_s: float, end_s: float
+) -> Iterator[FrameFate]:
+    if start_s > end_s:
+        raise ValueError(f"delivered_between ends at {end_s} s, before it starts at {start_s} s")
+    for frame in frames:
+        if frame.arrival_ns is not None and start_s <= to_s(frame.arrival_ns) < end_s:
+            yield frame

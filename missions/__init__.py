@@ -1,0 +1,43 @@
+"""Missions: their files, the conductor that runs them, the processes, and the command line.
+
+The names below are imported when they are first asked for: a child process that plays one role
+and a test session that has Farside installed should not pay for all of it.
+"""
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from farside.missions.loading import MissionError, load_mission
+    from farside.missions.result import Outcome, RunResult
+    from farside.missions.run import FinishedRun, run_mission
+    from farside.missions.schema import MissionFile
+    from farside.missions.testing.rehearsal import Rehearsal
+
+__all__ = [
+    "FinishedRun",
+    "MissionError",
+    "MissionFile",
+    "Outcome",
+    "Rehearsal",
+    "RunResult",
+    "load_mission",
+    "run_mission",
+]
+
+_HOME = {
+    "FinishedRun": "run",
+    "MissionError": "loading",
+    "MissionFile": "schema",
+    "Outcome": "result",
+    "Rehearsal": "testing.rehearsal",
+    "RunResult": "result",
+    "load_mission": "loading",
+    "run_mission": "run",
+}
+
+
+def __getattr__(name: str) -> object:
+    if name not in _HOME:
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)

@@ -1,0 +1,72 @@
+"""Makes the three nodes of a run from its mission file, each with its own random streams."""
+
+from enum import IntEnum, unique
+
+import numpy as np
+from numpy.random import Generator
+
+from farside.ground.node import Ground
+from farside.ground.operators.scripted import ScriptedOperator
+from farside.link.channel.node import Channel
+from farside.link.endpoint.endpoint import LinkTerms
+from farside.missions.schema import MissionFile
+from farside.node import Direction, Node, Role
+from farside.rover.node import Rover, RoverStreams
+
+
+@unique
+class _Purpose(IntEnum):
+    """What a random stream is for. The numbers are part of what a seed means: never reuse one."""
+
+    UPLINK = 0
+    DOWNLINK = 1
+    SOIL = 2
+    SENSORS = 3
+    LEARNING = 4
+
+
+def build_node(role: Role, mission: MissionFile) -> Node:
+    """The node that plays `role` in `mission`, at time 0."""
+    match role:
+        case Role.ROVER:
+            return _rover(mission)
+        case Role.LINK:
+            return _channel(mission)
+        case Role.GROUND:
+            return _ground(mission)
+
+
+def _rover(mission: MissionFile) -> Rover:
+    return Rover(
+        mission.rover,
+        mission.world.chart(),
+        tick_ns=mission.tick_ns,
+        terms=LinkTerms.simulated(mission.link, mission.seed),
+        streams=RoverStreams(
+            soil=_stream(mission.seed, _Purpose.SOIL),
+            sensors=_stream(mission.seed, _Purpose.SENSORS),
+            learning=_stream(mission.seed, _Purpose.LEARNING),
+        ),
+    )
+
+
+def _channel(mission: MissionFile) -> Channel:
+    seed = mission.seed if mission.link.seed is None else mission.link.seed
+    rngs = {
+        Direction.UP: _stream(seed, _Purpose.UPLINK),
+        Direction.DOWN: _stream(seed, _Purpose.DOWNLINK),
+    }
+    return Channel(mission.link, rngs)
+
+
+def _ground(mission: MissionFile) -> Ground:
+    return Ground(
+        mission.ground,
+        ScriptedOperator(mission.ground.script, mission.world.chart()),
+        tick_ns=mission.tick_ns,
+        terms=LinkTerms.simulated(mission.link, mission.seed),
+    )
+
+
+def _stream(seed: int, purpose: _Purpose) -> Generator:
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(purpose,)))

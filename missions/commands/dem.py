@@ -1,0 +1,276 @@
+"""`farside dem`: the Dynamic Expectancy Model without a mission around it."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Annotated, NamedTuple
+
+import msgspec
+import numpy as np
+import typer
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from farside.dem import DynamicExpectancyModel, Goal, Hypothesis, Parameters, PolicyValue, Sign
+from farside.missions.commands.dem_stream import RecordedCycle, StreamError, read_stream
+from farside.missions.figure1.example import GOALS, SEED, Figure1, run_figure1
+
+_DEFAULTS = Parameters()
+_UNSTATED_COST = 1.0
+_ROWS = 30
+
+dem_app = typer.Typer(
+    help="The learning controller by itself.", no_args_is_help=True, rich_markup_mode="rich"
+)
+
+
+class GoalPolicy(msgspec.Struct, frozen=True):
+    """A goal and the policy values towards it, the goal first and the farthest last."""
+
+    goal: Sign
+    values: tuple[PolicyValue, ...]
+
+
+class Learned(msgspec.Struct, frozen=True):
+    """What a stream taught: the object that `farside dem learn --json` prints."""
+
+    signs: tuple[Sign, ...]
+    hypotheses: tuple[Hypothesis, ...]
+    policies: tuple[GoalPolicy, ...]
+
+
+class ActionCost(NamedTuple):
+    """What an action costs."""
+
+    action: str
+    cost: float
+
+
+def _goal(text: str) -> Goal:
+    if not text.split():
+        raise typer.BadParameter("expected Tokens separated by blanks, found none")
+    return Goal(tuple(sorted(set(text.split()))), priority=1.0)
+
+
+def _action_cost(text: str) -> ActionCost:
+    name, _, number = text.rpartition("=")
+    try:
+        cost = float(number)
+    except ValueError:
+        cost = 0.0
+    if not name or not 0.0 < cost < float("inf"):
+        raise typer.BadParameter(f"expected ACTION=COST, the cost above 0, found {text!r}")
+    return ActionCost(name, cost)
+
+
+@dem_app.command()
+def learn(
+    stream: Annotated[
+        str,
+        typer.Argument(
+            metavar="STREAM.jsonl",
+            help='Recorded cycles, {"tokens": ["at:0,0"], "action": "N"} a line: the Tokens '
+            "sensed and the action then performed, null for none. '-' is standard input.",
+        ),
+    ],
+    goals: Annotated[
+        list[Goal] | None,
+        typer.Option(
+            "--goal",
+            parser=_goal,
+            metavar="TOKENS",
+            help="Show the policy towards this Sign: its Tokens, separated by blanks. Repeatable.",
+        ),
+    ] = None,
+    alpha: Annotated[float, typer.Option(help="α, gain of C_m on success.")] = _DEFAULTS.alpha,
+    beta: Annotated[float, typer.Option(help="β, loss of C_m on failure.")] = _DEFAULTS.beta,
+    learning_probability: Annotated[
+        float, typer.Option(help="λ, chance that an opportunity to learn is taken.")
+    ] = _DEFAULTS.learning_probability,
+    initial_cm: Annotated[
+        float, typer.Option(help="C_m of a new hypothesis.")
+    ] = _DEFAULTS.initial_cm,
+    reach: Annotated[
+        int, typer.Option(help="Longest delay of a hypothesis, in cycles.")
+    ] = _DEFAULTS.reach,
+    action_costs: Annotated[
+        list[ActionCost] | None,
+        typer.Option(
+            "--action-cost",
+            parser=_action_cost,
+            metavar="ACTION=COST",
+            help=f"Cost of an action, {_UNSTATED_COST:g} where not stated. Repeatable.",
+        ),
+    ] = None,
+    no_differentiation: Annotated[
+        bool, typer.Option("--no-differentiation", help="Make no conjunctions of Tokens.")
+    ] = False,
+    no_removal: Annotated[
+        bool, typer.Option("--no-removal", help="Keep ineffective hypotheses.")
+    ] = False,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of what chance decides.")] = 0,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Feed recorded cycles to the model and print its lists.
+
+    The goals are on the Goal List from the first cycle on, so that a goal of several Tokens is a
+    Sign that the model can learn about.
+
+    \b
+    farside dem learn drive.jsonl
+    farside dem learn drive.jsonl --goal at:B --goal "at:2,4 heading:N" --action-cost N=2.66
+    tail -n 500 drive.jsonl | farside dem learn - --json
+    """
+    try:
+        parameters = Parameters(
+            alpha=alpha,
+            beta=beta,
+            learning_probability=learning_probability,
+            initial_cm=initial_cm,
+            reach=reach,
+            differentiation=not no_differentiation,
+            removal=not no_removal,
+        )
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+    cycles = read_stream(stream)
+    costs = dict.fromkeys((c.action for c in cycles if c.action is not None), _UNSTATED_COST)
+    costs |= dict(action_costs or ())
+    if not costs:
+        raise StreamError(f"{stream}: expected an action in one cycle at least, found none")
+    model = DynamicExpectancyModel(costs, parameters, rng=np.random.default_rng(seed))
+    learned = _learn(model, cycles, goals or ())
+    if json:
+        print(msgspec.json.encode(learned).decode())  # noqa: T201
+    else:
+        _show(learned, Console())
+
+
+def _learn(
+    model: DynamicExpectancyModel, cycles: Sequence[RecordedCycle], goals: Sequence[Goal]
+) -> Learned:
+    _set(model, goals)
+    for cycle in cycles:
+        reached = model.sense(cycle.tokens).reached
+        model.perform(cycle.action)
+        _set(model, reached)
+    for goal in goals:
+        model.withdraw_goal(goal.tokens)
+    return Learned(
+        signs=model.signs,
+        hypotheses=model.hypotheses,
+        policies=tuple(_policy(model, goal) for goal in goals),
+    )
+
+
+def _set(model: DynamicExpectancyModel, goals: Sequence[Goal]) -> None:
+    for goal in goals:
+        model.set_goal(goal.tokens, goal.priority)
+
+
+def _policy(model: DynamicExpectancyModel, goal: Goal) -> GoalPolicy:
+    _set(model, [goal])
+    values = model.policy_map()
+    model.withdraw_goal(goal.tokens)
+    return GoalPolicy(goal.tokens, values)
+
+
+def _show(learned: Learned, console: Console) -> None:
+    signs = [(str(number), _words(sign)) for number, sign in enumerate(learned.signs, start=1)]
+    _show_table(console, "Signs", ("sign", "tokens"), signs)
+    strongest = sorted(learned.hypotheses, key=lambda h: (-h.cm, -h.predictions))
+    columns = ("context", "action", "outcome", "delay", "C_m", "predictions", "successes")
+    _show_table(console, "Hypotheses", columns, [_hypothesis_row(h) for h in strongest])
+    for policy in learned.policies:
+        title = f"Policy towards {_words(policy.goal)}"
+        rows = [_policy_row(value) for value in policy.values]
+        _show_table(console, title, ("sign", "value", "action", "depth"), rows)
+
+
+def _hypothesis_row(hypothesis: Hypothesis) -> tuple[str, ...]:
+    return (
+        _words(hypothesis.context),
+        hypothesis.action,
+        _words(hypothesis.outcome),
+        str(hypothesis.delay),
+        f"{hypothesis.cm:.3f}",
+        str(hypothesis.predictions),
+        str(hypothesis.successes),
+    )
+
+
+def _policy_row(row: PolicyValue) -> tuple[str, ...]:
+    return _words(row.sign), f"{row.value:.2f}", row.action or "", str(row.depth)
+
+
+def _words(sign: Sign) -> str:
+    return " ".join(sign)
+
+
+def _show_table(
+    console: Console, title: str, columns: Sequence[str], rows: Sequence[tuple[str, ...]]
+) -> None:
+    """Print the first rows, and how many more there are."""
+    console.print(Text.assemble((title, "bold"), f"  {len(rows)}"))
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
+    for column in columns:
+        table.add_column(column)
+    for row in rows[:_ROWS]:
+        table.add_row(*map(Text, row))
+    if rows:
+        console.print(table)
+    if len(rows) > _ROWS:
+        console.print(f"and {len(rows) - _ROWS} more; --json prints all", style="dim")
+    console.print()
+
+
+@dem_app.command()
+def figure1(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the pictures.")] = Path(
+        "figures"
+    ),
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random actions.")] = SEED,
+) -> None:
+    """The worked example of the model: a yard of 74 places, learned by 2000 random actions.
+
+    Three goals are set in turn. For each the height of a column at every place is its policy
+    value: how far the goal is. The pictures need Farside's extra `figures`.
+
+    \b
+    farside dem figure1
+    farside dem figure1 --out pictures --seed 7
+    """
+    try:
+        from farside.missions.figure1.page import write_page  # noqa: PLC0415 - an extra
+        from farside.missions.figure1.png import write_png  # noqa: PLC0415
+    except ModuleNotFoundError as error:
+        raise typer.BadParameter(
+            f"expected plotly and Pillow for the pictures, found no {error.name}: "
+            "pip install 'farside[figures]'"
+        ) from error
+    figure = run_figure1(seed)
+    out.mkdir(parents=True, exist_ok=True)
+    write_page(figure, out / "figure1.html")
+    write_png(figure, out / "figure1.png")
+    _show_figure1(figure, Console())
+    for name in ("figure1.html", "figure1.png"):
+        print(out / name)  # noqa: T201
+
+
+def _show_figure1(figure: Figure1, console: Console) -> None:
+    console.print(
+        f"{figure.model.sign_count} of {len(figure.chart.tokens)} places seen, "
+        f"{figure.model.hypothesis_count} hypotheses\n"
+    )
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
+    table.add_column("goal")
+    table.add_column("map made in")
+    named = [name for name in (*GOALS, "D", "8,4") if f"at:{name}" in figure.chart.cells]
+    for name in named:
+        table.add_column(f"P_v at {name}")
+    for panel in figure.panels:
+        values = [panel.values.get(figure.chart.cells[f"at:{name}"]) for name in named]
+        cells = ("none" if value is None else f"{value.value:.2f}" for value in values)
+        table.add_row(panel.goal, f"{panel.build_s * 1e3:.3f} ms", *cells)
+    console.print(table)
+    console.print()

@@ -1,0 +1,67 @@
+"""Recorded cycles as JSON, an object a line: what `farside dem learn` reads."""
+
+import sys
+from collections.abc import Iterable
+from pathlib import Path
+
+import msgspec
+
+from farside.validation import one_line
+
+STDIN = "-"
+"""The name under which `read_stream` reads standard input."""
+
+
+class StreamError(Exception):
+    """No cycles can be read. Its text names file, line, what was expected and what was found."""
+
+
+class RecordedCycle(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
+    """One line of a stream.
+
+    Attributes:
+        tokens: what was sensed.
+        action: the action then performed, `None` if there was none.
+    """
+
+    tokens: tuple[str, ...]
+    action: str | None
+
+
+_DECODER = msgspec.json.Decoder(RecordedCycle)
+
+
+def read_stream(source: str) -> list[RecordedCycle]:
+    """All cycles of the file `source`, or of standard input for `-`. Blank lines are skipped.
+
+    Raises:
+        StreamError: if there is no such file, or a line is no cycle.
+    """
+    if source == STDIN:
+        return _cycles("standard input", sys.stdin.buffer)
+    try:
+        with Path(source).open("rb") as lines:
+            return _cycles(source, lines)
+    except OSError as error:
+        raise StreamError(
+            f"{source}: expected a file of cycles, found: {error.strerror}"
+        ) from error
+
+
+def _cycles(name: str, lines: Iterable[bytes]) -> list[RecordedCycle]:
+    return [
+        _cycle(line, f"{name}: line {number}")
+        for number, line in enumerate(lines, start=1)
+        if line.strip()
+    ]
+
+
+def _cycle(line: bytes, where: str) -> RecordedCycle:
+    try:
+        return _DECODER.decode(line)
+    except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:
+        found = one_line(line.decode(errors="backslashreplace").strip())
+        raise StreamError(
+            f'{where}: expected a cycle such as {{"tokens": ["at:0,0"], "action": "N"}}, with '
+            f"null for no action, found {found} ({error})"
+        ) from error

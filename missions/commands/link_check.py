@@ -1,0 +1,132 @@
+"""`farside link check`: the proof that the link does what a profile asks for."""
+
+import math
+from time import monotonic
+from typing import Annotated
+
+import msgspec
+import typer
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+from rich.table import Table
+
+from farside.link.check import FRAMES, Measurement, Report, Verdict, check_link
+from farside.link.profile.config import LinkConfig
+from farside.link.profile.resolve import LinkConfigError, load_profile
+from farside.node import Direction
+
+_HORIZON_S = 200_000.0
+"""For so long passes and light times are worked out: two sols and more (project default)."""
+
+_PATIENCE_S = 2.0
+_UNMET = 1
+_TITLES = {Direction.UP: "Up, from the ground to the rover", Direction.DOWN: "Down, from the rover"}
+_STYLES = {Verdict.INSIDE: "green", Verdict.OUTSIDE: "bold red", Verdict.UNKNOWN: "yellow"}
+_COLUMNS = ("asked", "measured", "99 % interval", "frames", "verdict")
+
+
+def check(
+    profile: Annotated[
+        str,
+        typer.Argument(
+            metavar="PROFILE", help="A preset such as 'moon', or a TOML file like a [link] table."
+        ),
+    ],
+    frames: Annotated[
+        int, typer.Option(min=100, help="Frames a direction, where chance is measured.")
+    ] = FRAMES,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of chance and of the traffic.")] = 0,
+    json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
+) -> None:
+    """Send traffic through the link in simulated time, and measure what it does to it.
+
+    Exit status 1 where a value asked for falls outside of what was measured.
+
+    \b
+    farside link check moon
+    farside link check mylink.toml --frames 200000 --seed 1
+    farside link check mars-relay --json
+    """
+    try:
+        config = load_profile(profile, _HORIZON_S)
+    except LinkConfigError as error:
+        raise typer.BadParameter(str(error), param_hint="PROFILE") from error
+    console = Console()
+    report = _checked(config, frames, seed, Console(stderr=True))
+    if json:
+        print(msgspec.json.encode(report).decode())  # noqa: T201
+    else:
+        _show(report, console)
+    if not report.passed:
+        raise typer.Exit(_UNMET)
+
+
+def _checked(config: LinkConfig, frames: int, seed: int, console: Console) -> Report:
+    """The report, with a bar for who waits longer than two seconds for it."""
+    bar = Progress(
+        TextColumn("measuring"),
+        BarColumn(),
+        TaskProgressColumn(),
+        console=console,
+        transient=True,
+        disable=not console.is_terminal,
+    )
+    task, started_s = bar.add_task("", total=1.0), monotonic()
+
+    def tell(share: float) -> None:
+        bar.update(task, completed=share)
+        if monotonic() - started_s > _PATIENCE_S:
+            bar.start()
+
+    try:
+        return check_link(config, frames=frames, seed=seed, tell=tell)
+    finally:
+        bar.stop()
+
+
+def _show(report: Report, console: Console) -> None:
+    for direction in Direction:
+        table = Table("impairment", title=_TITLES[direction], title_justify="left")
+        for name in _COLUMNS:
+            table.add_column(name, justify="left" if name == "verdict" else "right")
+        for one in report.measurements:
+            if one.direction is direction:
+                table.add_row(*_row(one), style=_STYLES[one.verdict] if _is_odd(one) else "")
+        console.print(table)
+    outside = sum(one.verdict is Verdict.OUTSIDE for one in report.measurements)
+    console.print(
+        f"{report.frames:,} frames, seed {report.seed}: "
+        + (f"[bold red]{outside} outside[/]" if outside else "[green]nothing outside[/]")
+    )
+
+
+def _is_odd(one: Measurement) -> bool:
+    return one.verdict is not Verdict.INSIDE
+
+
+def _row(one: Measurement) -> tuple[str, ...]:
+    name = f"{one.impairment}, from {one.from_s:g} s" if one.from_s else one.impairment
+    scale, unit = _scale(one)
+    asked = _number(one.asked, one.unit, scale)
+    if one.asked_to != one.asked:
+        asked += f" to {_number(one.asked_to, one.unit, scale)}"
+    measured, interval = "", ""
+    if one.verdict is not Verdict.UNKNOWN:
+        measured = f"{_number(one.measured, one.unit, scale)} {unit}"
+        interval = f"{_number(one.low, one.unit, scale)} to {_number(one.high, one.unit, scale)}"
+    return name, f"{asked} {unit}", measured, interval, f"{one.frames:,}", one.verdict
+
+
+def _scale(one: Measurement) -> tuple[float, str]:
+    """The unit to show values in, and how many of it one is."""
+    if one.unit == "share":
+        return 100.0, "%"
+    if one.unit == "bit/s" and one.asked >= 1e6:
+        return 1e-6, "Mbit/s"
+    return 1.0, one.unit
+
+
+def _number(value: float, unit: str, scale: float) -> str:
+    """Delays and rates are nearly exact, all else is good for four digits at most."""
+    digits = 8 if unit in {"s", "bit/s"} else 4
+    return "∞" if math.isinf(value) else f"{value * scale:,.{digits}g}"

@@ -1,0 +1,230 @@
+"""`farside link --rover-side … --ground-side …`: the link on a wall clock, between any programs."""
+
+import gc
+import re
+import signal
+import sys
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Annotated
+
+import msgspec
+import typer
+import zenoh
+from rich.console import Console, Group, RenderableType
+from rich.live import Live
+from rich.table import Table
+from rich.text import Text
+
+from farside.link.emulator import Emulator
+from farside.link.emulator.control import EmulatorState, WayCounters, WayState, alternatives_to
+from farside.link.emulator.relay import Manner, Relay, open_side
+from farside.link.profile.config import LinkConfig, OneWay
+from farside.link.profile.resolve import LinkConfigError, load_profile
+from farside.missions.overrides import put, read_overrides
+from farside.node import Direction, Role
+
+_PICTURES_HZ = 2
+_SWITCH_S = 0.001
+"""Drawing the table takes milliseconds of Python; no message is to wait for all of them."""
+
+_HORIZON_S = 7 * 24 * 3600.0
+"""What changes by itself, such as the light time, is worked out for so long, and stays then."""
+
+_LOCATOR = re.compile(r"(listen/)?[a-z0-9_-]+/[^/].*")
+_ARROWS = {Direction.UP: "↑ up", Direction.DOWN: "↓ down"}
+
+_HELP = "tcp/HOST:PORT of its Zenoh router or peer; listen/tcp/… to be its router."
+
+
+def _key(text: str) -> zenoh.KeyExpr:
+    try:
+        return zenoh.KeyExpr.autocanonize(text)
+    except zenoh.ZError as error:
+        reason = str(error).partition(" at /")[0]
+        raise typer.BadParameter(f"expected a Zenoh key expression, found: {reason}") from error
+
+
+def _locator(text: str) -> str:
+    if not _LOCATOR.fullmatch(text):
+        raise typer.BadParameter(
+            f"expected a Zenoh locator such as tcp/localhost:7447, found {text!r}"
+        )
+    return text
+
+
+Keys = list[zenoh.KeyExpr] | None
+
+
+def emulate(
+    context: typer.Context,
+    rover_side: Annotated[
+        str | None,
+        typer.Option(parser=_locator, metavar="LOCATOR", help=f"The rover's domain: {_HELP}"),
+    ] = None,
+    ground_side: Annotated[
+        str | None,
+        typer.Option(parser=_locator, metavar="LOCATOR", help="The ground's, likewise."),
+    ] = None,
+    up: Annotated[
+        Keys,
+        typer.Option(parser=_key, metavar="KEYS", help="Passes from ground to rover. Repeatable."),
+    ] = None,
+    down: Annotated[
+        Keys,
+        typer.Option(parser=_key, metavar="KEYS", help="Passes from rover to ground. Repeatable."),
+    ] = None,
+    preset: Annotated[
+        str | None, typer.Option(metavar="NAME", help="A link shipped with Farside.")
+    ] = None,
+    profile: Annotated[
+        Path | None, typer.Option(metavar="FILE.toml", help="A link of your own.")
+    ] = None,
+    set_: Annotated[
+        list[str] | None,
+        typer.Option("--set", metavar="KEY=VALUE", help="Replace a value of it: up.loss=0.1"),
+    ] = None,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of what chance decides.")] = 0,
+    duration: Annotated[
+        float | None, typer.Option(min=0, metavar="S", help="End after so many seconds.")
+    ] = None,
+    json: Annotated[
+        bool, typer.Option("--json", help="Print the counters as one JSON object at the end.")
+    ] = False,
+) -> None:
+    """A link between Zenoh programs: it delays, loses and changes what they say.
+
+    Without a command it stands between two Zenoh domains, on a wall clock, until
+    Ctrl-C: the keys of --up pass from the ground's domain to the rover's, those of
+    --down the other way, whoever publishes. On the ground's side, a Zenoh get of
+    farside/link/counters tells what happened, and one of farside/link/control with
+    a payload such as {"down": {"loss": 0.2}} or {"both": {"out": true}} changes it.
+
+    \b
+    farside link --rover-side tcp/10.0.0.2:7447 --ground-side tcp/10.0.0.1:7447 \\
+        --up 'cmd/**' --down 'tlm/**' --preset mars-direct
+    farside link --rover-side listen/tcp/0.0.0.0:7448 --ground-side tcp/localhost:7447 \\
+        --down 'camera/*' --profile relay.toml --set down.loss=0.1
+    """
+    if context.invoked_subcommand is not None:
+        return
+    if rover_side is None or ground_side is None:
+        raise typer.BadParameter(
+            "expected both --rover-side and --ground-side, or a command; see --help"
+        )
+    if not (up or down):
+        raise typer.BadParameter("expected --up or --down: as it is, nothing would pass")
+    config = _load(preset, profile, set_ or (), duration or _HORIZON_S)
+    emulator: Emulator[Manner] = Emulator(config, seed)
+    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    console = Console(stderr=True)
+    with (
+        open_side(Role.ROVER, rover_side) as rover,
+        open_side(Role.GROUND, ground_side) as ground,
+    ):
+        try:
+            relay = Relay(
+                rover,
+                ground,
+                up=up or (),
+                down=down or (),
+                emulator=emulator,
+                tell=lambda words: console.print(words, style="yellow", soft_wrap=True),
+            )
+        except ValueError as error:
+            raise typer.BadParameter(str(error)) from error
+        title = f"rover side {rover_side}, ground side {ground_side}"
+        _run(relay, duration, title, console)
+        state = relay.state()
+    if json:
+        print(msgspec.json.encode(state).decode())  # noqa: T201
+    else:
+        Console().print(_picture(state, title))
+
+
+def _load(
+    preset: str | None, profile: Path | None, texts: Sequence[str], horizon_s: float
+) -> LinkConfig:
+    if preset is not None and profile is not None:
+        raise typer.BadParameter("expected --preset or --profile, found both")
+    try:
+        data = msgspec.to_builtins(load_profile(preset or profile or "perfect", horizon_s))
+    except LinkConfigError as error:
+        raise typer.BadParameter(str(error), param_hint="--preset or --profile") from error
+    try:
+        for override in read_overrides(texts):
+            table, *keys = override.key
+            for name in alternatives_to(keys[0]) if keys else ():
+                data.get(table, {}).pop(name, None)
+            put(override, data)
+        return msgspec.convert(data, LinkConfig)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--set") from error
+
+
+def _run(relay: Relay, duration_s: float | None, title: str, console: Console) -> None:
+    """Pass messages on until the time is over or somebody has had enough."""
+    gc.freeze()
+    try:
+        sys.setswitchinterval(_SWITCH_S)
+        if console.is_terminal:
+            with Live(
+                get_renderable=lambda: _picture(relay.state(), title),
+                console=console,
+                refresh_per_second=_PICTURES_HZ,
+                transient=True,
+            ):
+                relay.run(duration_s)
+        else:
+            console.print(f"passing messages: {title}", soft_wrap=True)
+            relay.run(duration_s)
+    except KeyboardInterrupt:
+        return
+
+
+def _picture(state: EmulatorState, title: str) -> RenderableType:
+    ways = [state.way(direction) for direction in Direction]
+    table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
+    table.add_column()
+    for direction in Direction:
+        table.add_column(_ARROWS[direction], justify="right", min_width=12)
+    table.add_row("link", *map(_service, ways))
+    for name in WayCounters.__struct_fields__:
+        numbers = (f"{getattr(way.counters, name):,}" for way in ways)
+        table.add_row(name.replace("_", " "), *numbers)
+    settings = [_settings(way) for way in ways]
+    for name in OneWay.__struct_fields__:
+        if any(name in one for one in settings):
+            table.add_row(Text(name, "cyan"), *(one.get(name, "") for one in settings))
+    heading = Text(f"{title}, {state.elapsed_s:,.0f} s", "bold")
+    return Group(heading, *_troubles(state), table)
+
+
+def _troubles(state: EmulatorState) -> Iterator[Text]:
+    for role, side in ((Role.ROVER, state.rover_side), (Role.GROUND, state.ground_side)):
+        if side is not None and not side.connected:
+            yield Text(f"{role} side: nobody connected, {side.unheard:,} unheard", "bold red")
+
+
+def _service(way: WayState) -> Text:
+    if way.outage is None:
+        return Text("in service")
+    left_s = way.outage.left_s
+    left = "" if left_s is None else f", {left_s:,.0f} s left"
+    return Text(f"OUT: {way.outage.reason}{left}", "bold red")
+
+
+def _settings(way: WayState) -> dict[str, str]:
+    """What differs from a link that does nothing, in words."""
+    perfect, found = msgspec.to_builtins(OneWay()), msgspec.to_builtins(way.settings)
+    return {key: _words(value) for key, value in found.items() if value != perfect[key]}
+
+
+def _words(value: object) -> str:
+    match value:
+        case dict():
+            return "\n".join(f"{key} {_words(entry)}" for key, entry in value.items())
+        case list() | tuple():
+            return f"table of {len(value)}"
+        case _:
+            return str(value)

@@ -1,0 +1,133 @@
+"""Whether a run was what its mission expected."""
+
+from collections.abc import Callable
+
+from farside.logs.views import Outage, RunView
+from farside.messages import Mode
+from farside.missions.result import Judgement
+from farside.missions.schema import (
+    AutonomyExpected,
+    Expectation,
+    NoCrossingExpected,
+    ObedienceExpected,
+    ReachedExpected,
+)
+from farside.node import Direction, to_ns
+from farside.topics import ActionStarted, Fate, FrameFate
+
+
+def judge(expectation: Expectation, run: RunView) -> Judgement:
+    """Hold one expectation against a run."""
+    match expectation:
+        case ReachedExpected():
+            return _reached(expectation, run)
+        case AutonomyExpected():
+            return _autonomy(expectation, run)
+        case ObedienceExpected():
+            return _obedience(run)
+        case NoCrossingExpected():
+            return _no_crossing(run)
+
+
+def _reached(expectation: ReachedExpected, run: RunView) -> Judgement:
+    token = f"at:{expectation.place}"
+    reached_s = run.reached(token)
+    name = f"goal {token} reached"
+    if expectation.in_blackout:
+        name += " during a blackout"
+    if reached_s is None:
+        return Judgement(name, met=False, detail="never reached as a goal")
+    met = not expectation.in_blackout or all(
+        _during(_outages(run, direction), reached_s) for direction in Direction
+    )
+    detail = f"reached at {reached_s:.1f} s"
+    return Judgement(name, met, detail if met else f"{detail}, while the link was up")
+
+
+def _autonomy(expectation: AutonomyExpected, run: RunView) -> Judgement:
+    within_s = expectation.within_s
+    name = f"autonomy within {within_s:g} s of each loss of the uplink, never otherwise"
+    losses = _outages(run, Direction.UP)
+    taken_s = [
+        mode.t_s for mode in run.modes if mode.mode is Mode.AUTONOMOUS and mode.why == "link lost"
+    ]
+    unfounded = [
+        f"{t_s:.1f} s"
+        for t_s in taken_s
+        if not any(loss.start_s <= t_s <= loss.start_s + within_s for loss in losses)
+    ]
+    missed = [
+        f"{loss.start_s:.1f} s"
+        for loss in losses
+        if loss.start_s + within_s < loss.end_s
+        and run.mode_at(loss.start_s + within_s) is not Mode.AUTONOMOUS
+    ]
+    if unfounded:
+        return Judgement(name, met=False, detail=f"taken without a loss at {', '.join(unfounded)}")
+    if missed:
+        return Judgement(name, met=False, detail=f"not taken after losses at {', '.join(missed)}")
+    detail = f"taken at {', '.join(f'{t_s:.1f} s' for t_s in taken_s)}" if taken_s else "not taken"
+    return Judgement(name, met=True, detail=detail)
+
+
+def _obedience(run: RunView) -> Judgement:
+    name = "no command obeyed that nobody sent"
+    sent: dict[int, tuple[float, object]] = {}
+    for t_s, sending in run.commands_sent:
+        sent.setdefault(sending.number, (t_s, sending.order))
+    obeyed: set[int] = set()
+    for t_s, taken in run.commands_taken:
+        sent_s, order = sent.get(taken.number, (float("inf"), None))
+        if taken.number in obeyed or sent_s > t_s or order != taken.order:
+            return Judgement(
+                name, met=False, detail=f"command {taken.number}, obeyed at {t_s:.1f} s"
+            )
+        if taken.refused is None:
+            obeyed.add(taken.number)
+    for t_s, action in run.entries(ActionStarted):
+        if action.command is not None and action.command not in obeyed:
+            return Judgement(name, met=False, detail=f"action {action.action} at {t_s:.1f} s")
+    return Judgement(name, met=True, detail=f"{len(sent)} sent, {len(obeyed)} obeyed")
+
+
+def _no_crossing(run: RunView) -> Judgement:
+    name = "no frame delivered that had to cross an outage"
+    delivered = run.frames(fate=Fate.DELIVERED)
+    for direction, at_rover in (
+        (Direction.UP, _arrival_ns),
+        (Direction.DOWN, _sending_ns),
+    ):
+        frame = _crossing(run, direction, at_rover)
+        if frame is not None:
+            detail = f"{direction} frame {frame.sequence} arrived"
+            return Judgement(name, met=False, detail=detail)
+    return Judgement(name, met=True, detail=f"{len(delivered)} delivered")
+
+
+def _crossing(
+    run: RunView, direction: Direction, at_rover: Callable[[FrameFate], tuple[int, int]]
+) -> FrameFate | None:
+    """The first delivered frame that was at the rover's end during an outage."""
+    outages_ns = [(to_ns(out.start_s), to_ns(out.end_s)) for out in _outages(run, direction)]
+    for frame in run.frames(direction, Fate.DELIVERED):
+        first_ns, last_ns = at_rover(frame)
+        if any(begin <= last_ns and first_ns < end for begin, end in outages_ns):
+            return frame
+    return None
+
+
+def _arrival_ns(frame: FrameFate) -> tuple[int, int]:
+    assert frame.arrival_ns is not None  # noqa: S101 - only delivered frames come here
+    return frame.arrival_ns, frame.arrival_ns
+
+
+def _sending_ns(frame: FrameFate) -> tuple[int, int]:
+    return frame.sent_ns, frame.sent_end_ns
+
+
+def _outages(run: RunView, direction: Direction) -> list[Outage]:
+    return [outage for outage in run.outages if outage.direction is direction]
+
+
+def _during(outages: list[Outage], t_s: float) -> bool:
+    return any(outage.start_s <= t_s < outage.end_s for outage in outages)

@@ -1,0 +1,149 @@
+"""The worked example of the seed: a yard of 74 places, 2000 random actions, three goals in turn."""
+
+import time
+from collections.abc import Iterator, Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from farside.dem import DynamicExpectancyModel, PolicyValue
+from farside.missions.loading import load_mission
+from farside.places import ACTIONS, Cell, Chart
+
+CYCLES = 2000
+"""Random actions before the first goal is set. Source: seed."""
+
+ACTION_COST = 2.66
+"""Cost of each action. Source: seed."""
+
+GOALS = ("A", "B", "C")
+"""The places that are goals, in turn. Source: seed."""
+
+SEED = 3
+"""A seed with which 2000 random actions see all places; with most they miss a room."""
+
+TALLEST = 7.0
+"""Height of the column of the greatest policy value, in cells."""
+
+_RAMP = ("#ffd27a", "#f79a5c", "#e2606c", "#a8458a", "#65398f", "#2b2a66")  # near the goal: first
+_GOAL, _WALL, _ROCK, _UNSEEN = "#2fae72", "#cfd5dd", "#98897a", "#f3f4f6"
+
+
+class Panel(NamedTuple):
+    """What the model knows of the way to one goal.
+
+    Attributes:
+        goal: the goal's name.
+        values: policy values by place; without the places that no known path leads on from.
+        build_s: wall time that making the Dynamic Policy Map took. For display only.
+    """
+
+    goal: str
+    values: Mapping[Cell, PolicyValue]
+    build_s: float
+
+
+class Figure1(NamedTuple):
+    """The yard, the model that has learned it, and a panel for each goal."""
+
+    chart: Chart
+    model: DynamicExpectancyModel
+    panels: tuple[Panel, ...]
+
+
+class Block(NamedTuple):
+    """A box on a cell of the chart, ready to be drawn.
+
+    Attributes:
+        cell: where it stands, filling the cell.
+        height: in cells.
+        colour: as `#rrggbb`.
+        words: what there is to know of it, a line each.
+    """
+
+    cell: Cell
+    height: float
+    colour: str
+    words: tuple[str, ...]
+
+
+def run_figure1(seed: int) -> Figure1:
+    """Learn the yard of the mission `blackout` by random actions, then make the three maps.
+
+    A move against a wall or a rock leaves the robot where it is.
+
+    Args:
+        seed: of the random actions.
+    """
+    chart = load_mission("blackout").mission.world.chart()
+    wander, own = (np.random.default_rng(part) for part in np.random.SeedSequence(seed).spawn(2))
+    model = DynamicExpectancyModel(dict.fromkeys(ACTIONS, ACTION_COST), rng=own)
+    cell = chart.cells["at:D"]
+    for action in wander.choice(list(ACTIONS), CYCLES):
+        model.sense([chart.tokens[cell]])
+        model.perform(str(action))
+        beside = cell.beside(action)
+        cell = beside if beside in chart.tokens else cell
+    return Figure1(chart, model, tuple(_panel(chart, model, goal) for goal in GOALS))
+
+
+def _panel(chart: Chart, model: DynamicExpectancyModel, goal: str) -> Panel:
+    sign = [f"at:{goal}"]
+    model.set_goal(sign, priority=1.0)
+    began = time.perf_counter()
+    values = model.policy_map()
+    build_s = time.perf_counter() - began
+    model.withdraw_goal(sign)
+    return Panel(goal, {chart.cells[value.sign[0]]: value for value in values}, build_s)
+
+
+def greatest_value(figure: Figure1) -> float:
+    """The greatest policy value of all panels, which share one scale; 0 without any."""
+    values = (value.value for panel in figure.panels for value in panel.values.values())
+    return max(values, default=0.0)
+
+
+def blocks(figure: Figure1, panel: Panel) -> Iterator[Block]:
+    """All that one picture shows: a column for each place, walls and rocks."""
+    chart, greatest = figure.chart, greatest_value(figure)
+    rocks = set(chart.rocks)
+    for row, line in enumerate(reversed(chart.rows)):
+        for east in range(len(line)):
+            cell = Cell(east, row)
+            if cell in chart.tokens:
+                yield _column(chart.tokens[cell], cell, panel.values.get(cell), greatest)
+            elif cell in rocks:
+                yield Block(cell, 0.3, _ROCK, ("rock",))
+            else:
+                yield Block(cell, 0.5, _WALL, ("wall",))
+
+
+def _column(token: str, cell: Cell, value: PolicyValue | None, greatest: float) -> Block:
+    if value is None:
+        return Block(cell, 0.0, _UNSEEN, (token, "no known path to the goal"))
+    if value.action is None:
+        return Block(cell, 0.0, _GOAL, (token, "the goal"))
+    return Block(
+        cell,
+        TALLEST * value.value / greatest,
+        ramp(value.value / greatest),
+        (
+            token,
+            f"policy value {value.value:.2f}",
+            f"best action {value.action}",
+            f"valence depth {value.depth}",
+        ),
+    )
+
+
+def ramp(share: float) -> str:
+    """The colour of a value, given as a share of the greatest: light near the goal, dark far."""
+    position = share * (len(_RAMP) - 1)
+    lower = min(int(position), len(_RAMP) - 2)
+    return mixed(_RAMP[lower], _RAMP[lower + 1], position - lower)
+
+
+def mixed(colour: str, other: str, share: float) -> str:
+    """A colour that is `share` of the way from `colour` to `other`, all as `#rrggbb`."""
+    pairs = zip(bytes.fromhex(colour[1:]), bytes.fromhex(other[1:]), strict=True)
+    return "#" + bytes(round(a + (b - a) * share) for a, b in pairs).hex()

@@ -1,0 +1,222 @@
+"""From a mission file to a checked mission, or to one message that says what is wrong with it."""
+
+import re
+import tomllib
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from importlib import resources
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import msgspec
+
+from farside.ground.config import AwaitReached, Pursue, Tour
+from farside.link.profile.resolve import LinkConfigError, resolve_link, with_preset
+from farside.missions.overrides import Override, put, read_overrides
+from farside.missions.schema import MissionFile, ReachedExpected
+from farside.places import ACTIONS, Cell, Chart
+from farside.validation import Key, Problem, did_you_mean, dotted, mismatches, shown
+
+_SCHEMA = msgspec.inspect.type_info(MissionFile)
+_COORDINATES = re.compile(r"([0-9]{1,4}),([0-9]{1,4})")
+
+
+class MissionError(Exception):
+    """No mission can be made of the input.
+
+    Its text is for people, a line a problem: the file, the key as one writes it for `--set`, what
+    was expected, what was found and, where an override set it, which one.
+    """
+
+
+class LoadedMission(NamedTuple):
+    """A mission and where it came from.
+
+    Attributes:
+        mission: the mission, overrides applied, checked, its link resolved: no file is read, and
+            no ephemeris asked, once it runs.
+        text: the mission file to the letter, without the overrides.
+        source: the path, or the name of a shipped mission, as it was asked for.
+    """
+
+    mission: MissionFile
+    text: str
+    source: str
+
+
+def load_mission(
+    source: str | Path,
+    overrides: Sequence[str] | Mapping[str, object] = (),
+    seed: int | None = None,
+) -> LoadedMission:
+    """Read a mission file, put the overrides in, and check all of it.
+
+    Args:
+        source: path of a TOML file, or the name of a mission shipped with Farside. A file of that
+            name comes first.
+        overrides: texts `key=value` with a dotted key, numbers entering arrays from 0, and a TOML
+            value or a bare word; or the values themselves by dotted key. Later ones win.
+        seed: the seed of the run, in place of the mission's own.
+
+    Raises:
+        MissionError: if the file cannot be read, or is no mission. Nothing else is raised.
+    """
+    text = _read(source)
+    try:
+        data = tomllib.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise MissionError(f"{source}: expected TOML, found: {error}") from error
+    try:
+        changes = read_overrides(overrides)
+    except ValueError as error:
+        raise MissionError(f"{source}: {error}") from error
+    if seed is not None:
+        changes.append(Override(("seed",), seed, f"--seed {seed}"))
+    problems = [*_put_in(changes, data), *_preset_in(data), *mismatches(data, _SCHEMA)]
+    _refuse(problems, source, changes)
+    mission = msgspec.convert(data, MissionFile)
+    _refuse(_contradictions(mission), source, changes)
+    try:
+        link = resolve_link(mission.link, folder=Path(source).parent, duration_s=mission.duration_s)
+    except LinkConfigError as error:
+        _refuse(_of_link(error), source, changes)
+        raise
+    return LoadedMission(msgspec.structs.replace(mission, link=link), text, str(source))
+
+
+def _read(source: str | Path) -> str:
+    try:
+        return _find(source).read_bytes().decode()
+    except OSError as error:
+        raise MissionError(f"{source}: expected a mission file, found: {error.strerror}") from error
+    except UnicodeDecodeError as error:
+        line = error.object.count(b"\n", 0, error.start) + 1
+        raise MissionError(
+            f"{source}: expected text in UTF-8, found byte 0x{error.object[error.start]:02x} "
+            f"in line {line}"
+        ) from error
+
+
+def _find(source: str | Path) -> Path | Traversable:
+    """The file at the path `source`, before the shipped mission of that name."""
+    path, shipped = Path(source), _shipped()
+    if not path.is_file() and str(source) in shipped:
+        return shipped[str(source)]
+    if path.exists():
+        return path
+    raise MissionError(
+        f"{source}: expected a mission file or the name of a shipped mission "
+        f"({', '.join(shipped)}), found neither{did_you_mean(path.stem, shipped)}"
+    )
+
+
+def _shipped() -> dict[str, Traversable]:
+    """The mission files inside the package, by name."""
+    files = resources.files("farside.missions").iterdir()
+    return {
+        file.name.removesuffix(".toml"): file
+        for file in sorted(files, key=lambda file: file.name)
+        if file.name.endswith(".toml")
+    }
+
+
+def _put_in(changes: Sequence[Override], data: dict[str, Any]) -> Iterator[Problem]:
+    for change in changes:
+        try:
+            put(change, data)
+        except ValueError as error:
+            yield Problem(change.key, str(error))
+
+
+def _preset_in(data: dict[str, Any]) -> Iterator[Problem]:
+    """Put the preset that the link names under what the mission says of it."""
+    if isinstance(link := data.get("link"), dict):
+        try:
+            data["link"] = with_preset(link)
+        except LinkConfigError as error:
+            yield from _of_link(error)
+
+
+def _of_link(error: LinkConfigError) -> Iterator[Problem]:
+    return (Problem(("link", *key), text) for key, text in error.problems)
+
+
+def _refuse(problems: Iterable[Problem], source: str | Path, changes: Sequence[Override]) -> None:
+    lines = []
+    for problem in problems:
+        origins = [change.origin for change in changes if change.touches(problem.key)]
+        with_origin = f" (with {origins[-1]})" if origins else ""
+        lines.append(f"{source}: {dotted(problem.key)}: {problem.text}{with_origin}")
+    if lines:
+        raise MissionError("\n".join(lines))
+
+
+def _contradictions(mission: MissionFile) -> Iterator[Problem]:
+    """What is right in each table by itself, and wrong with the others."""
+    if mission.duration_s < mission.tick_s:
+        text = f"expected at least tick_s = {mission.tick_s:g}, found {mission.duration_s:g}"
+        yield Problem(("duration_s",), text)
+    chart = mission.world.chart()
+    for key, place in _places(mission):
+        yield from _misplaced(key, place, mission.rover.start, chart)
+    for key, action in _override_actions(mission):
+        if action not in ACTIONS:
+            expected = "one of " + ", ".join(map(shown, ACTIONS))
+            hint = did_you_mean(action, ACTIONS)
+            yield Problem(key, f"expected {expected}, found {shown(action)}{hint}")
+
+
+def _places(mission: MissionFile) -> Iterator[tuple[Key, str]]:
+    """Every place that the mission names, and where it does."""
+    yield ("rover", "start"), mission.rover.start
+    for index, goal in enumerate(mission.rover.goals):
+        yield ("rover", "goals", str(index), "place"), goal.place
+    for index, step in enumerate(mission.ground.script):
+        key = ("ground", "script", str(index))
+        if isinstance(step, Tour):
+            for number, place in enumerate(step.places):
+                yield (*key, "places", str(number)), place
+        elif isinstance(step, Pursue | AwaitReached):
+            yield (*key, "place"), step.place
+    for index, expectation in enumerate(mission.expect):
+        if isinstance(expectation, ReachedExpected):
+            yield ("expect", str(index), "place"), expectation.place
+
+
+def _override_actions(mission: MissionFile) -> Iterator[tuple[Key, str]]:
+    """Every action that the operator puts in place of a proposed one, and where it stands."""
+    for index, step in enumerate(mission.ground.script):
+        if isinstance(step, Pursue):
+            for number, override in enumerate(step.overrides):
+                key = ("ground", "script", str(index), "overrides", str(number), "action")
+                yield key, override.action
+
+
+def _misplaced(key: Key, place: str, start: str, chart: Chart) -> Iterator[Problem]:
+    """The problem with a place that is not on the chart, or cut off from the start."""
+    goal, begin = chart.cells.get(f"at:{place}"), chart.cells.get(f"at:{start}")
+    if goal is None:
+        letters = ", ".join(sorted(name for name in _names(chart).values() if "," not in name))
+        names = f"{letters} or EAST,NORTH" if letters else "EAST,NORTH"
+        hint = _nearest_place(place, chart)
+        yield Problem(key, f"expected a place on the map ({names}), found {shown(place)}{hint}")
+    elif begin is not None:
+        try:
+            chart.way(begin, goal)
+        except ValueError as error:
+            text = f"expected a place that the start leads to, found {shown(place)}: {error}"
+            yield Problem(key, text)
+
+
+def _nearest_place(place: str, chart: Chart) -> str:
+    """A question after the place that is nearest to `place`: on the map, or by name."""
+    names = _names(chart)
+    if names and (pair := _COORDINATES.fullmatch(place)):
+        cell = Cell(int(pair[1]), int(pair[2]))
+        return f"; did you mean {names[chart.cell_at(*chart.centre_m(cell))]}?"
+    return did_you_mean(place, names.values())
+
+
+def _names(chart: Chart) -> dict[Cell, str]:
+    """The places of the chart as a mission file names them."""
+    return {cell: token.removeprefix("at:") for cell, token in chart.tokens.items()}

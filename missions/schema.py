@@ -1,0 +1,94 @@
+"""The mission file as a checked object: world, rover, link, ground and expectations."""
+
+from typing import Annotated
+
+from msgspec import Meta
+
+from farside.ground.config import GroundConfig
+from farside.link.profile.config import LinkConfig
+from farside.node import to_ns
+from farside.places import Chart
+from farside.rover.config import RoverConfig
+from farside.settings import Positive, Section
+
+
+class WorldConfig(Section, frozen=True):
+    """The `[world]` table: the yard, drawn; see `farside.places.Chart`.
+
+    Attributes:
+        map: one line a row of cells, northernmost first.
+        cell_m: side of a cell.
+    """
+
+    map: str
+    cell_m: Positive = 1.0
+
+    def chart(self) -> Chart:
+        """The yard as places.
+
+        Raises:
+            ValueError: if the drawing is not a walled yard.
+        """
+        return Chart(tuple(self.map.strip().splitlines()), self.cell_m)
+
+    def __post_init__(self) -> None:
+        self.chart()
+
+
+class ReachedExpected(Section, frozen=True, tag="reached", tag_field="what"):
+    """The goal `place` is reached, in truth; with `in_blackout`, while both ways are out."""
+
+    place: str
+    in_blackout: bool = False
+
+
+class AutonomyExpected(Section, frozen=True, tag="autonomy", tag_field="what"):
+    """The rover turns autonomous within `within_s` of each loss of the uplink, never otherwise."""
+
+    within_s: Positive
+
+
+class ObedienceExpected(Section, frozen=True, tag="obedience", tag_field="what"):
+    """No command is obeyed that nobody sent, and none twice."""
+
+
+class NoCrossingExpected(Section, frozen=True, tag="no-crossing", tag_field="what"):
+    """No frame is delivered that had to cross an outage."""
+
+
+Expectation = ReachedExpected | AutonomyExpected | ObedienceExpected | NoCrossingExpected
+
+
+class MissionFile(Section, frozen=True):
+    """A whole mission.
+
+    Attributes:
+        name: what the mission is called; names the log.
+        about: one line for people.
+        seed: the seed of every random stream; `--seed` replaces it.
+        duration_s: simulated time from start to end.
+        tick_s: the grid of physics and decisions.
+        world, rover, link, ground: the tables of those names.
+        expect: what decides between success and failure.
+    """
+
+    name: Annotated[str, Meta(pattern=r"^[a-z0-9][a-z0-9_-]*\Z")]
+    duration_s: Positive
+    world: WorldConfig
+    rover: RoverConfig
+    link: LinkConfig
+    ground: GroundConfig
+    about: str = ""
+    seed: Annotated[int, Meta(ge=0)] = 0
+    tick_s: Annotated[float, Meta(ge=0.001, le=0.2)] = 0.04
+    expect: tuple[Expectation, ...] = ()
+
+    @property
+    def tick_ns(self) -> int:
+        """The grid of physics and decisions, in nanoseconds."""
+        return to_ns(self.tick_s)
+
+    @property
+    def window_ns(self) -> int:
+        """The longest window: the link's lookahead in whole ticks, one tick at least."""
+        return max(1, self.link.lookahead_ns // self.tick_ns) * self.tick_ns

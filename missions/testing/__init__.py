@@ -1,0 +1,1 @@
+"""Missions in other people's tests: the pytest plugin."""

@@ -1,0 +1,29 @@
+"""The pytest plugin: a `mission` fixture for tests that script blackouts.
+
+def test_the_rover_goes_on_alone(mission):
+    run = mission("blackout").with_seed(5).blackout(start_s=620, duration_s=300).run()
+    assert run.mode_at(700) == "autonomous"
+    assert run.reached("at:B")
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pytest
+
+if TYPE_CHECKING:
+    from farside.missions.testing.rehearsal import Rehearsal
+
+
+@pytest.fixture
+def mission(tmp_path: Path) -> "Callable[[str | Path], Rehearsal]":
+    """Rehearse missions in simulated time; logs go to the test's `tmp_path`.
+
+    Call it with a mission file, or the name of a shipped mission, to get a
+    `farside.missions.Rehearsal`.
+    """
+    # Every test session of everybody who has Farside installed imports this module.
+    from farside.missions.testing.rehearsal import Rehearsal  # noqa: PLC0415
+
+    return lambda source: Rehearsal(source, tmp_path)

@@ -1,0 +1,47 @@
+"""The battery: what is left, and when that is low."""
+
+from farside.node import to_s
+from farside.rover.config import BatteryConfig
+
+
+class Battery:
+    """Charge between 0 and 1, kept by what flows in and out over simulated time.
+
+    `low` has hysteresis: it comes on below `config.low` and goes off at `config.charged`.
+    """
+
+    def __init__(self, config: BatteryConfig) -> None:
+        self._config = config
+        self._charge_j = config.initial * config.capacity_j
+        self._at_ns = 0
+        self.low = config.initial < config.low
+
+    @property
+    def charge(self) -> float:
+        """What is left, 0 to 1."""
+        return self._charge_j / self._config.capacity_j
+
+    @property
+    def empty(self) -> bool:
+        """Whether nothing is left to drive with."""
+        return self._charge_j <= 0
+
+    @property
+    def urgency(self) -> float:
+        """Priority of the inherent goal `on_charge`: 0 at the low mark, growing as it empties."""
+        if not self._config.low:
+            return 0.0
+        return self._config.charge_priority * max(0.0, 1 - self.charge / self._config.low)
+
+    def flow(self, now_ns: int, *, driving: bool, docked: bool) -> None:
+        """Account for the time since the last call, spent driving or not, docked or not."""
+        config = self._config
+        power_w = (config.charge_w if docked else 0.0) - config.idle_w
+        power_w -= config.drive_w if driving else 0.0
+        charge_j = self._charge_j + power_w * to_s(now_ns - self._at_ns)
+        self._charge_j = min(config.capacity_j, max(0.0, charge_j))
+        self._at_ns = now_ns
+        if self.charge < config.low:
+            self.low = True
+        elif self.charge >= config.charged:
+            self.low = False

@@ -1,0 +1,231 @@
+"""Who chooses what the rover does next: the operator, the DEM, or nobody.
+
+The pilot holds the mode, the operator's orders, the outstanding proposal and the DEM. It knows
+nothing of wheels: the node asks it for the next action when the rover stands, and tells it what
+was sensed.
+"""
+
+from collections import deque
+from typing import NamedTuple
+
+from farside.dem import DynamicExpectancyModel, Sensed
+from farside.messages import (
+    Approve,
+    Chooser,
+    Command,
+    CommandRefused,
+    Drive,
+    Failsafe,
+    Mode,
+    ModeChanged,
+    Override,
+    PathStep,
+    Proposal,
+    SetGoal,
+    SetMode,
+    Tokens,
+    WithdrawGoal,
+)
+from farside.places import ACTIONS
+from farside.rover.battery import Battery
+from farside.rover.goals import Goals
+from farside.rover.logbook import Logbook
+from farside.topics import CommandTaken, GoalSource, ModeEntry
+
+ON_CHARGE = "on_charge"
+BATTERY_LOW = "battery:low"
+
+
+class Undertaking(NamedTuple):
+    """An action to begin: who chose it, by which command, towards which goal."""
+
+    action: str
+    chooser: Chooser
+    command: int | None = None
+    goal: Tokens | None = None
+
+
+class Pilot:
+    """The shared control of the seed's figure 2, on board.
+
+    - Guided: nothing happens but what the operator commands.
+    - Shared: with a goal, the DEM proposes, and waits for the operator's word. Silence is not
+      consent.
+    - Autonomous: the DEM's actions go straight to the wheels.
+
+    Orders are obeyed first in every mode. Without a goal the rover never acts by itself. On hold
+    nothing new begins. When the link is lost, orders that wait are dropped, and, given any goal,
+    the mode turns autonomous with the mission goals on the list.
+    """
+
+    def __init__(
+        self,
+        model: DynamicExpectancyModel,
+        goals: Goals,
+        battery: Battery,
+        logbook: Logbook,
+    ) -> None:
+        self._model = model
+        self._goals = goals
+        self._battery = battery
+        self._logbook = logbook
+        self._orders: deque[Undertaking] = deque()
+        self._failsafe = Failsafe.NOMINAL
+        self._proposals = 0
+        self._tokens: frozenset[str] = frozenset()
+        self.proposal: Proposal | None = None
+        self.mode = Mode.GUIDED
+        logbook.note(ModeEntry(Mode.GUIDED, "start"))
+
+    # --- what the rover senses ---------------------------------------------------------------
+
+    def sense(self, tokens: frozenset[str]) -> Sensed:
+        """Let the DEM begin a cycle with these Tokens."""
+        self._tokens = tokens
+        self.proposal = None
+        self.feel()
+        sensed = self._model.sense(tokens)
+        for goal in sensed.reached:
+            self._goals.reached(goal)
+        return sensed
+
+    def feel(self) -> None:
+        """Bring the goals inherent to the rover up to date: a low battery wants to be charged."""
+        if self._battery.low and ON_CHARGE not in self._tokens:
+            self._goals.want((ON_CHARGE,), self._battery.urgency, GoalSource.INHERENT)
+        if self.proposal is not None and self.goals[:1] != (self.proposal.goal,):
+            self.proposal = None
+
+    @property
+    def goals(self) -> tuple[Tokens, ...]:
+        """The Goal List, top-goal first."""
+        return self._goals.listed
+
+    @property
+    def waiting_command(self) -> int | None:
+        """Number of the first command that is an order still to begin."""
+        return self._orders[0].command if self._orders else None
+
+    # --- what the operator says --------------------------------------------------------------
+
+    def take(self, command: Command) -> None:
+        """Obey a command, or refuse it and say why."""
+        refused = self._refusal(command)
+        self._logbook.note(CommandTaken(command.number, command.order, refused))
+        if refused is None:
+            self._obey(command)
+        else:
+            self._logbook.tell(CommandRefused(command.number, refused))
+
+    def _refusal(self, command: Command) -> str | None:
+        order = command.order
+        if self._logbook.now_ns > command.expires_ns:
+            return "it came too late"
+        if isinstance(order, Drive | Override) and order.action not in ACTIONS:
+            return f"there is no action {order.action}"
+        if isinstance(order, Approve | Override):
+            if self.proposal is None:
+                return f"proposal {order.proposal} is no more"
+            if self.proposal.number != order.proposal:
+                return f"proposal {order.proposal} gave way to {self.proposal.number}"
+        if isinstance(order, WithdrawGoal) and not self._goals.wants(
+            order.tokens, GoalSource.OPERATOR
+        ):
+            return "it is no goal of the operator's"
+        return None
+
+    def _obey(self, command: Command) -> None:
+        order = command.order
+        match order:
+            case Drive() | Override():
+                self._orders.append(Undertaking(order.action, Chooser.GUIDED, command.number))
+            case Approve():
+                assert self.proposal is not None  # noqa: S101 - _refusal saw to it
+                agreed = self.proposal
+                self._orders.append(
+                    Undertaking(agreed.action, agreed.chooser, command.number, agreed.goal)
+                )
+            case SetMode():
+                self._switch(order.mode, "operator")
+            case SetGoal():
+                self._goals.want(order.tokens, order.priority, GoalSource.OPERATOR)
+            case WithdrawGoal():
+                self._goals.give_up(order.tokens, GoalSource.OPERATOR)
+        # Whatever was proposed was proposed for a situation that has just changed.
+        self.proposal = None
+
+    def _switch(self, mode: Mode, why: str) -> None:
+        if mode is self.mode:
+            return
+        self.mode = mode
+        self.proposal = None
+        self._logbook.note(ModeEntry(mode, why))
+        self._logbook.tell(ModeChanged(mode, why))
+        if mode is not Mode.AUTONOMOUS:
+            self._goals.put_down_mission()
+
+    # --- what the link does ------------------------------------------------------------------
+
+    def failsafe(self, state: Failsafe) -> None:
+        """Take in the failsafe's new state."""
+        self._failsafe = state
+        if state is Failsafe.NOMINAL:
+            return
+        self.proposal = None
+        if state is Failsafe.LOST:
+            self._drop_orders()
+            if self._goals.any_for_alone:
+                self._switch(Mode.AUTONOMOUS, "link lost")
+                self._goals.take_up_mission()
+
+    def _drop_orders(self) -> None:
+        for order in self._orders:
+            if order.command is not None:
+                self._logbook.tell(
+                    CommandRefused(order.command, "the link was lost before it began")
+                )
+        self._orders.clear()
+
+    # --- what to do next ---------------------------------------------------------------------
+
+    def next(self) -> Undertaking | None:
+        """What to begin now that the rover stands; `None` to go on standing."""
+        if self._failsafe is Failsafe.HOLD or self._battery.empty:
+            return None
+        if self._orders:
+            return self._orders.popleft()
+        if self.mode is Mode.AUTONOMOUS and self._wants_to_act:
+            choice = self._model.choose()
+            chooser = Chooser.GOAL_DIRECTED if choice.goal else Chooser.EXPLORATORY
+            return Undertaking(choice.action, chooser, goal=choice.goal)
+        return None
+
+    def propose(self) -> Proposal | None:
+        """A new proposal to send to the operator, if one is due; it is then outstanding."""
+        if (
+            self.mode is not Mode.SHARED
+            or self._failsafe is not Failsafe.NOMINAL
+            or self.proposal is not None
+            or self._orders
+            or not self._wants_to_act
+        ):
+            return None
+        choice = self._model.choose()
+        self._proposals += 1
+        self.proposal = Proposal(
+            number=self._proposals,
+            goal=self.goals[0],
+            action=choice.action,
+            chooser=Chooser.GOAL_DIRECTED if choice.goal else Chooser.EXPLORATORY,
+            path=tuple(
+                PathStep(step.sign, step.action, step.cost_to_go)
+                for step in self._model.policy_path()
+            ),
+        )
+        self._logbook.note(self.proposal)
+        return self.proposal
+
+    @property
+    def _wants_to_act(self) -> bool:
+        charging = ON_CHARGE in self._tokens and self._battery.low
+        return bool(self.goals) and not charging

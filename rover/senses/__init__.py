@@ -1,0 +1,1 @@
+"""What the rover senses of the world."""

@@ -1,0 +1,1 @@
+"""The true world: terrain and body."""

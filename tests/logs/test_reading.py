@@ -1,0 +1,209 @@
+"""A log is read as far as it is whole, and people are told what is wrong with it."""
+
+import signal
+import subprocess
+import sys
+from contextlib import suppress
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import pytest
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+from mcap.writer import Writer
+
+from farside.logs import LogEntry, LogError, LogFile, Recorder, decode
+from farside.messages import Mode
+from farside.node import Record, to_ns
+from farside.topics import ModeEntry, Silence
+
+hypothesis_with_files = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
+
+
+def test_entries_come_decoded_in_the_order_of_the_log(run: Any, path: Path) -> None:
+    run.note(1.5, ModeEntry(Mode.SHARED, "command 7")).note(2.0, Silence(silent=True))
+
+    log = LogFile(run.log(path))
+
+    assert list(log.entries()) == [
+        LogEntry(to_ns(1.5), to_ns(1.5), "/rover/mode", ModeEntry(Mode.SHARED, "command 7")),
+        LogEntry(to_ns(2.0), to_ns(2.0), "/ground/silence", Silence(silent=True)),
+    ]
+    assert log.end_ns == to_ns(2.0)
+
+
+def test_an_entry_tells_when_it_became_known_beside_when_it_was_so(run: Any, path: Path) -> None:
+    run.hear(4.0, "at:A", since_s=2.75)
+
+    (entry,) = LogFile(run.log(path)).entries()
+
+    assert (entry.log_time_ns, entry.publish_time_ns) == (to_ns(4.0), to_ns(2.75))
+
+
+def test_nothing_is_decoded_before_it_is_asked_for(path: Path) -> None:
+    with Recorder(path) as recorder:
+        recorder.write([Record("/rover/mode", 0, 0, b"not JSON")])
+
+    log = LogFile(path)
+    entries = log.entries()
+
+    with pytest.raises(LogError, match=r"/rover/mode at 0\.0 s does not hold a ModeEntry"):
+        next(entries)
+
+
+def test_a_topic_of_a_later_version_is_named() -> None:
+    with pytest.raises(LogError, match="topic /rover/arm is unknown here"):
+        decode(Record("/rover/arm", 0, 0, b"{}"))
+
+
+# --- killed writers ----------------------------------------------------------------------------
+
+
+class Killed(NamedTuple):
+    """What a writer left that was killed after its last flush."""
+
+    content: bytes
+    windows: list[list[Record]]
+    sizes: list[int]
+    """Of the file after opening it and after each window."""
+
+
+@pytest.fixture
+def killed(run: Any, tmp_path: Path) -> Killed:
+    records = run.start().note(1, Silence(silent=False)).stand(2, "at:A").stand(3, "at:B").records
+    windows, path = [records[:4], records[4:6], records[6:]], tmp_path / "to be killed.mcap"
+    with Recorder(path) as recorder:
+        sizes = [path.stat().st_size]
+        for window in windows:
+            recorder.write(window)
+            recorder.flush()
+            sizes.append(path.stat().st_size)
+        content = path.read_bytes()
+    return Killed(content, windows, sizes)
+
+
+@pytest.mark.processes
+def test_a_log_whose_process_is_killed_holds_everything_up_to_the_last_flush(path: Path) -> None:
+    program = (
+        "import os, signal, sys; from pathlib import Path\n"
+        "from farside.node import Record; from farside.logs import Recorder\n"
+        "recorder = Recorder(Path(sys.argv[1]))\n"
+        "recorder.attach('mission.toml', 'application/toml', b'seed = 1')\n"
+        "recorder.write([Record('/rover/mode', 1, 1, b'{}')]); recorder.flush()\n"
+        "recorder.write([Record('/rover/mode', 2, 2, b'{}')])\n"
+        "os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+
+    ended = subprocess.run([sys.executable, "-c", program, path], check=False)  # noqa: S603
+    log = LogFile(path)
+
+    assert ended.returncode == -signal.SIGKILL
+    assert not log.complete
+    assert [record.log_time_ns for record in log.records()] == [1]
+    assert log.attachments["mission.toml"].data == b"seed = 1"
+
+
+def test_a_log_cut_anywhere_in_its_last_chunk_gives_all_chunks_before(
+    killed: Killed, path: Path
+) -> None:
+    first, second, last = killed.windows
+    *_, start, end = killed.sizes
+
+    found = []
+    for size in range(start, end + 1):
+        path.write_bytes(killed.content[:size])
+        log = LogFile(path)
+        assert not log.complete
+        found.append(list(log.records()))
+
+    # The last chunk counts as soon as it is whole itself, though its index may be cut.
+    without = found.count(first + second)
+    assert found == [first + second] * without + [first + second + last] * (len(found) - without)
+    assert 0 < without < len(found)
+
+
+@pytest.mark.parametrize("missing", [1, 8, 9])
+def test_a_log_is_complete_only_with_the_last_byte_of_its_end_mark(
+    run: Any, path: Path, missing: int
+) -> None:
+    content = run.start().log(path).read_bytes()
+    assert LogFile(path).complete
+
+    path.write_bytes(content[:-missing])
+
+    assert not LogFile(path).complete
+    assert list(LogFile(path).records()) == run.records
+
+
+@hypothesis_with_files
+@given(share=st.floats(0, 1, exclude_max=True))
+@example(share=0.0)
+def test_a_log_cut_anywhere_gives_a_beginning_or_says_that_it_is_none(
+    killed: Killed, path: Path, share: float
+) -> None:
+    path.write_bytes(killed.content[: int(share * len(killed.content))])
+
+    try:
+        log = LogFile(path)
+    except LogError:
+        assert share * len(killed.content) < killed.sizes[0]
+        return
+    found = list(log.records())
+    assert not log.complete
+    assert found == [record for window in killed.windows for record in window][: len(found)]
+
+
+@hypothesis_with_files
+@given(data=st.data())
+def test_a_log_with_a_wrong_byte_never_ends_in_another_error(
+    killed: Killed, path: Path, data: st.DataObject
+) -> None:
+    content = bytearray(killed.content)
+    content[data.draw(st.integers(0, len(content) - 1))] ^= data.draw(st.integers(1, 255))
+    path.write_bytes(content)
+
+    with suppress(LogError):
+        list(LogFile(path).entries())
+
+
+def test_a_damaged_chunk_is_told_after_what_comes_before_it(killed: Killed, path: Path) -> None:
+    damaged = bytearray(killed.content)
+    damaged[killed.sizes[-2] + 80] ^= 1
+    path.write_bytes(damaged)
+
+    records, found = LogFile(path).records(), []
+    with pytest.raises(LogError, match=rf"{path} is damaged at byte \d+"):
+        found.extend(records)
+
+    assert found == killed.windows[0] + killed.windows[1]
+
+
+# --- no log at all -----------------------------------------------------------------------------
+
+
+def test_a_missing_log_is_named(path: Path) -> None:
+    with pytest.raises(LogError, match=rf"the log {path} cannot be read: No such file"):
+        LogFile(path)
+
+
+def test_a_folder_is_not_a_log(tmp_path: Path) -> None:
+    with pytest.raises(LogError, match="cannot be read: Is a directory"):
+        LogFile(tmp_path)
+
+
+@pytest.mark.parametrize("content", [b"", b"hello", b"\x89MCAP1\r\n and more"])
+def test_a_file_of_another_format_is_not_a_log(path: Path, content: bytes) -> None:
+    path.write_bytes(content)
+
+    with pytest.raises(LogError, match="it is not an MCAP file"):
+        LogFile(path)
+
+
+def test_an_mcap_file_of_another_program_is_not_a_log(path: Path) -> None:
+    with path.open("wb") as file:
+        writer = Writer(file)
+        writer.start(library="rosbag2 1.0")
+        writer.finish()
+
+    with pytest.raises(LogError, match=r"is not a log of Farside's: rosbag2 1\.0 wrote it"):
+        LogFile(path)

@@ -1,0 +1,246 @@
+"""Small runs written by hand, and what one learns by asking them."""
+
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from farside.logs import GoalStory, LogError, ModeSpan, Outage, RunView
+from farside.messages import Drive, Failsafe, Mode
+from farside.node import Direction
+from farside.topics import (
+    CommandSent,
+    CommandTaken,
+    Cycle,
+    FailsafeEntry,
+    Fate,
+    GoalChange,
+    GoalSource,
+    LinkOutage,
+    ModeEntry,
+    Pose,
+    Silence,
+)
+
+UP, DOWN = Direction.UP, Direction.DOWN
+
+
+def view_of(run: Any) -> RunView:
+    return RunView(run.records)
+
+
+def test_a_rover_that_loses_the_link_takes_over_and_gives_back(run: Any) -> None:
+    run.start()
+    run.note(100, FailsafeEntry(Failsafe.HOLD, 10.0))
+    run.note(120, FailsafeEntry(Failsafe.LOST, 30.0), ModeEntry(Mode.AUTONOMOUS, "link lost"))
+    run.note(300, FailsafeEntry(Failsafe.NOMINAL, 0.0), ModeEntry(Mode.GUIDED, "link back"))
+
+    view = view_of(run)
+
+    assert view.modes == (
+        ModeSpan(0.0, Mode.GUIDED, "start"),
+        ModeSpan(120.0, Mode.AUTONOMOUS, "link lost"),
+        ModeSpan(300.0, Mode.GUIDED, "link back"),
+    )
+    assert [view.mode_at(t_s) for t_s in (0, 119.999999999, 120, 299, 300)] == [
+        Mode.GUIDED, Mode.GUIDED, Mode.AUTONOMOUS, Mode.AUTONOMOUS, Mode.GUIDED,
+    ]  # fmt: skip
+    assert [view.failsafe_at(t_s) for t_s in (99, 100, 120, 300)] == [
+        Failsafe.NOMINAL, Failsafe.HOLD, Failsafe.LOST, Failsafe.NOMINAL,
+    ]  # fmt: skip
+    assert view.duration_s == 300.0
+
+
+@pytest.mark.parametrize("t_s", [-0.1, 10.1, math.nan])
+def test_a_time_outside_the_run_has_no_answer(run: Any, t_s: float) -> None:
+    view = view_of(run.start().note(10, Silence(silent=True)))
+
+    with pytest.raises(ValueError, match=r"s is not within the run, from 0 to 10\.0 s"):
+        view.mode_at(t_s)
+
+
+def test_a_run_without_a_pose_cannot_tell_the_place(run: Any) -> None:
+    with pytest.raises(ValueError, match=r"the run has no /truth/pose at 0 s or before"):
+        view_of(run.note(0, Silence(silent=True))).place_at(0)
+
+
+def test_the_place_is_where_the_rover_really_is(run: Any) -> None:
+    view = view_of(run.start("at:D").stand(5, "at:4,3").stand(10, "at:B"))
+
+    assert [view.place_at(t_s) for t_s in (4.9, 5, 10)] == ["at:D", "at:4,3", "at:B"]
+
+
+# --- goals -------------------------------------------------------------------------------------
+
+
+def test_a_goal_counts_as_reached_when_the_truth_agrees(run: Any) -> None:
+    run.start().goal(1, "at:B").stand(8, "at:B").reach(9, "at:B")
+
+    assert view_of(run).reached("at:B") == 9.0
+
+
+def test_a_goal_that_the_rover_wrongly_believes_to_have_reached_does_not_count(run: Any) -> None:
+    run.start().goal(1, "at:B").stand(8, "at:5,2").reach(9, "at:B").stand(10, "at:B")
+
+    view = view_of(run)
+
+    assert view.reached("at:B") is None
+    assert view.goals == (GoalStory(("at:B",), GoalSource.OPERATOR, 1.0),)
+
+
+def test_the_first_true_arrival_counts_when_a_goal_is_set_again(run: Any) -> None:
+    run.start().goal(1, "at:B").reach(9, "at:B")
+    run.goal(10, "at:B").stand(19, "at:B").reach(20, "at:B").goal(21, "at:B").reach(22, "at:B")
+
+    assert view_of(run).reached("at:B") == 20.0
+
+
+def test_being_at_a_place_that_is_no_goal_is_not_reaching_it(run: Any) -> None:
+    assert view_of(run.start().stand(8, "at:B")).reached("at:B") is None
+
+
+def test_a_sign_of_several_tokens_is_asked_for_in_any_order(run: Any) -> None:
+    run.start().goal(1, "at:D", "on_charge").reach(9, "at:D", "on_charge")
+
+    view = view_of(run)
+
+    assert view.reached(["on_charge", "at:D"]) == 9.0
+    assert view.reached(["on_charge"]) is None
+
+
+def test_a_place_that_the_map_lacks_cannot_be_asked_for(run: Any) -> None:
+    with pytest.raises(
+        ValueError, match="has no place at:Z; its named places are at:A, at:B, at:C, at:D"
+    ):
+        view_of(run.start()).reached("at:Z")
+
+
+def test_goals_tell_what_became_of_each_and_a_new_priority_is_no_new_goal(run: Any) -> None:
+    run.start().goal(1, "at:A").goal(2, "on_charge", source=GoalSource.INHERENT)
+    run.goal(3, "on_charge", source=GoalSource.INHERENT, priority=2.0)
+    run.goal(4, "at:A", change=GoalChange.WITHDRAWN)
+    run.reach(5, "on_charge", source=GoalSource.INHERENT).goal(6, "at:A")
+
+    assert view_of(run).goals == (
+        GoalStory(("at:A",), GoalSource.OPERATOR, 1.0, withdrawn_s=4.0),
+        GoalStory(("on_charge",), GoalSource.INHERENT, 2.0, reached_s=5.0),
+        GoalStory(("at:A",), GoalSource.OPERATOR, 6.0),
+    )
+
+
+def test_a_goal_of_the_operators_and_the_missions_is_told_of_both(run: Any) -> None:
+    run.start().goal(1, "at:A").goal(2, "at:A", source=GoalSource.MISSION).stand(9, "at:A")
+    run.reach(9, "at:A").reach(9, "at:A", source=GoalSource.MISSION)
+
+    assert view_of(run).goals == (
+        GoalStory(("at:A",), GoalSource.OPERATOR, 1.0, reached_s=9.0),
+        GoalStory(("at:A",), GoalSource.MISSION, 2.0, reached_s=9.0),
+    )
+
+
+# --- commands and the DEM ----------------------------------------------------------------------
+
+
+def test_commands_are_told_as_sent_and_as_taken(run: Any) -> None:
+    sent, taken = CommandSent(1, Drive("N")), CommandTaken(1, Drive("N"), None)
+    view = view_of(run.start().note(1, sent).note(5.25, taken))
+
+    assert view.commands_sent == ((1.0, sent),)
+    assert view.commands_taken == ((5.25, taken),)
+
+
+def test_the_dem_is_told_by_its_last_cycle(run: Any) -> None:
+    last = Cycle(("at:A",), (), (), 2, 1, 0, 74, 212, 0.5)
+
+    assert view_of(run.start()).dem is None
+    assert view_of(run.note(1, Cycle((), (), (), 0, 0, 0, 1, 0, 0.0)).note(2, last)).dem == last
+
+
+def test_entries_of_a_type_come_with_their_times(run: Any) -> None:
+    view = view_of(run.start("at:D").stand(5, "at:B"))
+
+    assert [(t_s, pose.place) for t_s, pose in view.entries(Pose)] == [(0.0, "at:D"), (5.0, "at:B")]
+
+
+# --- the link ----------------------------------------------------------------------------------
+
+
+def test_frames_are_found_by_way_fate_and_arrival(run: Any) -> None:
+    run.start().frame(1, UP).frame(2, UP, Fate.LOST).frame(3, DOWN).frame(4, UP)
+
+    view = view_of(run)
+
+    def found(*args: Any, **kwargs: Any) -> list[tuple[Direction, int]]:
+        return [(frame.direction, frame.sequence) for frame in view.frames(*args, **kwargs)]
+
+    assert found() == [(UP, 0), (UP, 1), (DOWN, 0), (UP, 2)]
+    assert found(UP) == [(UP, 0), (UP, 1), (UP, 2)]
+    assert found(fate=Fate.LOST) == [(UP, 1)]
+    assert found(DOWN, Fate.LOST) == []
+    # Arrivals are at 2.25 s, 4.25 s and 5.25 s.
+    assert found(delivered_between=(0, math.inf)) == [(UP, 0), (DOWN, 0), (UP, 2)]
+    assert found(delivered_between=(2.25, 4.25)) == [(UP, 0)]
+    assert found(UP, delivered_between=(2.5, 5.5)) == [(UP, 2)]
+
+
+def test_an_interval_that_ends_before_it_starts_is_refused(run: Any) -> None:
+    with pytest.raises(ValueError, match=r"ends at 1 s, before it starts at 2 s"):
+        view_of(run.start()).frames(delivered_between=(2, 1))
+
+
+def test_counters_add_up_the_fates_of_one_direction(run: Any) -> None:
+    run.start().frame(1, UP, size_byte=10).frame(2, UP, size_byte=30).frame(2, DOWN)
+    for t_s, fate in ((3, Fate.LOST), (4, Fate.OUTAGE), (5, Fate.QUEUE_FULL), (6, Fate.OUTAGE)):
+        run.frame(t_s, UP, fate, size_byte=1)
+
+    counters = view_of(run).link_counters(UP)
+
+    assert counters.sent == 6
+    assert (counters.delivered, counters.lost, counters.outage, counters.queue_full) == (2, 1, 2, 1)
+    assert counters.bytes == 44
+    assert counters.delay_s == 1.25
+
+
+def test_a_direction_in_which_nothing_arrived_has_no_delay(run: Any) -> None:
+    assert view_of(run.start().frame(1, UP, Fate.LOST)).link_counters(UP).delay_s is None
+
+
+def test_outages_pair_their_ends_and_one_without_end_lasts_as_long_as_the_run(run: Any) -> None:
+    def outage(t_s: float, direction: Direction, *, down: bool) -> None:
+        run.note(t_s, LinkOutage(direction, down, "blackout"))
+
+    run.start()
+    outage(10, DOWN, down=True)
+    outage(10, UP, down=True)
+    outage(20, DOWN, down=False)
+    outage(30, UP, down=False)
+    outage(40, DOWN, down=True)
+    run.note(60, Silence(silent=True))
+
+    assert view_of(run).outages == (
+        Outage(UP, 10.0, 30.0),
+        Outage(DOWN, 10.0, 20.0),
+        Outage(DOWN, 40.0, 60.0),
+    )
+
+
+# --- from a file -------------------------------------------------------------------------------
+
+
+def test_a_log_gives_the_same_answers_as_the_records_it_was_made_of(run: Any, path: Path) -> None:
+    run.start().goal(1, "at:B").frame(2, UP).stand(8, "at:B").reach(9, "at:B")
+    run.note(10, LinkOutage(UP, down=True, reason="blackout"), Silence(silent=True))
+
+    def answers(view: RunView) -> list[Any]:
+        return [
+            view.modes, view.goals, view.outages, view.frames(), view.link_counters(UP),
+            view.place_at(5), view.reached("at:B"), view.duration_s, view.entries(Silence),
+        ]  # fmt: skip
+
+    assert answers(RunView.of_log(run.log(path))) == answers(view_of(run))
+
+
+def test_a_log_that_is_none_cannot_be_asked(path: Path) -> None:
+    with pytest.raises(LogError):
+        RunView.of_log(path)

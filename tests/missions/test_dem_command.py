@@ -1,0 +1,278 @@
+"""`farside dem learn`, as a person at a terminal meets it."""
+
+import io
+import json
+import math
+import sys
+
+import numpy as np
+import pytest
+
+from farside.missions.commands import main as cli
+
+CORRIDOR = [("a", "E"), ("b", "E"), ("c", "E"), ("d", "W"), ("c", "W"), ("b", "W"), ("a", None)]
+
+
+@pytest.fixture
+def farside(monkeypatch, capsys, tmp_path):
+    """Runs `farside dem ...` in an empty folder: exit status, standard output, standard error."""
+    monkeypatch.chdir(tmp_path)
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["farside", "dem", *arguments])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        return end.value.code, *capsys.readouterr()
+
+    return run
+
+
+def lines(cycles):
+    """A stream of cycles, each a place and the action performed there."""
+    return "".join(
+        json.dumps({"tokens": [f"at:{place}"], "action": action}) + "\n" for place, action in cycles
+    )
+
+
+@pytest.fixture
+def stream(tmp_path):
+    """The name of a file in which a rover drives along a corridor of four places and back."""
+    (tmp_path / "corridor.jsonl").write_text(lines(CORRIDOR))
+    return "corridor.jsonl"
+
+
+def test_a_drive_teaches_signs_hypotheses_and_the_way_to_each_goal(farside, stream):
+    status, out, err = farside(
+        "learn", stream, "--goal", "at:d", "--goal", "at:a", "--action-cost", "E=2.66", "--json"
+    )
+    learned = json.loads(out)
+    assert (status, err) == (0, "")
+    assert list(learned) == ["signs", "hypotheses", "policies"]
+    assert learned["signs"] == [["at:a"], ["at:b"], ["at:c"], ["at:d"]]
+    assert (
+        learned["hypotheses"][0].items()
+        >= {
+            "context": ["at:a"],
+            "action": "E",
+            "outcome": ["at:b"],
+            "delay": 1,
+            "cm": 0.5,
+            "predictions": 0,
+            "successes": 0,
+        }.items()
+    )
+    east, west = learned["policies"]
+    assert (east["goal"], west["goal"]) == (["at:d"], ["at:a"])
+    assert [(row["sign"], row["action"], row["depth"]) for row in east["values"]] == [
+        (["at:d"], None, 0),
+        (["at:c"], "E", 1),
+        (["at:b"], "E", 2),
+        (["at:a"], "E", 3),
+    ]
+    assert [row["value"] for row in east["values"]] == pytest.approx(
+        [steps * 2.66 / 0.5 for steps in range(4)]
+    )
+    # An action whose cost is not stated costs 1.
+    assert [row["value"] for row in west["values"]] == [0, 2, 4, 6]
+
+
+def test_a_prediction_that_comes_true_or_fails_moves_the_corroboration(farside, tmp_path):
+    (tmp_path / "drive.jsonl").write_text(
+        lines([("a", "E"), ("b", "W"), ("a", "E"), ("b", "W"), ("a", "E"), ("c", None)])
+    )
+    _, out, _ = farside("learn", "drive.jsonl", "--json", "--alpha", "0.4", "--beta", "0.1")
+    first = json.loads(out)["hypotheses"][0]
+    assert (first["context"], first["action"], first["outcome"]) == (["at:a"], "E", ["at:b"])
+    assert (first["predictions"], first["successes"]) == (2, 1)
+    assert first["cm"] == pytest.approx((0.5 + 0.4 * 0.5) * 0.9)
+
+
+def test_a_goal_of_several_tokens_is_learned_about_from_the_first_cycle_on(farside, tmp_path):
+    (tmp_path / "turns.jsonl").write_text(
+        '{"tokens": ["at:a", "heading:N"], "action": "turn"}\n'
+        '{"tokens": ["at:a", "heading:E"], "action": null}\n'
+    )
+    _, out, _ = farside("learn", "turns.jsonl", "--goal", "heading:E  at:a", "--json")
+    (policy,) = json.loads(out)["policies"]
+    assert policy["goal"] == ["at:a", "heading:E"]
+    assert {"sign": ["heading:N"], "value": 2, "action": "turn", "depth": 1} in policy["values"]
+
+
+def test_a_goal_that_was_never_sensed_has_no_values(farside, stream):
+    _, out, _ = farside("learn", stream, "--goal", "at:moon", "--json")
+    assert json.loads(out)["policies"] == [{"goal": ["at:moon"], "values": []}]
+
+
+def test_reach_gives_hypotheses_with_longer_delays(farside, stream):
+    _, out, _ = farside("learn", stream, "--reach", "2", "--json")
+    assert {hypothesis["delay"] for hypothesis in json.loads(out)["hypotheses"]} == {1, 2}
+
+
+def test_a_new_hypothesis_has_the_corroboration_that_was_asked_for(farside, stream):
+    _, out, _ = farside("learn", stream, "--initial-cm", "0.25", "--json")
+    assert {hypothesis["cm"] for hypothesis in json.loads(out)["hypotheses"]} == {0.25}
+
+
+def test_the_seed_decides_which_opportunities_are_taken_and_nothing_else_does(farside, stream):
+    def learn(seed):
+        arguments = ("--learning-probability", "0.5", "--reach", "3", "--seed", seed, "--json")
+        return farside("learn", stream, *arguments)[1]
+
+    assert learn("1") == learn("1")
+    assert len({learn(str(seed)) for seed in range(8)}) > 1
+
+
+def test_ineffective_hypotheses_are_removed_unless_one_asks_to_keep_them(farside, tmp_path):
+    drive = [("a", "E"), ("b", "W"), *([("a", "E"), ("c", "W")] * 40)]
+    (tmp_path / "drive.jsonl").write_text(lines(drive))
+
+    def ends(*options):
+        _, out, _ = farside("learn", "drive.jsonl", "--json", *options)
+        return [hypothesis["outcome"] for hypothesis in json.loads(out)["hypotheses"]]
+
+    assert ["at:b"] not in ends()
+    assert ["at:b"] in ends("--no-removal")
+
+
+def test_conjunctions_are_made_unless_one_asks_for_none(farside, tmp_path):
+    """Where the same action ends depends on place and light together; neither alone tells."""
+    rng = np.random.default_rng(1)
+    cycles = []
+    for place, light in zip(rng.integers(2, size=600), rng.integers(2, size=600), strict=True):
+        end = "bc"[place ^ light]
+        cycles.append(f'{{"tokens": ["at:{"ad"[place]}", "light:{light}"], "action": "E"}}\n')
+        cycles.append(f'{{"tokens": ["at:{end}", "light:{light}"], "action": "W"}}\n')
+    (tmp_path / "lit.jsonl").write_text("".join(cycles))
+
+    def longest(*options):
+        _, out, _ = farside("learn", "lit.jsonl", "--json", *options)
+        return max(len(sign) for sign in json.loads(out)["signs"])
+
+    assert longest() > 1
+    assert longest("--no-differentiation") == 1
+
+
+def test_a_stream_may_come_from_standard_input(farside, monkeypatch):
+    piped = io.TextIOWrapper(io.BytesIO(lines(CORRIDOR).encode()))
+    monkeypatch.setattr(sys, "stdin", piped)
+    status, out, _ = farside("learn", "-", "--json")
+    assert status == 0
+    assert len(json.loads(out)["signs"]) == 4
+
+
+def test_blank_lines_are_skipped_and_still_counted(farside, tmp_path):
+    (tmp_path / "drive.jsonl").write_text("\n" + lines(CORRIDOR) + "\n \n[]")
+    _, _, err = farside("learn", "drive.jsonl")
+    assert "line 11:" in err
+
+
+def test_tables_for_people_show_the_strongest_hypotheses_first(farside, tmp_path):
+    drive = [("a", "E"), ("b", "W")] * 4 + [("a", "N"), ("a", "E")]
+    (tmp_path / "drive.jsonl").write_text(lines(drive))
+    status, out, _ = farside("learn", "drive.jsonl", "--goal", "at:b")
+    assert status == 0
+    assert out.index("Signs") < out.index("Hypotheses") < out.index("Policy towards at:b")
+    rows = [line.split() for line in out.splitlines()]
+    hypotheses = [row for row in rows if len(row) == 7 and row[0].startswith("at:")]
+    assert [row[:5] for row in hypotheses] == [
+        ["at:a", "E", "at:b", "1", "0.938"],
+        ["at:b", "W", "at:a", "1", "0.938"],
+        ["at:a", "N", "at:a", "1", "0.500"],
+    ]
+    assert ["at:a", "1.07", "E", "1"] in rows
+
+
+def test_tables_show_thirty_rows_and_tell_how_many_more(farside, tmp_path):
+    drive = [(str(place), "E") for place in range(45)]
+    (tmp_path / "drive.jsonl").write_text(lines(drive))
+    _, out, _ = farside("learn", "drive.jsonl")
+    assert "Signs  45" in out
+    assert "Hypotheses  44" in out
+    assert "and 14 more" in out
+
+
+def test_tokens_that_look_like_markup_are_shown_as_they_are(farside, tmp_path):
+    (tmp_path / "drive.jsonl").write_text('{"tokens": ["[red]hot[/red]"], "action": "N"}\n')
+    _, out, _ = farside("learn", "drive.jsonl")
+    assert "[red]hot[/red]" in out
+
+
+CYCLE = 'expected a cycle such as {"tokens": ["at:0,0"], "action": "N"}, with null for no action'
+
+
+@pytest.mark.parametrize(
+    ("line", "found"),
+    [
+        ('{"tokens": ["at:a"], "action"', 'found {"tokens": ["at:a"], "action" ('),
+        ('{"tokens": ["at:a"]}', "missing required field `action`"),
+        ('{"action": "N"}', "missing required field `tokens`"),
+        ('{"tokens": "at:a", "action": "N"}', "`$.tokens`"),
+        ('{"tokens": ["at:a", 3], "action": "N"}', "`$.tokens[1]`"),
+        ('{"tokens": ["at:a"], "action": 3}', "`$.action`"),
+        ('{"tokens": ["at:a"], "action": "N", "goal": "B"}', "unknown field `goal`"),
+        ("7", "found 7 ("),
+        (b'{"tokens": ["\xff"], "action": "N"}', r"\xff"),
+        ("[" * 100_000, "found [[["),
+    ],
+)
+def test_a_line_that_is_no_cycle_is_named_and_nothing_is_printed(farside, tmp_path, line, found):
+    line = line if isinstance(line, bytes) else line.encode()
+    (tmp_path / "drive.jsonl").write_bytes(lines(CORRIDOR).encode() + line)
+    status, out, err = farside("learn", "drive.jsonl", "--json")
+    assert (status, out) == (2, "")
+    assert err.startswith(f"farside: drive.jsonl: line 8: {CYCLE}, found ")
+    assert found in err
+    assert len(err) < 400
+
+
+@pytest.mark.parametrize(
+    ("content", "found"),
+    [
+        (None, "nowhere.jsonl: expected a file of cycles, found: No such file or directory"),
+        ("", "expected an action in one cycle at least, found none"),
+        (lines([("a", None)]), "expected an action in one cycle at least, found none"),
+    ],
+)
+def test_a_file_without_cycles_is_refused(farside, tmp_path, content, found):
+    name = "nowhere.jsonl" if content is None else "drive.jsonl"
+    if content is not None:
+        (tmp_path / name).write_text(content)
+    status, out, err = farside("learn", name)
+    assert (status, out) == (2, "")
+    assert found in err
+
+
+@pytest.mark.parametrize(
+    ("option", "value", "named"),
+    [
+        ("--alpha", "2", "alpha: expected a number from 0 to 1, found 2"),
+        ("--beta", "nan", "beta: expected a number from 0 to 1, found nan"),
+        ("--reach", "0", "reach: expected a whole number of cycles"),
+        ("--action-cost", "N", "expected ACTION=COST"),
+        ("--action-cost", "N=0", "expected ACTION=COST"),
+        ("--action-cost", "N=inf", "expected ACTION=COST"),
+        ("--action-cost", "=1", "expected ACTION=COST"),
+        ("--goal", " ", "expected Tokens separated by blanks"),
+    ],
+)
+def test_an_option_out_of_range_is_refused(farside, stream, option, value, named):
+    status, out, err = farside("learn", stream, option, value)
+    assert (status, out) == (2, "")
+    unboxed = " ".join(err.replace("│", " ").split())
+    assert named in unboxed
+    assert "Traceback" not in err
+
+
+def test_an_action_may_have_an_equals_sign_in_its_name(farside, tmp_path):
+    (tmp_path / "drive.jsonl").write_text(lines([("a", "v=1"), ("b", None)]))
+    _, out, _ = farside(
+        "learn", "drive.jsonl", "--action-cost", "v=1=5", "--goal", "at:b", "--json"
+    )
+    assert math.isclose(json.loads(out)["policies"][0]["values"][1]["value"], 10)
+
+
+def test_help_teaches_by_example(farside):
+    status, out, _ = farside("learn", "--help")
+    assert status == 0
+    assert "farside dem learn drive.jsonl" in out
+    assert "separated by blanks" in " ".join(out.replace("│", " ").split())

@@ -1,0 +1,206 @@
+"""The seed's worked example: what the three maps say of the yard, and the pictures of them."""
+
+import re
+import sys
+
+import pytest
+from PIL import Image
+
+from farside.missions.commands import main as cli
+from farside.missions.figure1.example import (
+    GOALS,
+    SEED,
+    TALLEST,
+    blocks,
+    greatest_value,
+    mixed,
+    ramp,
+    run_figure1,
+)
+from farside.missions.figure1.page import write_page
+from farside.missions.figure1.png import write_png
+
+COST = 2.66  # of each action, in the seed
+
+
+@pytest.fixture(scope="module")
+def figure():
+    return run_figure1(SEED)
+
+
+def way(chart, start, goal):
+    """The cells of a shortest way, both ends included."""
+    cells = [start]
+    for action in chart.way(start, goal):
+        cells.append(cells[-1].beside(action))
+    return cells
+
+
+def cheapest(figure, goal):
+    """Least sum of 2.66 / C_m to `goal` from every place, by relaxing all arcs until none gives."""
+    values = {f"at:{goal}": 0.0}
+    changed = True
+    while changed:
+        changed = False
+        for arc in figure.model.hypotheses:
+            (context,), (outcome,) = arc.context, arc.outcome
+            value = values.get(outcome, float("inf")) + COST / arc.cm
+            if value < values.get(context, float("inf")):
+                values[context] = value
+                changed = True
+    return values
+
+
+def test_every_place_of_the_yard_was_seen_and_nothing_else(figure):
+    seen = {token for (token,) in figure.model.signs}
+    assert seen == set(figure.chart.cells)
+    assert len(seen) == 74
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_what_a_shorter_look_saw_is_on_the_map_too(seed):
+    figure = run_figure1(seed)
+    assert {token for (token,) in figure.model.signs} <= set(figure.chart.cells)
+    for panel in figure.panels:
+        assert panel.values.keys() <= figure.chart.tokens.keys()
+
+
+def test_each_goal_has_a_map_of_all_places(figure):
+    assert [panel.goal for panel in figure.panels] == list(GOALS)
+    for panel in figure.panels:
+        assert panel.values.keys() == figure.chart.tokens.keys()
+        assert panel.values[figure.chart.cells[f"at:{panel.goal}"]].value == 0.0
+
+
+def test_values_are_the_least_sums_of_action_cost_over_corroboration(figure):
+    for panel in figure.panels:
+        expected = cheapest(figure, panel.goal)
+        for cell, row in panel.values.items():
+            assert row.value == pytest.approx(expected[figure.chart.tokens[cell]], rel=1e-12)
+
+
+@pytest.mark.parametrize("start", ["D", "8,4", "15,4", "1,4", "7,1", "12,2", "A", "B", "C"])
+def test_columns_fall_all_along_the_way_to_each_goal(figure, start):
+    for panel in figure.panels:
+        goal = figure.chart.cells[f"at:{panel.goal}"]
+        columns = [
+            panel.values[cell].value
+            for cell in way(figure.chart, figure.chart.cells[f"at:{start}"], goal)
+        ]
+        assert columns == sorted(set(columns), reverse=True)
+        assert columns[-1] == 0.0
+
+
+def test_following_the_best_actions_walks_down_to_the_goal(figure):
+    chart = figure.chart
+    for panel in figure.panels:
+        for start in chart.tokens:
+            cell = start
+            while (row := panel.values[cell]).action is not None:
+                beside = cell.beside(row.action)
+                assert panel.values[beside].value < row.value
+                assert panel.values[beside].depth == row.depth - 1
+                cell = beside
+            assert chart.tokens[cell] == f"at:{panel.goal}"
+
+
+def test_no_column_is_lower_than_its_way_is_long_and_together_they_are_little_higher(figure):
+    """Well-tried arcs cost little more than the action: the map is nearly that of an all-knower."""
+    for panel in figure.panels:
+        goal = figure.chart.cells[f"at:{panel.goal}"]
+        least = {cell: COST * len(figure.chart.way(cell, goal)) for cell in panel.values}
+        assert all(row.value >= least[cell] for cell, row in panel.values.items())
+        assert sum(row.value for row in panel.values.values()) <= 1.2 * sum(least.values())
+
+
+def test_the_same_seed_gives_the_same_lists_and_values(figure):
+    again = run_figure1(SEED)
+    assert again.model.hypotheses == figure.model.hypotheses
+    assert [panel.values for panel in again.panels] == [panel.values for panel in figure.panels]
+
+
+def test_a_picture_has_a_block_for_each_cell_as_high_as_its_value(figure):
+    for panel in figure.panels:
+        drawn = {block.cell: block for block in blocks(figure, panel)}
+        rows = figure.chart.rows
+        assert len(drawn) == len(rows) * len(rows[0])
+        for cell, row in panel.values.items():
+            assert drawn[cell].height == pytest.approx(TALLEST * row.value / greatest_value(figure))
+        walls = [block for block in drawn.values() if block.words == ("wall",)]
+        assert len(walls) == sum(row.count("#") for row in rows)
+        assert [drawn[rock].words for rock in figure.chart.rocks] == [("rock",)]
+        goal = drawn[figure.chart.cells[f"at:{panel.goal}"]]
+        assert goal.words == (f"at:{panel.goal}", "the goal")
+
+
+def test_places_that_no_known_path_leads_on_from_are_flat_and_say_so():
+    figure = run_figure1(1)
+    assert figure.panels[1].values == {}, "a seed with which the robot never sees B"
+    words = {block.words[-1] for block in blocks(figure, figure.panels[1])}
+    assert words == {"no known path to the goal", "wall", "rock"}
+
+
+def test_colours_run_from_light_at_the_goal_to_dark_far_away():
+    def light(colour):
+        return sum(bytes.fromhex(colour[1:]))
+
+    shades = [light(ramp(step / 50)) for step in range(51)]
+    assert shades == sorted(shades, reverse=True)
+    assert mixed("#000000", "#ff8000", 0.5) == "#804000"
+
+
+def test_the_page_needs_nothing_from_elsewhere(figure, tmp_path):
+    write_page(figure, tmp_path / "figure1.html")
+    page = (tmp_path / "figure1.html").read_text(encoding="utf-8")
+    assert not re.search(r"<(?:script|link|img)[^>]+(?:src|href)\s*=", page)
+    assert page.count("plotly.js v") == 1, "the library is inside, once"
+    for goal in GOALS:
+        assert f'id="goal-{goal}"' in page
+    value = figure.panels[0].values[figure.chart.cells["at:B"]]
+    words = f"at:B\\u003cbr\\u003epolicy value {value.value:.2f}"
+    assert words in page
+    assert f"valence depth {value.depth}" in page
+
+
+def test_the_png_shows_three_yards_in_the_colours_of_their_columns(figure, tmp_path):
+    write_png(figure, tmp_path / "figure1.png")
+    with Image.open(tmp_path / "figure1.png") as picture:
+        width, height = picture.size
+        third = width // 3
+        for number, panel in enumerate(figure.panels):
+            part = picture.crop((number * third, 0, (number + 1) * third, height))
+            colours = {colour for _, colour in part.getcolors(maxcolors=1 << 20)}
+            expected = {
+                block.colour for block in blocks(figure, panel) if block.words[0] == "wall"
+            } | {"#2fae72"}
+            assert {tuple(bytes.fromhex(colour[1:])) for colour in expected} <= colours
+
+
+def test_the_command_writes_both_pictures_and_shows_the_maps(monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(sys, "argv", ["farside", "dem", "figure1", "--out", "here"])
+    with pytest.raises(SystemExit) as end:
+        cli.main()
+    out = capsys.readouterr().out
+    assert end.value.code == 0
+    assert sorted(path.name for path in (tmp_path / "here").iterdir()) == [
+        "figure1.html",
+        "figure1.png",
+    ]
+    assert "74 of 74 places seen" in out
+    rows = [line.split() for line in out.splitlines()]
+    assert [row[0] for row in rows if len(row) > 2 and row[2] == "ms"] == list(GOALS)
+    assert "here/figure1.png" in out
+
+
+def test_without_the_extra_the_command_says_what_to_install(monkeypatch, capsys, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delitem(sys.modules, "farside.missions.figure1.page", raising=False)
+    monkeypatch.setitem(sys.modules, "plotly", None)
+    monkeypatch.setattr(sys, "argv", ["farside", "dem", "figure1"])
+    with pytest.raises(SystemExit) as end:
+        cli.main()
+    assert end.value.code == 2
+    shown = " ".join(capsys.readouterr().err.replace("│", " ").split())
+    assert "farside[figures]" in shown
+    assert list(tmp_path.iterdir()) == []

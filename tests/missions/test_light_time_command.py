@@ -1,0 +1,91 @@
+"""`farside link light-time`, as a person at a terminal meets it."""
+
+import json
+import sys
+
+import pytest
+
+from farside.missions.commands import main as cli
+
+
+@pytest.fixture
+def farside(monkeypatch, capsys):
+    """Runs `farside link light-time ...`: exit status, standard output, standard error."""
+
+    def run(*arguments):
+        monkeypatch.setattr(sys, "argv", ["farside", "link", "light-time", *arguments])
+        with pytest.raises(SystemExit) as end:
+            cli.main()
+        return end.value.code, *capsys.readouterr()
+
+    return run
+
+
+def test_json_is_one_object_of_three_numbers(farside):
+    status, out, err = farside("mars", "2021-02-18T00:00:00Z", "--json")
+
+    assert (status, err) == (0, "")
+    assert json.loads(out) == {
+        "uplink_s": pytest.approx(677.99, abs=0.05),
+        "downlink_s": pytest.approx(678.047, abs=0.05),
+        "sun_earth_target_deg": pytest.approx(82.36, abs=0.05),
+    }
+
+
+def test_people_read_seconds_minutes_and_the_angle(farside):
+    status, out, err = farside("mars", "2021-02-18")
+    lines = [line.split() for line in out.splitlines()]
+
+    assert (status, err) == (0, "")
+    assert [line[:1] for line in lines] == [["uplink"], ["downlink"], ["from"]]
+    assert lines[1] == ["downlink", "678.047", "s", "11:18.047", "min"]
+    assert lines[2] == ["from", "the", "Sun", "82.356°"]
+
+
+def test_less_than_a_minute_is_told_as_a_part_of_one(farside):
+    _, out, _ = farside("moon", "2021-02-18")
+    assert " 0:01." in out
+
+
+def test_people_are_told_of_a_conjunction(farside):
+    _, within, _ = farside("mars", "2021-10-08")
+    _, before, _ = farside("mars", "2021-09-08")
+
+    assert "in conjunction: below 2.2°, missions to Mars are sent no commands" in within
+    assert "conjunction" not in before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "named"),
+    [
+        (["mras", "2021-02-18"], ["body: expected one of", "'mras'", "did you mean mars?"]),
+        (["mars", "soon"], ["epoch: expected", "such as 2021-02-18T00:00:00Z", "'soon'"]),
+        (["mars", "2021-02-18T00:00:00"], ["did you mean 2021-02-18T00:00:00Z?"]),
+        (["mars", "1900-01-01", "--json"], ["epoch: expected times from 1960", "1900-01-01"]),
+    ],
+)
+def test_bad_input_is_status_2_and_one_line(farside, arguments, named):
+    status, out, err = farside(*arguments)
+
+    assert (status, out) == (2, "")
+    assert err.startswith("farside: ")
+    assert err.count("\n") == 1
+    for words in named:
+        assert words in err
+
+
+def test_without_astropy_it_is_status_2_and_says_what_to_install(farside, monkeypatch):
+    for module in ("astropy", "astropy.utils"):
+        monkeypatch.setitem(sys.modules, module, None)
+    status, _, err = farside("mars", "2021-02-18")
+
+    assert status == 2
+    assert "pip install 'farside[astropy]'" in err
+
+
+def test_help_shows_what_to_type(farside):
+    status, out, _ = farside("--help")
+
+    assert status == 0
+    assert "farside link light-time mars 2021-02-18T00:00:00Z" in out
+    assert "farside link light-time mars 2021-10-08 --json" in out
