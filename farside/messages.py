@@ -21,6 +21,14 @@ class Mode(StrEnum):
     AUTONOMOUS = "autonomous"
 
 
+class ModeCause(StrEnum):
+    """What brought the rover into a mode: the start of the run, the operator, a lost link."""
+
+    START = "start"
+    OPERATOR = "operator"
+    LINK_LOST = "link lost"
+
+
 class Failsafe(StrEnum):
     """How the rover takes the silence of the link: none, standing still, on its own."""
 
@@ -117,7 +125,7 @@ class ModeChanged(_Message, frozen=True, tag="mode"):
     """The rover is now in `mode`; `why` says what brought it there."""
 
     mode: Mode
-    why: str
+    why: ModeCause
 
 
 class FailsafeChanged(_Message, frozen=True, tag="failsafe"):
@@ -151,7 +159,7 @@ class Event(_Message, frozen=True, tag="event"):
     what: Happening
 
 
-class PathStep(_Message, frozen=True):
+class ProposedStep(_Message, frozen=True):
     """One step of a policy path: where, what to do there, and the cost from there to the goal."""
 
     sign: Tokens
@@ -164,6 +172,7 @@ class Proposal(_Message, frozen=True, tag="proposal"):
 
     Attributes:
         number: counts proposals from 1.
+        time_ns: when it was made.
         goal: the top-goal.
         action: the proposed action.
         chooser: goal-directed, or exploratory where no known path leads to the goal.
@@ -171,10 +180,11 @@ class Proposal(_Message, frozen=True, tag="proposal"):
     """
 
     number: int
+    time_ns: int
     goal: Tokens
     action: str
     chooser: Chooser
-    path: tuple[PathStep, ...]
+    path: tuple[ProposedStep, ...]
 
 
 class Telemetry(_Message, frozen=True, tag="telemetry"):

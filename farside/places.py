@@ -1,12 +1,31 @@
-"""The chart: the places that rover and ground both speak of, and their names."""
+"""The chart: the places that rover and ground both speak of, their names and their Tokens."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
 
 WALL, PLACE, ROCK, SHADOW = "#", ".", "o", "~"
+"""What a cell of a drawn yard holds, beside capital letters; see `Chart`."""
 
 ACTIONS: dict[str, tuple[int, int]] = {"N": (0, 1), "E": (1, 0), "S": (0, -1), "W": (-1, 0)}
 """Moves to a neighbouring place, as (east, north) in cells."""
+
+_PLACE = "at:"
+_DOCK = "D"
+
+
+def place_token(place: str) -> str:
+    """The Token that is sensed at the place of this name, such as `at:A` or `at:3,4`."""
+    return _PLACE + place
+
+
+def is_place_token(token: str) -> bool:
+    """Whether a Token says where the rover is."""
+    return token.startswith(_PLACE)
+
+
+def place_name(token: str) -> str:
+    """The name of the place whose Token this is: the reverse of `place_token`."""
+    return token.removeprefix(_PLACE)
 
 
 class Cell(NamedTuple):
@@ -24,10 +43,19 @@ class Cell(NamedTuple):
 class Chart:
     """A walled yard drawn with one character a cell, northernmost row first.
 
-    `#` is wall, `o` a rock, `.` a place without a name and any capital letter a place with that
-    name; `~` is a place without a name from which the terrain hides the other end of the link. The
-    Token of a place is `at:NAME`, or `at:EAST,NORTH` without a name. `D` is the dock
-    where the rover charges.
+    `#` is wall, `o` a rock, `.` a place, and any capital letter a place with that name; `~` is a
+    place from which terrain hides the other end of the link. Places without a letter are named by
+    their cell, `EAST,NORTH`. `D` is the dock, where the rover charges.
+
+    Attributes:
+        rows: the drawing.
+        cell_m: side of a cell.
+        places: every place by its name.
+        tokens: the Token of every place; see `place_token`.
+        cells: the place of every Token.
+        rocks: cells with a rock.
+        shadow: places in terrain shadow.
+        dock: where the rover charges; `None` without one.
 
     Raises:
         ValueError: if the drawing is empty, ragged, open at its edge, has an unknown character,
@@ -37,15 +65,16 @@ class Chart:
     def __init__(self, rows: tuple[str, ...], cell_m: float) -> None:
         self.rows = rows
         self.cell_m = cell_m
-        self.tokens: dict[Cell, str] = {}
+        self.places: dict[str, Cell] = {}
         self.rocks: list[Cell] = []
         self.shadow: set[Cell] = set()
         self._check_shape()
         for row, line in enumerate(rows):
             for east, character in enumerate(line):
                 self._read(Cell(east, len(rows) - 1 - row), character, row)
+        self.tokens = {cell: place_token(name) for name, cell in self.places.items()}
         self.cells = {token: cell for cell, token in self.tokens.items()}
-        self.dock = self.cells.get("at:D")
+        self.dock = self.places.get(_DOCK)
 
     def _check_shape(self) -> None:
         if not self.rows or not self.rows[0]:
@@ -66,19 +95,19 @@ class Chart:
             self.rocks.append(cell)
             return
         if character in {PLACE, SHADOW}:
-            token = f"at:{cell.east},{cell.north}"
+            name = f"{cell.east},{cell.north}"
             if character == SHADOW:
                 self.shadow.add(cell)
         elif "A" <= character <= "Z":
-            token = f"at:{character}"
+            name = character
         else:
             raise ValueError(
                 f"map row {row + 1} has '{character}': expected '{WALL}', '{PLACE}', '{ROCK}', "
                 f"'{SHADOW}' or a capital letter"
             )
-        if token in self.tokens.values():
+        if name in self.places:
             raise ValueError(f"map row {row + 1} names a second place '{character}'")
-        self.tokens[cell] = token
+        self.places[name] = cell
 
     def centre_m(self, cell: Cell) -> tuple[float, float]:
         """The middle of a cell, metres east and north of the chart's south-west corner."""

@@ -10,6 +10,12 @@ Positive = Annotated[float, Meta(gt=0)]
 Fraction = Annotated[float, Meta(ge=0, le=1)]
 Count = Annotated[int, Meta(ge=1)]
 
+PlaceName = Annotated[str, Meta(extra={"names": "place"})]
+"""The name of a place on the map, such as `A` or `3,4`; see `farside.validation.named`."""
+
+ActionName = Annotated[str, Meta(extra={"names": "action"})]
+"""The name of an action of the rover, such as `N`; see `farside.validation.named`."""
+
 
 class Section(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A table of the mission file. Unknown keys are refused."""

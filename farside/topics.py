@@ -1,11 +1,11 @@
-"""What a run's log holds: one struct a topic, and the `Journal` in which a node keeps them.
+"""What a run's log holds: every topic, and the types of their messages.
 
-The topic says who knew it: `/truth` what was so, `/rover` what the rover sensed, thought and did,
-`/link` the fate of every frame, `/ground` what the ground knew, and when.
+The first part of a topic's name says who knew: `/truth` what was so, `/rover` what the rover
+sensed, thought and did, `/link` the fate of every frame, `/ground` what the ground knew, and when.
 """
 
-from collections.abc import Sequence
 from enum import StrEnum
+from typing import TypeVar, cast
 
 import msgspec
 
@@ -14,13 +14,14 @@ from farside.messages import (
     Event,
     Failsafe,
     Mode,
+    ModeCause,
     Order,
-    PathStep,
     Proposal,
+    ProposedStep,
     Telemetry,
     Tokens,
 )
-from farside.node import Direction, Record
+from farside.node import Direction, Topic
 
 # --- /truth ------------------------------------------------------------------------------------
 
@@ -107,10 +108,10 @@ class ActionEnded(msgspec.Struct, frozen=True):
 
 
 class ModeEntry(msgspec.Struct, frozen=True):
-    """The rover's mode from now on, and why."""
+    """The rover's mode from now on, and what brought it there."""
 
     mode: Mode
-    why: str
+    why: ModeCause
 
 
 class FailsafeEntry(msgspec.Struct, frozen=True):
@@ -239,14 +240,6 @@ class FrameEvent(msgspec.Struct, frozen=True, omit_defaults=True):
     stored: bool = False
 
 
-class RoverFrame(FrameEvent, frozen=True):
-    """A `FrameEvent` at the rover's end."""
-
-
-class GroundFrame(FrameEvent, frozen=True):
-    """A `FrameEvent` at the ground's end."""
-
-
 class LinkOutage(msgspec.Struct, frozen=True):
     """An outage of one direction begins (`down` true) or ends."""
 
@@ -277,7 +270,7 @@ class Review(msgspec.Struct, frozen=True):
     proposal: int
     action: str
     override: str | None
-    path: tuple[PathStep, ...]
+    path: tuple[ProposedStep, ...]
 
 
 class Silence(msgspec.Struct, frozen=True):
@@ -286,64 +279,42 @@ class Silence(msgspec.Struct, frozen=True):
     silent: bool
 
 
-TOPICS: dict[str, type[msgspec.Struct]] = {
-    "/truth/yard": Yard,
-    "/truth/pose": Pose,
-    "/truth/bump": Bump,
-    "/rover/estimate": Estimate,
-    "/rover/cycle": Cycle,
-    "/rover/action_started": ActionStarted,
-    "/rover/action_ended": ActionEnded,
-    "/rover/mode": ModeEntry,
-    "/rover/failsafe": FailsafeEntry,
-    "/rover/command": CommandTaken,
-    "/rover/goal": GoalEntry,
-    "/rover/proposal": Proposal,
-    "/rover/frame": RoverFrame,
-    "/link/frame": FrameFate,
-    "/link/outage": LinkOutage,
-    "/ground/frame": GroundFrame,
-    "/ground/telemetry": Telemetry,
-    "/ground/command": CommandSent,
-    "/ground/event": EventLearned,
-    "/ground/review": Review,
-    "/ground/silence": Silence,
-}
-"""The type of each topic of Farside's own. Every one appears in the log as JSON."""
+# --- the topics --------------------------------------------------------------------------------
 
-_TOPIC_OF = {kind: topic for topic, kind in TOPICS.items()}
-_encoder = msgspec.json.Encoder(order="deterministic")
+T = TypeVar("T", bound=msgspec.Struct)
+
+TOPICS: dict[str, Topic[msgspec.Struct]] = {}
+"""Every topic of Farside's own by name. Each one appears in every log, used or not, as JSON."""
 
 
-class Journal:
-    """Collects a node's records in order, encoded, until they are taken."""
+def _topic(name: str, kind: type[T]) -> Topic[T]:
+    topic = Topic(name, kind)
+    TOPICS[name] = cast("Topic[msgspec.Struct]", topic)
+    return topic
 
-    def __init__(self) -> None:
-        self._records: list[Record] = []
 
-    def note(
-        self, entry: msgspec.Struct, time_ns: int, *, publish_time_ns: int | None = None
-    ) -> None:
-        """Record `entry`, known at `time_ns`, true at `publish_time_ns` (the same by default).
+TRUTH_YARD = _topic("/truth/yard", Yard)
+TRUTH_POSE = _topic("/truth/pose", Pose)
+TRUTH_BUMP = _topic("/truth/bump", Bump)
 
-        Raises:
-            KeyError: if `TOPICS` has no topic for the type of `entry`.
-        """
-        since = time_ns if publish_time_ns is None else publish_time_ns
-        self._records.append(Record(_TOPIC_OF[type(entry)], time_ns, since, _encoder.encode(entry)))
+ROVER_ESTIMATE = _topic("/rover/estimate", Estimate)
+ROVER_CYCLE = _topic("/rover/cycle", Cycle)
+ROVER_ACTION_STARTED = _topic("/rover/action_started", ActionStarted)
+ROVER_ACTION_ENDED = _topic("/rover/action_ended", ActionEnded)
+ROVER_MODE = _topic("/rover/mode", ModeEntry)
+ROVER_FAILSAFE = _topic("/rover/failsafe", FailsafeEntry)
+ROVER_COMMAND = _topic("/rover/command", CommandTaken)
+ROVER_GOAL = _topic("/rover/goal", GoalEntry)
+ROVER_PROPOSAL = _topic("/rover/proposal", Proposal)
+ROVER_FRAME = _topic("/rover/frame", FrameEvent)
 
-    def note_all(self, entries: Sequence[msgspec.Struct], times_ns: Sequence[int]) -> None:
-        """`note` for many, each known and true at its time; much the faster.
+LINK_FRAME = _topic("/link/frame", FrameFate)
+LINK_OUTAGE = _topic("/link/outage", LinkOutage)
 
-        Raises:
-            KeyError: as `note`.
-        """
-        topics = list(map(_TOPIC_OF.__getitem__, map(type, entries)))
-        # A line for each; JSON has line breaks in no other place.
-        payloads = _encoder.encode_lines(entries).split(b"\n")
-        self._records += map(Record, topics, times_ns, times_ns, payloads)
-
-    def take(self) -> list[Record]:
-        """The records since the last call."""
-        taken, self._records = self._records, []
-        return taken
+GROUND_FRAME = _topic("/ground/frame", FrameEvent)
+GROUND_TELEMETRY = _topic("/ground/telemetry", Telemetry)
+GROUND_COMMAND = _topic("/ground/command", CommandSent)
+GROUND_EVENT = _topic("/ground/event", EventLearned)
+GROUND_PROPOSAL = _topic("/ground/proposal", Proposal)
+GROUND_REVIEW = _topic("/ground/review", Review)
+GROUND_SILENCE = _topic("/ground/silence", Silence)

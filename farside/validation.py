@@ -78,6 +78,8 @@ def mismatches(data: object, schema: inspect.Type, key: Key = ()) -> Iterator[Pr
         key: where `data` stands.
     """
     match schema:
+        case inspect.Metadata():
+            yield from mismatches(data, schema.type, key)
         case inspect.UnionType():
             yield from _in_union(data, schema, key)
         case inspect.StructType() if isinstance(data, dict):
@@ -88,6 +90,43 @@ def mismatches(data: object, schema: inspect.Type, key: Key = ()) -> Iterator[Pr
         case _ if not _fits(data, schema):
             hint = did_you_mean(data, _choices(schema)) if isinstance(data, str) else ""
             yield Problem(key, f"expected {_expected(schema, data)}, found {shown(data)}{hint}")
+
+
+def named(
+    what: str, data: object, schema: inspect.Type, key: Key = ()
+) -> Iterator[tuple[Key, str]]:
+    """Every text that names a `what`, such as a place, and where it stands.
+
+    A type says so of its texts by `Meta(extra={"names": what})`.
+
+    Args:
+        what: the kind of thing.
+        data: what the file says at `key`, without mismatches.
+        schema: of the type.
+        key: where `data` stands.
+    """
+    match schema:
+        case inspect.Metadata() if isinstance(data, str) and schema.extra == {"names": what}:
+            yield key, data
+        case inspect.UnionType():
+            for kind in schema.types:
+                if not isinstance(kind, inspect.StructType) or _is_of(data, kind):
+                    yield from named(what, data, kind, key)
+        case inspect.StructType() if isinstance(data, dict):
+            for field in schema.fields:
+                if field.encode_name in data:
+                    inner = (*key, field.encode_name)
+                    yield from named(what, data[field.encode_name], field.type, inner)
+        case inspect.VarTupleType() if isinstance(data, list):
+            for index, entry in enumerate(data):
+                yield from named(what, entry, schema.item_type, (*key, str(index)))
+
+
+def _is_of(data: object, table: inspect.StructType) -> bool:
+    """Whether `data` is the table that it says it is; any one where that has no tag."""
+    return isinstance(data, dict) and (
+        table.tag_field is None or data.get(table.tag_field) == table.tag
+    )
 
 
 def _in_union(data: object, schema: inspect.UnionType, key: Key) -> Iterator[Problem]:
@@ -128,7 +167,7 @@ def _in_table(data: dict[str, object], schema: inspect.StructType, key: Key) -> 
         if name in data:
             problems += mismatches(data[name], field.type, (*key, name))
         elif field.required:
-            text = f"expected {_expected(field.type)}, found no such key"
+            text = f"expected {_expected(_bare(field.type))}, found no such key"
             problems.append(Problem((*key, name), text))
     return problems or _as_a_whole(data, schema.cls, key)
 
@@ -189,6 +228,10 @@ def _bounds(schema: _Number, data: object) -> list[_Bound]:
         ("<=", greatest if schema.le is None and beyond else schema.le, operator.le),
     )
     return [_Bound(sign, limit, holds) for sign, limit, holds in bounds if limit is not None]
+
+
+def _bare(schema: inspect.Type) -> inspect.Type:
+    return schema.type if isinstance(schema, inspect.Metadata) else schema
 
 
 def _expected(schema: inspect.Type, data: object = None) -> str:

@@ -1,20 +1,20 @@
 """What a mission file says of the ground station. Defaults are project defaults."""
 
 from farside.messages import Mode
-from farside.settings import Count, NonNegative, Positive, Section
+from farside.settings import ActionName, Count, NonNegative, PlaceName, Positive, Section
 
 
 class OverrideAt(Section, frozen=True):
     """Answer the n-th proposal since the goal was sent with `action` instead of consent."""
 
     proposal: Count
-    action: str
+    action: ActionName
 
 
 class Tour(Section, frozen=True, tag="tour", tag_field="do"):
     """Drive the rover by commands from place to place, one move at a time."""
 
-    places: tuple[str, ...]
+    places: tuple[PlaceName, ...]
 
 
 class SwitchMode(Section, frozen=True, tag="mode", tag_field="do"):
@@ -26,7 +26,7 @@ class SwitchMode(Section, frozen=True, tag="mode", tag_field="do"):
 class Pursue(Section, frozen=True, tag="goal", tag_field="do"):
     """Send a goal; consent to proposals, but for `overrides`, until the goal is known reached."""
 
-    place: str
+    place: PlaceName
     priority: Positive = 2.0
     overrides: tuple[OverrideAt, ...] = ()
 
@@ -34,7 +34,7 @@ class Pursue(Section, frozen=True, tag="goal", tag_field="do"):
 class AwaitReached(Section, frozen=True, tag="await", tag_field="do"):
     """Wait until the ground knows that the rover reached a goal that someone else set."""
 
-    place: str
+    place: PlaceName
 
 
 class WaitUntil(Section, frozen=True, tag="wait", tag_field="do"):

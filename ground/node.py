@@ -2,16 +2,25 @@
 
 from collections.abc import Sequence
 
-import msgspec
-
 from farside.ground.belief import Belief
 from farside.ground.commands import CommandDesk
 from farside.ground.config import GroundConfig
 from farside.ground.operators.scripted import Operator, Situation
 from farside.link.endpoint.endpoint import LinkTerms, ground_endpoint
 from farside.messages import Approve, Event, Heartbeat, Order, Override, Proposal, Telemetry
-from farside.node import Frame, Step, to_ns
-from farside.topics import CommandSent, EventLearned, Journal, Review, Silence
+from farside.node import Frame, Journal, Step, to_ns
+from farside.topics import (
+    GROUND_COMMAND,
+    GROUND_EVENT,
+    GROUND_PROPOSAL,
+    GROUND_REVIEW,
+    GROUND_SILENCE,
+    GROUND_TELEMETRY,
+    CommandSent,
+    EventLearned,
+    Review,
+    Silence,
+)
 
 
 class Ground:
@@ -31,7 +40,7 @@ class Ground:
         self._now_ns = 0
         self._operator = operator
         self._journal = Journal()
-        self._endpoint = ground_endpoint(terms, self._note)
+        self._endpoint = ground_endpoint(terms, self._journal)
         self._belief = Belief()
         self._desk = CommandDesk(terms.round_trip_ns + to_ns(config.command_lifetime_s))
         self._heartbeat_ns = to_ns(config.heartbeat_s)
@@ -49,7 +58,7 @@ class Ground:
         return Step(self._endpoint.take_sent(), self._journal.take())
 
     def _tick(self) -> None:
-        now_ns = self._now_ns
+        now_ns = self._journal.now_ns = self._now_ns
         self._listen()
         self._judge_silence()
         if now_ns >= self._heartbeat_at_ns:
@@ -59,20 +68,20 @@ class Ground:
             self._note_review(order)
             command = self._desk.give(order, now_ns)
             self._endpoint.send(command, now_ns)
-            self._note(CommandSent(command.number, command.order), now_ns)
+            self._journal.note(GROUND_COMMAND, CommandSent(command.number, command.order))
 
     def _listen(self) -> None:
-        now_ns = self._now_ns
-        for message in self._endpoint.received(now_ns):
+        for message in self._endpoint.received(self._now_ns):
             match message:
                 case Telemetry():
-                    self._journal.note(message, now_ns, publish_time_ns=message.time_ns)
+                    self._journal.note(GROUND_TELEMETRY, message, publish_time_ns=message.time_ns)
                     self._belief.learn(message)
                 case Event():
-                    entry = EventLearned(message)
-                    self._journal.note(entry, now_ns, publish_time_ns=message.time_ns)
+                    learned = EventLearned(message)
+                    self._journal.note(GROUND_EVENT, learned, publish_time_ns=message.time_ns)
                     self._belief.events.append(message)
                 case Proposal():
+                    self._journal.note(GROUND_PROPOSAL, message, publish_time_ns=message.time_ns)
                     self._belief.consider(message)
         self._belief.heard_ns = self._endpoint.heard_ns or 0
 
@@ -80,20 +89,18 @@ class Ground:
         silent = self._now_ns - self._belief.heard_ns >= self._silent_after_ns
         if silent is not self._silent:
             self._silent = silent
-            self._journal.note(Silence(silent), self._now_ns)
+            self._journal.note(GROUND_SILENCE, Silence(silent))
 
     def _situation(self) -> Situation:
         telemetry = self._belief.telemetry
         settled = telemetry is not None and telemetry.commands_done == self._desk.last_given
         return Situation(self._now_ns, self._belief, settled, self._silent)
 
-    def _note(self, entry: msgspec.Struct, time_ns: int) -> None:
-        self._journal.note(entry, time_ns)
-
     def _note_review(self, order: Order) -> None:
         if isinstance(order, Approve | Override) and self._belief.proposal is not None:
             proposal = self._belief.proposal
             override = order.action if isinstance(order, Override) else None
             self._journal.note(
-                Review(proposal.number, proposal.action, override, proposal.path), self._now_ns
+                GROUND_REVIEW,
+                Review(proposal.number, proposal.action, override, proposal.path),
             )

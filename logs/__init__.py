@@ -5,30 +5,31 @@ questions about a run, and `story`, `picture`, `screen` and `replay` show one.
 """
 
 from farside.logs.picture import LinkPicture, Picture
-from farside.logs.reading import Attachment, LogEntry, LogFile, decode
+from farside.logs.reading import Attachment, LogEntry, LogFile, decode, decoded
 from farside.logs.recording import Digest, LogError, Recorder, digest_of
 from farside.logs.replay import play
 from farside.logs.screen import screen
-from farside.logs.story import Line, clock
-from farside.logs.views import GoalStory, LinkCounters, ModeSpan, Outage, RunView
+from farside.logs.story import StoryLine, clock
+from farside.logs.views import GoalStory, LinkCounters, ModeSpan, OutageSpan, RunView
 
 __all__ = [
     "Attachment",
     "Digest",
     "GoalStory",
-    "Line",
     "LinkCounters",
     "LinkPicture",
     "LogEntry",
     "LogError",
     "LogFile",
     "ModeSpan",
-    "Outage",
+    "OutageSpan",
     "Picture",
     "Recorder",
     "RunView",
+    "StoryLine",
     "clock",
     "decode",
+    "decoded",
     "digest_of",
     "play",
     "screen",

@@ -7,11 +7,25 @@ from typing import Any
 
 import msgspec
 
-from farside.logs.story import Line, tell
+from farside.logs.reading import LogEntry
+from farside.logs.story import StoryLine, tell
 from farside.messages import Failsafe, Mode, Proposal, Telemetry, Tokens
 from farside.node import Direction
 from farside.places import Chart
 from farside.topics import (
+    GROUND_SILENCE,
+    GROUND_TELEMETRY,
+    LINK_FRAME,
+    LINK_OUTAGE,
+    ROVER_ACTION_ENDED,
+    ROVER_ACTION_STARTED,
+    ROVER_CYCLE,
+    ROVER_FAILSAFE,
+    ROVER_GOAL,
+    ROVER_MODE,
+    ROVER_PROPOSAL,
+    TRUTH_POSE,
+    TRUTH_YARD,
     ActionEnded,
     ActionStarted,
     Cycle,
@@ -72,15 +86,15 @@ class Picture:
     link: dict[Direction, LinkPicture] = field(
         default_factory=lambda: {direction: LinkPicture() for direction in Direction}
     )
-    lines: deque[Line] = field(default_factory=lambda: deque(maxlen=_LINES_KEPT))
+    lines: deque[StoryLine] = field(default_factory=lambda: deque(maxlen=_LINES_KEPT))
 
-    def apply(self, t_ns: int, entry: msgspec.Struct) -> Line | None:
-        """Take in the next entry, logged at `t_ns`; gives its line in the story, if it has one."""
-        line = None if self._is_old_news(entry) else tell(t_ns, entry)
+    def apply(self, logged: LogEntry) -> StoryLine | None:
+        """Take in the next entry of the log; gives its line in the story, if it has one."""
+        line = None if self._is_old_news(logged.entry) else tell(logged.log_time_ns, logged.entry)
         if line is not None:
             self.lines.append(line)
-        if (change := _CHANGES.get(type(entry))) is not None:
-            change(self, entry)
+        if (change := _CHANGES.get(logged.topic)) is not None:
+            change(self, logged.entry)
         return line
 
     def _is_old_news(self, entry: msgspec.Struct) -> bool:
@@ -161,18 +175,18 @@ def _link_outage(picture: Picture, entry: LinkOutage) -> None:
     picture.link[entry.direction].down = entry.down
 
 
-_CHANGES: dict[type[msgspec.Struct], Callable[[Picture, Any], None]] = {
-    Yard: _yard,
-    Pose: _pose,
-    ModeEntry: _mode_entry,
-    FailsafeEntry: _failsafe_entry,
-    ActionStarted: _action_started,
-    ActionEnded: _action_ended,
-    GoalEntry: _goal_entry,
-    Cycle: _cycle,
-    Proposal: _proposal,
-    Telemetry: _telemetry,
-    Silence: _silence,
-    FrameFate: _frame_fate,
-    LinkOutage: _link_outage,
+_CHANGES: dict[str, Callable[[Picture, Any], None]] = {
+    TRUTH_YARD.name: _yard,
+    TRUTH_POSE.name: _pose,
+    ROVER_MODE.name: _mode_entry,
+    ROVER_FAILSAFE.name: _failsafe_entry,
+    ROVER_ACTION_STARTED.name: _action_started,
+    ROVER_ACTION_ENDED.name: _action_ended,
+    ROVER_GOAL.name: _goal_entry,
+    ROVER_CYCLE.name: _cycle,
+    ROVER_PROPOSAL.name: _proposal,
+    GROUND_TELEMETRY.name: _telemetry,
+    GROUND_SILENCE.name: _silence,
+    LINK_FRAME.name: _frame_fate,
+    LINK_OUTAGE.name: _link_outage,
 }

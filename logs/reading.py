@@ -33,8 +33,6 @@ _DAMAGE = (
 )
 """What decoding wrong bytes ends in: sums, lengths, texts and channels that cannot be."""
 
-_DECODERS = {topic: msgspec.json.Decoder(kind) for topic, kind in TOPICS.items()}
-
 
 class Attachment(NamedTuple):
     """A file inside a log."""
@@ -66,17 +64,25 @@ def decode(record: Record) -> msgspec.Struct:
     Raises:
         LogError: if the topic is not one of `TOPICS`, or the payload is not of its type.
     """
-    decoder = _DECODERS.get(record.topic)
-    if decoder is None:
+    topic = TOPICS.get(record.topic)
+    if topic is None:
         raise LogError(
             f"topic {record.topic} is unknown here: read the log with the version that wrote it"
         )
     try:
-        return decoder.decode(record.payload)
+        return topic.decode(record.payload)
     except msgspec.MsgspecError as error:
         where = f"{record.topic} at {to_s(record.log_time_ns)} s"
-        message = f"{where} does not hold a {TOPICS[record.topic].__name__}: {error}"
-        raise LogError(message) from error
+        raise LogError(f"{where} does not hold a {topic.kind.__name__}: {error}") from error
+
+
+def decoded(record: Record) -> LogEntry:
+    """A record with its entry decoded.
+
+    Raises:
+        LogError: as `decode`.
+    """
+    return LogEntry(record.log_time_ns, record.publish_time_ns, record.topic, decode(record))
 
 
 class LogFile:
@@ -129,7 +135,7 @@ class LogFile:
             LogError: at a message that cannot be decoded, or a part of the file that is damaged.
         """
         for record in self.records():
-            yield LogEntry(record.log_time_ns, record.publish_time_ns, record.topic, decode(record))
+            yield decoded(record)
 
     def digest(self) -> str:
         """The `Digest` of all messages, computed anew from the file."""

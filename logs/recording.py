@@ -8,11 +8,12 @@ from pathlib import Path
 from types import TracebackType
 from typing import Self
 
+import msgspec
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import Writer
 
 from farside.logs.schemas import topic_schema
-from farside.node import Record
+from farside.node import Record, Topic
 from farside.topics import TOPICS
 
 LIBRARY = "farside"
@@ -89,15 +90,17 @@ class Recorder:
         self._digest = Digest()
         self._writer = Writer(self._file)
         self._writer.start(library=f"{LIBRARY} {_VERSION}")
-        self._channels = {topic: self._register(topic) for topic in TOPICS}
+        self._schemas: dict[type[msgspec.Struct], int] = {}
+        self._channels = {topic.name: self._register(topic) for topic in TOPICS.values()}
         self._writer.flush()
 
-    def _register(self, topic: str) -> int:
-        kind = TOPICS[topic]
-        schema = self._writer.register_schema(
-            f"farside.{kind.__name__}", SchemaEncoding.JSONSchema, topic_schema(kind)
-        )
-        return self._writer.register_channel(topic, MessageEncoding.JSON, schema)
+    def _register(self, topic: Topic[msgspec.Struct]) -> int:
+        kind = topic.kind
+        if kind not in self._schemas:
+            self._schemas[kind] = self._writer.register_schema(
+                f"farside.{kind.__name__}", SchemaEncoding.JSONSchema, topic_schema(kind)
+            )
+        return self._writer.register_channel(topic.name, MessageEncoding.JSON, self._schemas[kind])
 
     @property
     def digest(self) -> str:

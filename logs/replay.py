@@ -62,7 +62,7 @@ def play(
 def _print_lines(log: LogFile, console: Console, start_ns: int) -> None:
     picture = Picture()
     for entry in log.entries():
-        line = picture.apply(entry.log_time_ns, entry.entry)
+        line = picture.apply(entry)
         if line is not None and line.t_ns >= start_ns:
             text = f"{clock(line.t_ns):>10}  {line.who:<6}  {line.text}"
             console.print(Text(text), soft_wrap=True)
@@ -98,7 +98,7 @@ class _Film:
 
     def _run_to(self, time_ns: int) -> None:
         while self._next is not None and self._next.log_time_ns <= time_ns:
-            self._picture.apply(self._next.log_time_ns, self._next.entry)
+            self._picture.apply(self._next)
             self._next = next(self._coming, None)
         self._now_ns = time_ns
 

@@ -11,10 +11,10 @@ from rich.table import Table
 from rich.text import Text
 
 from farside.logs.picture import Picture
-from farside.logs.story import Line, clock, name
+from farside.logs.story import StoryLine, clock, name
 from farside.messages import Failsafe, Mode
 from farside.node import Direction, Role, to_s
-from farside.places import ROCK, SHADOW, WALL, Cell, Chart
+from farside.places import ROCK, SHADOW, WALL, Cell, Chart, place_name
 from farside.topics import ActionStarted
 
 _ARROWS = "→↗↑↖←↙↓↘"
@@ -158,7 +158,7 @@ def _marks(picture: Picture, chart: Chart) -> dict[Cell, _Mark]:
     goals = {token for sign in picture.goals for token in sign}
     marks = {
         cell: _place_mark(
-            token.removeprefix("at:"),
+            place_name(token),
             visited=token in picture.visited,
             proposed=token in proposed,
             goal=token in goals,
@@ -242,7 +242,7 @@ def _age(picture: Picture, now_ns: int) -> str:
     return f"{to_s(now_ns - picture.telemetry.time_ns):.1f} s old"
 
 
-def _events(lines: Sequence[Line]) -> Table:
+def _events(lines: Sequence[StoryLine]) -> Table:
     return _grid(
         [
             (

@@ -36,7 +36,7 @@ from farside.topics import (
 )
 
 
-class Line(NamedTuple):
+class StoryLine(NamedTuple):
     """One event of the story.
 
     Attributes:
@@ -63,21 +63,21 @@ def name(sign: Tokens) -> str:
     return " + ".join(sign)
 
 
-def tell(t_ns: int, entry: msgspec.Struct) -> Line | None:
+def tell(t_ns: int, entry: msgspec.Struct) -> StoryLine | None:
     """The line for an entry logged at `t_ns`; `None` for what is measurement or repetition."""
     match entry:
         case ModeEntry(mode=mode, why=why):
-            return Line(t_ns, Role.ROVER, f"mode {mode}: {why}")
+            return StoryLine(t_ns, Role.ROVER, f"mode {mode}: {why}")
         case FailsafeEntry(state=state, silence_s=silence_s):
-            return Line(t_ns, Role.ROVER, _failsafe(state, silence_s))
+            return StoryLine(t_ns, Role.ROVER, _failsafe(state, silence_s))
         case GoalEntry():
-            return Line(t_ns, Role.ROVER, _goal(entry))
+            return StoryLine(t_ns, Role.ROVER, _goal(entry))
         case CommandTaken(number=number, order=order, refused=str(why)):
             text = f"refuses command {number} ({_order(order)}): {why}"
-            return Line(t_ns, Role.ROVER, text)
+            return StoryLine(t_ns, Role.ROVER, text)
         case ActionEnded(blocked=True):
             text = f"{entry.action} was blocked, after {entry.duration_s:.1f} s"
-            return Line(t_ns, Role.ROVER, text, routine=True)
+            return StoryLine(t_ns, Role.ROVER, text, routine=True)
         case _:
             return _tell_of_link_or_ground(t_ns, entry)
 
@@ -91,21 +91,21 @@ _OUTAGES = {
 }
 
 
-def _tell_of_link_or_ground(t_ns: int, entry: msgspec.Struct) -> Line | None:
+def _tell_of_link_or_ground(t_ns: int, entry: msgspec.Struct) -> StoryLine | None:
     match entry:
         case LinkOutage(direction=direction, down=down, reason=reason):
             way = "uplink" if direction is Direction.UP else "downlink"
             text = f"{way}: {_OUTAGES[reason]} {'begins' if down else 'ends'}"
-            return Line(t_ns, Role.LINK, text)
+            return StoryLine(t_ns, Role.LINK, text)
         case CommandSent(number=number, order=order):
             text = f"command {number}: {_order(order)}"
-            return Line(t_ns, Role.GROUND, text, routine=isinstance(order, Drive | Approve))
+            return StoryLine(t_ns, Role.GROUND, text, routine=isinstance(order, Drive | Approve))
         case EventLearned(event=event):
             text = f"learns of {clock(event.time_ns)}: {_happening(event.what)}"
-            return Line(t_ns, Role.GROUND, text)
+            return StoryLine(t_ns, Role.GROUND, text)
         case Silence(silent=silent):
             text = "hears nothing from the rover" if silent else "hears the rover"
-            return Line(t_ns, Role.GROUND, text)
+            return StoryLine(t_ns, Role.GROUND, text)
         case _:
             return None
 

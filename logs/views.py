@@ -12,33 +12,34 @@ from typing import NamedTuple, Self, TypeVar, cast
 import msgspec
 
 from farside.logs.reading import LogFile, decode
-from farside.messages import Failsafe, Mode, Tokens
-from farside.node import Direction, Record, to_ns, to_s
-from farside.places import Chart
+from farside.messages import Failsafe, Mode, ModeCause, Tokens
+from farside.node import Direction, Record, Topic, to_ns, to_s
+from farside.places import Chart, is_place_token
 from farside.topics import (
-    TOPICS,
+    GROUND_COMMAND,
+    GROUND_FRAME,
+    LINK_FRAME,
+    LINK_OUTAGE,
+    ROVER_COMMAND,
+    ROVER_CYCLE,
+    ROVER_FAILSAFE,
+    ROVER_FRAME,
+    ROVER_GOAL,
+    ROVER_MODE,
+    TRUTH_POSE,
+    TRUTH_YARD,
     CommandSent,
     CommandTaken,
     Cycle,
-    FailsafeEntry,
     Fate,
-    FrameEvent,
     FrameFate,
     FrameStage,
     GoalChange,
-    GoalEntry,
     GoalSource,
-    GroundFrame,
-    LinkOutage,
-    ModeEntry,
-    Pose,
-    RoverFrame,
-    Yard,
 )
 
 T = TypeVar("T", bound=msgspec.Struct)
 
-_TOPIC_OF = {kind: topic for topic, kind in TOPICS.items()}
 _log_time_ns = attrgetter("log_time_ns")
 
 
@@ -47,10 +48,10 @@ class ModeSpan(NamedTuple):
 
     t_s: float
     mode: Mode
-    why: str
+    why: ModeCause
 
 
-class Outage(NamedTuple):
+class OutageSpan(NamedTuple):
     """One direction was down from `start_s` until `end_s`, or until the run ended."""
 
     direction: Direction
@@ -136,14 +137,13 @@ class RunView:
         """When the last record was made."""
         return to_s(self._end_ns)
 
-    def entries(self, kind: type[T]) -> tuple[tuple[float, T], ...]:
-        """All entries of one of the types in `TOPICS`, each with its log time."""
-        topic = _TOPIC_OF[kind]
-        if topic not in self._decoded:
-            self._decoded[topic] = tuple(
-                (to_s(record.log_time_ns), decode(record)) for record in self._records[topic]
+    def entries(self, topic: Topic[T]) -> tuple[tuple[float, T], ...]:
+        """All messages of a topic, each with its log time in seconds."""
+        if topic.name not in self._decoded:
+            self._decoded[topic.name] = tuple(
+                (to_s(record.log_time_ns), decode(record)) for record in self._records[topic.name]
             )
-        return cast("tuple[tuple[float, T], ...]", self._decoded[topic])
+        return cast("tuple[tuple[float, T], ...]", self._decoded[topic.name])
 
     # --- what was so at a time -----------------------------------------------------------------
 
@@ -153,7 +153,7 @@ class RunView:
         Raises:
             ValueError: if `t_s` is not within the run.
         """
-        return self._latest(ModeEntry, t_s).mode
+        return self._latest(ROVER_MODE, t_s).mode
 
     def failsafe_at(self, t_s: float) -> Failsafe:
         """The state of the rover's failsafe.
@@ -161,7 +161,7 @@ class RunView:
         Raises:
             ValueError: if `t_s` is not within the run.
         """
-        return self._latest(FailsafeEntry, t_s).state
+        return self._latest(ROVER_FAILSAFE, t_s).state
 
     def place_at(self, t_s: float) -> str:
         """The Token of the place where the rover really was.
@@ -169,15 +169,15 @@ class RunView:
         Raises:
             ValueError: if `t_s` is not within the run.
         """
-        return self._latest(Pose, t_s).place
+        return self._latest(TRUTH_POSE, t_s).place
 
-    def _latest(self, kind: type[T], t_s: float) -> T:
+    def _latest(self, topic: Topic[T], t_s: float) -> T:
         if not 0 <= t_s <= self.duration_s:
             raise ValueError(f"{t_s} s is not within the run, from 0 to {self.duration_s} s")
-        records = self._records[_TOPIC_OF[kind]]
+        records = self._records[topic.name]
         known = bisect_right(records, to_ns(t_s), key=_log_time_ns)
         if not known:
-            raise ValueError(f"the run has no {_TOPIC_OF[kind]} at {t_s} s or before")
+            raise ValueError(f"the run has no {topic.name} at {t_s} s or before")
         return cast("T", decode(records[known - 1]))
 
     # --- the whole story -----------------------------------------------------------------------
@@ -185,7 +185,9 @@ class RunView:
     @property
     def modes(self) -> tuple[ModeSpan, ...]:
         """Every mode that the rover was in, from the start."""
-        return tuple(ModeSpan(t_s, entry.mode, entry.why) for t_s, entry in self.entries(ModeEntry))
+        return tuple(
+            ModeSpan(t_s, entry.mode, entry.why) for t_s, entry in self.entries(ROVER_MODE)
+        )
 
     def reached(self, token: str | Sequence[str]) -> float | None:
         """When a Sign was first reached as a goal, `None` if it never was.
@@ -204,10 +206,10 @@ class RunView:
         return next((t_s for t_s in times if t_s is not None), None)
 
     def _check_places(self, sign: Tokens) -> None:
-        yard = self._latest(Yard, 0)
+        yard = self._latest(TRUTH_YARD, 0)
         places = Chart(yard.rows, yard.cell_m).cells
         for token in sign:
-            if token.startswith("at:") and token not in places:
+            if is_place_token(token) and token not in places:
                 named = ", ".join(sorted(place for place in places if "," not in place))
                 raise ValueError(f"the map has no place {token}; its named places are {named}")
 
@@ -216,7 +218,7 @@ class RunView:
         """Every goal in the order in which they came on the Goal List, one for each who set it."""
         stories: list[GoalStory] = []
         listed: dict[tuple[Tokens, GoalSource], int] = {}
-        for t_s, entry in self.entries(GoalEntry):
+        for t_s, entry in self.entries(ROVER_GOAL):
             wanted = entry.tokens, entry.source
             if wanted not in listed:
                 listed[wanted] = len(stories)
@@ -231,23 +233,23 @@ class RunView:
         return tuple(stories)
 
     def _truly(self, sign: Tokens, t_s: float) -> bool:
-        places = [token for token in sign if token.startswith("at:")]
+        places = [token for token in sign if is_place_token(token)]
         return not places or places == [self.place_at(t_s)]
 
     @property
     def commands_sent(self) -> tuple[tuple[float, CommandSent], ...]:
-        """Every time that the ground put a command on the uplink, repeats too."""
-        return self.entries(CommandSent)
+        """Every command that the ground put on the uplink."""
+        return self.entries(GROUND_COMMAND)
 
     @property
     def commands_taken(self) -> tuple[tuple[float, CommandTaken], ...]:
         """Every command that the rover took, obeyed or refused."""
-        return self.entries(CommandTaken)
+        return self.entries(ROVER_COMMAND)
 
     @property
     def dem(self) -> Cycle | None:
         """The DEM's last cycle, with the sizes of its lists; `None` if it never had one."""
-        records = self._records[_TOPIC_OF[Cycle]]
+        records = self._records[ROVER_CYCLE.name]
         return cast("Cycle", decode(records[-1])) if records else None
 
     # --- the link ------------------------------------------------------------------------------
@@ -269,7 +271,7 @@ class RunView:
             ValueError: if `delivered_between` ends before it starts, or there is no such direction
                 or fate.
         """
-        frames = [frame for _, frame in self.entries(FrameFate)]
+        frames = [frame for _, frame in self.entries(LINK_FRAME)]
         if direction is not None:
             frames = [frame for frame in frames if frame.direction is Direction(direction)]
         if fate is not None:
@@ -304,25 +306,24 @@ class RunView:
         )
 
     def _count(self, direction: Direction, stage: FrameStage) -> int:
-        ends: tuple[type[FrameEvent], ...] = (RoverFrame, GroundFrame)
         return sum(
-            entry.direction is direction and entry.stage is stage
-            for end in ends
-            for _, entry in self.entries(end)
+            event.direction is direction and event.stage is stage
+            for end in (ROVER_FRAME, GROUND_FRAME)
+            for _, event in self.entries(end)
         )
 
     @property
-    def outages(self) -> tuple[Outage, ...]:
+    def outages(self) -> tuple[OutageSpan, ...]:
         """Every outage in the order in which they began, uplink first where both did at once."""
         began: dict[Direction, float] = {}
         outages = []
-        for t_s, entry in self.entries(LinkOutage):
+        for t_s, entry in self.entries(LINK_OUTAGE):
             if entry.down:
                 began.setdefault(entry.direction, t_s)
             elif entry.direction in began:
                 start_s = began.pop(entry.direction)
-                outages.append(Outage(entry.direction, start_s, t_s))
-        outages += [Outage(way, start_s, self.duration_s) for way, start_s in began.items()]
+                outages.append(OutageSpan(entry.direction, start_s, t_s))
+        outages += [OutageSpan(way, start_s, self.duration_s) for way, start_s in began.items()]
         return tuple(sorted(outages, key=lambda outage: (outage.start_s, outage.direction != "up")))
 
 

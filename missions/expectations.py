@@ -2,8 +2,8 @@
 
 from collections.abc import Callable
 
-from farside.logs.views import Outage, RunView
-from farside.messages import Mode
+from farside.logs.views import OutageSpan, RunView
+from farside.messages import Mode, ModeCause
 from farside.missions.result import Judgement
 from farside.missions.schema import (
     AutonomyExpected,
@@ -13,7 +13,8 @@ from farside.missions.schema import (
     ReachedExpected,
 )
 from farside.node import Direction, to_ns
-from farside.topics import ActionStarted, Fate, FrameFate
+from farside.places import place_token
+from farside.topics import ROVER_ACTION_STARTED, Fate, FrameFate
 
 
 def judge(expectation: Expectation, run: RunView) -> Judgement:
@@ -30,7 +31,7 @@ def judge(expectation: Expectation, run: RunView) -> Judgement:
 
 
 def _reached(expectation: ReachedExpected, run: RunView) -> Judgement:
-    token = f"at:{expectation.place}"
+    token = place_token(expectation.place)
     reached_s = run.reached(token)
     name = f"goal {token} reached"
     if expectation.in_blackout:
@@ -49,7 +50,9 @@ def _autonomy(expectation: AutonomyExpected, run: RunView) -> Judgement:
     name = f"autonomy within {within_s:g} s of each loss of the uplink, never otherwise"
     losses = _outages(run, Direction.UP)
     taken_s = [
-        mode.t_s for mode in run.modes if mode.mode is Mode.AUTONOMOUS and mode.why == "link lost"
+        mode.t_s
+        for mode in run.modes
+        if mode.mode is Mode.AUTONOMOUS and mode.why is ModeCause.LINK_LOST
     ]
     unfounded = [
         f"{t_s:.1f} s"
@@ -84,7 +87,7 @@ def _obedience(run: RunView) -> Judgement:
             )
         if taken.refused is None:
             obeyed.add(taken.number)
-    for t_s, action in run.entries(ActionStarted):
+    for t_s, action in run.entries(ROVER_ACTION_STARTED):
         if action.command is not None and action.command not in obeyed:
             return Judgement(name, met=False, detail=f"action {action.action} at {t_s:.1f} s")
     return Judgement(name, met=True, detail=f"{len(sent)} sent, {len(obeyed)} obeyed")
@@ -125,9 +128,9 @@ def _sending_ns(frame: FrameFate) -> tuple[int, int]:
     return frame.sent_ns, frame.sent_end_ns
 
 
-def _outages(run: RunView, direction: Direction) -> list[Outage]:
+def _outages(run: RunView, direction: Direction) -> list[OutageSpan]:
     return [outage for outage in run.outages if outage.direction is direction]
 
 
-def _during(outages: list[Outage], t_s: float) -> bool:
+def _during(outages: list[OutageSpan], t_s: float) -> bool:
     return any(outage.start_s <= t_s < outage.end_s for outage in outages)

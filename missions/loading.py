@@ -10,12 +10,11 @@ from typing import Any, NamedTuple
 
 import msgspec
 
-from farside.ground.config import AwaitReached, Pursue, Tour
 from farside.link.profile.resolve import LinkConfigError, resolve_link, with_preset
-from farside.missions.overrides import Override, put, read_overrides
-from farside.missions.schema import MissionFile, ReachedExpected
-from farside.places import ACTIONS, Cell, Chart
-from farside.validation import Key, Problem, did_you_mean, dotted, mismatches, shown
+from farside.missions.overrides import Assignment, put, read_overrides
+from farside.missions.schema import MissionFile
+from farside.places import ACTIONS, Cell, Chart, place_name
+from farside.validation import Key, Problem, did_you_mean, dotted, mismatches, named, shown
 
 _SCHEMA = msgspec.inspect.type_info(MissionFile)
 _COORDINATES = re.compile(r"([0-9]{1,4}),([0-9]{1,4})")
@@ -71,11 +70,11 @@ def load_mission(
     except ValueError as error:
         raise MissionError(f"{source}: {error}") from error
     if seed is not None:
-        changes.append(Override(("seed",), seed, f"--seed {seed}"))
+        changes.append(Assignment(("seed",), seed, f"--seed {seed}"))
     problems = [*_put_in(changes, data), *_preset_in(data), *mismatches(data, _SCHEMA)]
     _refuse(problems, source, changes)
     mission = msgspec.convert(data, MissionFile)
-    _refuse(_contradictions(mission), source, changes)
+    _refuse(_contradictions(mission, data), source, changes)
     try:
         link = resolve_link(mission.link, folder=Path(source).parent, duration_s=mission.duration_s)
     except LinkConfigError as error:
@@ -120,7 +119,7 @@ def _shipped() -> dict[str, Traversable]:
     }
 
 
-def _put_in(changes: Sequence[Override], data: dict[str, Any]) -> Iterator[Problem]:
+def _put_in(changes: Sequence[Assignment], data: dict[str, Any]) -> Iterator[Problem]:
     for change in changes:
         try:
             put(change, data)
@@ -141,7 +140,7 @@ def _of_link(error: LinkConfigError) -> Iterator[Problem]:
     return (Problem(("link", *key), text) for key, text in error.problems)
 
 
-def _refuse(problems: Iterable[Problem], source: str | Path, changes: Sequence[Override]) -> None:
+def _refuse(problems: Iterable[Problem], source: str | Path, changes: Sequence[Assignment]) -> None:
     lines = []
     for problem in problems:
         origins = [change.origin for change in changes if change.touches(problem.key)]
@@ -151,52 +150,26 @@ def _refuse(problems: Iterable[Problem], source: str | Path, changes: Sequence[O
         raise MissionError("\n".join(lines))
 
 
-def _contradictions(mission: MissionFile) -> Iterator[Problem]:
+def _contradictions(mission: MissionFile, data: dict[str, object]) -> Iterator[Problem]:
     """What is right in each table by itself, and wrong with the others."""
     if mission.duration_s < mission.tick_s:
         text = f"expected at least tick_s = {mission.tick_s:g}, found {mission.duration_s:g}"
         yield Problem(("duration_s",), text)
     chart = mission.world.chart()
-    for key, place in _places(mission):
+    for key, place in named("place", data, _SCHEMA):
         yield from _misplaced(key, place, mission.rover.start, chart)
-    for key, action in _override_actions(mission):
+    for key, action in named("action", data, _SCHEMA):
         if action not in ACTIONS:
             expected = "one of " + ", ".join(map(shown, ACTIONS))
             hint = did_you_mean(action, ACTIONS)
             yield Problem(key, f"expected {expected}, found {shown(action)}{hint}")
 
 
-def _places(mission: MissionFile) -> Iterator[tuple[Key, str]]:
-    """Every place that the mission names, and where it does."""
-    yield ("rover", "start"), mission.rover.start
-    for index, goal in enumerate(mission.rover.goals):
-        yield ("rover", "goals", str(index), "place"), goal.place
-    for index, step in enumerate(mission.ground.script):
-        key = ("ground", "script", str(index))
-        if isinstance(step, Tour):
-            for number, place in enumerate(step.places):
-                yield (*key, "places", str(number)), place
-        elif isinstance(step, Pursue | AwaitReached):
-            yield (*key, "place"), step.place
-    for index, expectation in enumerate(mission.expect):
-        if isinstance(expectation, ReachedExpected):
-            yield ("expect", str(index), "place"), expectation.place
-
-
-def _override_actions(mission: MissionFile) -> Iterator[tuple[Key, str]]:
-    """Every action that the operator puts in place of a proposed one, and where it stands."""
-    for index, step in enumerate(mission.ground.script):
-        if isinstance(step, Pursue):
-            for number, override in enumerate(step.overrides):
-                key = ("ground", "script", str(index), "overrides", str(number), "action")
-                yield key, override.action
-
-
 def _misplaced(key: Key, place: str, start: str, chart: Chart) -> Iterator[Problem]:
     """The problem with a place that is not on the chart, or cut off from the start."""
-    goal, begin = chart.cells.get(f"at:{place}"), chart.cells.get(f"at:{start}")
+    goal, begin = chart.places.get(place), chart.places.get(start)
     if goal is None:
-        letters = ", ".join(sorted(name for name in _names(chart).values() if "," not in name))
+        letters = ", ".join(sorted(name for name in chart.places if "," not in name))
         names = f"{letters} or EAST,NORTH" if letters else "EAST,NORTH"
         hint = _nearest_place(place, chart)
         yield Problem(key, f"expected a place on the map ({names}), found {shown(place)}{hint}")
@@ -210,13 +183,8 @@ def _misplaced(key: Key, place: str, start: str, chart: Chart) -> Iterator[Probl
 
 def _nearest_place(place: str, chart: Chart) -> str:
     """A question after the place that is nearest to `place`: on the map, or by name."""
-    names = _names(chart)
-    if names and (pair := _COORDINATES.fullmatch(place)):
+    if chart.places and (pair := _COORDINATES.fullmatch(place)):
         cell = Cell(int(pair[1]), int(pair[2]))
-        return f"; did you mean {names[chart.cell_at(*chart.centre_m(cell))]}?"
-    return did_you_mean(place, names.values())
-
-
-def _names(chart: Chart) -> dict[Cell, str]:
-    """The places of the chart as a mission file names them."""
-    return {cell: token.removeprefix("at:") for cell, token in chart.tokens.items()}
+        nearest = chart.cell_at(*chart.centre_m(cell))
+        return f"; did you mean {place_name(chart.tokens[nearest])}?"
+    return did_you_mean(place, chart.places)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 from farside.validation import Key, dotted, one_line, shown
 
 
-class Override(NamedTuple):
+class Assignment(NamedTuple):
     """A value to put at `key`; `origin` is how the user gave it."""
 
     key: Key
@@ -19,7 +19,7 @@ class Override(NamedTuple):
         return all(mine == other for mine, other in zip(self.key, key, strict=False))
 
 
-def read_overrides(given: Sequence[str] | Mapping[str, object]) -> list[Override]:
+def read_overrides(given: Sequence[str] | Mapping[str, object]) -> list[Assignment]:
     """The overrides in `given`, in order.
 
     Args:
@@ -30,19 +30,19 @@ def read_overrides(given: Sequence[str] | Mapping[str, object]) -> list[Override
     """
     if isinstance(given, Mapping):
         return [
-            Override(tuple(key.split(".")), _plain(value), f"override {key}")
+            Assignment(tuple(key.split(".")), _plain(value), f"override {key}")
             for key, value in given.items()
         ]
     return [_from_text(text) for text in given]
 
 
-def _from_text(text: str) -> Override:
+def _from_text(text: str) -> Assignment:
     origin = f"--set {one_line(text)}"
     key, equals, value = (part.strip() for part in text.partition("="))
     if not (key and equals):
         raise ValueError(f"{origin}: expected KEY=VALUE, such as link.up.loss=0.2")
     try:
-        return Override(tuple(key.split(".")), _toml_value(value), origin)
+        return Assignment(tuple(key.split(".")), _toml_value(value), origin)
     except ValueError as error:
         raise ValueError(f"{origin}: expected a TOML value, found: {error}") from error
 
@@ -70,7 +70,7 @@ def _plain(value: object) -> object:
             return value
 
 
-def put(override: Override, data: dict[str, Any]) -> None:
+def put(override: Assignment, data: dict[str, Any]) -> None:
     """Put the override into `data`, making the tables on the way that are not there.
 
     Raises:

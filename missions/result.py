@@ -5,7 +5,7 @@ from enum import StrEnum
 import msgspec
 
 from farside.logs.views import LinkCounters
-from farside.messages import Mode, Tokens
+from farside.messages import Mode, ModeCause, Tokens
 from farside.topics import GoalSource
 
 
@@ -30,7 +30,7 @@ class ModeResult(msgspec.Struct, frozen=True):
 
     t_s: float
     mode: Mode
-    why: str
+    why: ModeCause
 
 
 class GoalResult(msgspec.Struct, frozen=True):

@@ -14,7 +14,7 @@ from farside.logs.recording import LogError, Recorder
 from farside.logs.views import RunView
 from farside.missions.build import build_node
 from farside.missions.conductor import Conductor, Watcher
-from farside.missions.crew.crew import Crew, CrewError, InProcessCrew, Loss
+from farside.missions.crew.crew import Crew, CrewError, InProcessCrew, LostRole
 from farside.missions.crew.processes import ProcessCrew
 from farside.missions.expectations import judge
 from farside.missions.loading import LoadedMission
@@ -57,7 +57,7 @@ class FinishedRun(RunView):
         self,
         records: Iterable[Record],
         result: RunResult,
-        losses: tuple[Loss, ...],
+        losses: tuple[LostRole, ...],
         *,
         interrupted: bool,
     ) -> None:
@@ -124,7 +124,7 @@ def _crew(mission: MissionFile, *, in_process: bool) -> Crew:
 class _End(NamedTuple):
     """How a run came to its end."""
 
-    losses: tuple[Loss, ...]
+    losses: tuple[LostRole, ...]
     interrupted: bool
 
 

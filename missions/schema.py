@@ -9,7 +9,7 @@ from farside.link.profile.config import LinkConfig
 from farside.node import to_ns
 from farside.places import Chart
 from farside.rover.config import RoverConfig
-from farside.settings import Positive, Section
+from farside.settings import PlaceName, Positive, Section
 
 
 class WorldConfig(Section, frozen=True):
@@ -38,7 +38,7 @@ class WorldConfig(Section, frozen=True):
 class ReachedExpected(Section, frozen=True, tag="reached", tag_field="what"):
     """The goal `place` is reached, in truth; with `in_blackout`, while both ways are out."""
 
-    place: str
+    place: PlaceName
     in_blackout: bool = False
 
 

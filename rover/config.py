@@ -4,7 +4,7 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from farside.settings import Count, Fraction, NonNegative, Positive, Section
+from farside.settings import Count, Fraction, NonNegative, PlaceName, Positive, Section
 
 
 class BodyConfig(Section, frozen=True):
@@ -128,7 +128,7 @@ class DemConfig(Section, frozen=True):
 class MissionGoal(Section, frozen=True):
     """A goal loaded before the start, for when the link is lost."""
 
-    place: str
+    place: PlaceName
     priority: Positive = 1.0
 
 
@@ -140,7 +140,7 @@ class RoverConfig(Section, frozen=True):
         goals: mission goals, taken up when the link is lost.
     """
 
-    start: str
+    start: PlaceName
     goals: tuple[MissionGoal, ...] = ()
     body: BodyConfig = BodyConfig()
     drive: DriveConfig = DriveConfig()

@@ -4,8 +4,9 @@ from collections.abc import Mapping
 
 from farside.dem import DynamicExpectancyModel, Goal
 from farside.messages import GoalReached, Tokens
-from farside.rover.logbook import Logbook
-from farside.topics import GoalChange, GoalEntry, GoalSource
+from farside.node import Journal
+from farside.rover.events import EventQueue
+from farside.topics import ROVER_GOAL, GoalChange, GoalEntry, GoalSource
 
 
 class Goals:
@@ -16,11 +17,15 @@ class Goals:
     """
 
     def __init__(
-        self, model: DynamicExpectancyModel, mission: Mapping[Tokens, float], logbook: Logbook
+        self,
+        model: DynamicExpectancyModel,
+        mission: Mapping[Tokens, float],
+        journal: Journal,
+        events: EventQueue,
     ) -> None:
         self._model = model
         self._mission = dict(mission)
-        self._logbook = logbook
+        self._journal, self._events = journal, events
         self._wanted: dict[Tokens, dict[GoalSource, float]] = {}
 
     @property
@@ -62,7 +67,7 @@ class Goals:
         for source, priority in self._wanted.pop(goal.tokens).items():
             self._note(goal.tokens, GoalChange.REACHED, priority, source)
         self._mission.pop(goal.tokens, None)
-        self._logbook.tell(GoalReached(goal.tokens))
+        self._events.tell(GoalReached(goal.tokens))
 
     def take_up_mission(self) -> None:
         """Put the mission goals that are left on the list."""
@@ -78,4 +83,4 @@ class Goals:
     def _note(
         self, tokens: Tokens, change: GoalChange, priority: float, source: GoalSource
     ) -> None:
-        self._logbook.note(GoalEntry(tokens, change, priority, source))
+        self._journal.note(ROVER_GOAL, GoalEntry(tokens, change, priority, source))

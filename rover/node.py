@@ -9,18 +9,26 @@ from numpy.random import Generator
 from farside.dem import DynamicExpectancyModel, Parameters
 from farside.link.endpoint.endpoint import LinkTerms, rover_endpoint
 from farside.messages import Command, Failsafe, FailsafeChanged, Telemetry, Tokens
-from farside.node import NS_PER_S, Frame, Step, to_ns, to_s
-from farside.places import ACTIONS, Cell, Chart
+from farside.node import NS_PER_S, Frame, Journal, Step, to_ns, to_s
+from farside.places import ACTIONS, Cell, Chart, place_token
 from farside.rover.battery import Battery
 from farside.rover.config import RoverConfig
 from farside.rover.drive import STAND, Move
+from farside.rover.events import EventQueue
 from farside.rover.failsafe import FailsafeLadder
 from farside.rover.goals import Goals
-from farside.rover.logbook import Logbook
 from farside.rover.pilot import BATTERY_LOW, ON_CHARGE, Pilot, Undertaking
 from farside.rover.senses.estimate import PoseEstimate
 from farside.rover.world.body import TruePose, World
 from farside.topics import (
+    ROVER_ACTION_ENDED,
+    ROVER_ACTION_STARTED,
+    ROVER_CYCLE,
+    ROVER_ESTIMATE,
+    ROVER_FAILSAFE,
+    TRUTH_BUMP,
+    TRUTH_POSE,
+    TRUTH_YARD,
     ActionEnded,
     ActionStarted,
     Bump,
@@ -62,22 +70,23 @@ class Rover:
         terms: LinkTerms,
         streams: RoverStreams,
     ) -> None:
-        start = TruePose(*chart.centre_m(chart.cells[f"at:{config.start}"]), 0.0)
+        start = TruePose(*chart.centre_m(chart.places[config.start]), 0.0)
         tick_s = to_s(tick_ns)
         self._config, self._chart, self._tick_ns = config, chart, tick_ns
         self._now_ns = 0
-        self._logbook = Logbook()
-        self._endpoint = rover_endpoint(terms, self._logbook.note_at)
+        self._journal = Journal()
+        self._events = EventQueue(self._journal)
+        self._endpoint = rover_endpoint(terms, self._journal)
         self._world = World(chart, config.body, start, tick_s, streams.soil)
         self._estimate = PoseEstimate(start, config.sensors, tick_s, streams.sensors)
         self._battery = Battery(config.battery)
         self._failsafe = FailsafeLadder(config.failsafe, terms.light_time_ns)
         self._model = _model(config, streams.learning)
         mission: dict[Tokens, float] = {
-            (f"at:{goal.place}",): goal.priority for goal in config.goals
+            (place_token(goal.place),): goal.priority for goal in config.goals
         }
-        goals = Goals(self._model, mission, self._logbook)
-        self._pilot = Pilot(self._model, goals, self._battery, self._logbook)
+        goals = Goals(self._model, mission, self._journal, self._events)
+        self._pilot = Pilot(self._model, goals, self._battery, self._journal, self._events)
         self._unheard: deque[Telemetry] = deque()
         self._telemetry_at_ns = 0
         self._move: Move | None = None
@@ -94,21 +103,21 @@ class Rover:
             self._begin()
         while self._now_ns < until_ns:
             self._tick()
-            for event in self._logbook.take_events():
+            for event in self._events.take():
                 self._endpoint.send(event, self._now_ns)
             if self._failsafe.state is Failsafe.NOMINAL:
                 self._endpoint.forward(self._now_ns)
             self._endpoint.pump(self._now_ns)
             self._now_ns += self._tick_ns
-        return Step(self._endpoint.take_sent(), self._logbook.take_records())
+        return Step(self._endpoint.take_sent(), self._journal.take())
 
     def _begin(self) -> None:
-        self._logbook.note(Yard(self._chart.rows, self._chart.cell_m))
-        self._logbook.note(FailsafeEntry(self._failsafe.state, 0.0))
+        self._journal.note(TRUTH_YARD, Yard(self._chart.rows, self._chart.cell_m))
+        self._journal.note(ROVER_FAILSAFE, FailsafeEntry(self._failsafe.state, 0.0))
         self._cycle()
 
     def _tick(self) -> None:
-        now_ns = self._logbook.now_ns = self._now_ns
+        now_ns = self._journal.now_ns = self._now_ns
         self._endpoint.in_shadow = self._world.in_shadow
         self._listen()
         if self._failsafe.update(now_ns):
@@ -134,8 +143,8 @@ class Rover:
 
     def _tell_failsafe(self) -> None:
         state, silence_ns = self._failsafe.state, self._failsafe.silence_ns(self._now_ns)
-        self._logbook.note(FailsafeEntry(state, to_s(silence_ns)))
-        self._logbook.tell(FailsafeChanged(state, silence_ns))
+        self._journal.note(ROVER_FAILSAFE, FailsafeEntry(state, to_s(silence_ns)))
+        self._events.tell(FailsafeChanged(state, silence_ns))
         self._pilot.failsafe(state)
         self._stirred = True
 
@@ -144,7 +153,8 @@ class Rover:
         self._flow()
         self._pilot.feel()
         truth = self._world.pose
-        self._logbook.note(
+        self._journal.note(
+            TRUTH_POSE,
             Pose(
                 truth.x_m,
                 truth.y_m,
@@ -152,10 +162,10 @@ class Rover:
                 self._world.speed_m_s,
                 self._chart.tokens[self._chart.cell_at(truth.x_m, truth.y_m)],
                 self._battery.charge,
-            )
+            ),
         )
         own = self._estimate
-        self._logbook.note(Estimate(own.x_m, own.y_m, own.heading_rad))
+        self._journal.note(ROVER_ESTIMATE, Estimate(own.x_m, own.y_m, own.heading_rad))
         self._stirred = True
         self._report()
 
@@ -231,7 +241,8 @@ class Rover:
         self._tokens = self._sense()
         sensed = self._pilot.sense(self._tokens)
         self._stirred = True
-        self._logbook.note(
+        self._journal.note(
+            ROVER_CYCLE,
             Cycle(
                 tokens=sensed.tokens,
                 novel=sensed.novel,
@@ -242,7 +253,7 @@ class Rover:
                 signs=self._model.sign_count,
                 hypotheses=self._model.hypothesis_count,
                 mean_cm=self._model.mean_cm,
-            )
+            ),
         )
 
     # --- acting ------------------------------------------------------------------------------
@@ -268,10 +279,11 @@ class Rover:
             to_s(self._tick_ns),
         )
         self._doing, self._began_ns = undertaking, self._now_ns
-        self._logbook.note(
+        self._journal.note(
+            ROVER_ACTION_STARTED,
             ActionStarted(
                 undertaking.action, undertaking.chooser, undertaking.command, undertaking.goal
-            )
+            ),
         )
 
     def _drive(self, move: Move) -> None:
@@ -284,7 +296,7 @@ class Rover:
         self._estimate.update(after, command.speed_m_s, after.heading_rad - before.heading_rad)
         if bump_m_s is not None:
             move.bumped()
-            self._logbook.note(Bump(after.x_m, after.y_m, bump_m_s))
+            self._journal.note(TRUTH_BUMP, Bump(after.x_m, after.y_m, bump_m_s))
         if move.stopping and self._world.at_rest:
             self._finish(move)
 
@@ -292,7 +304,9 @@ class Rover:
         assert self._doing is not None  # noqa: S101 - a move is always somebody's undertaking
         self._flow()
         duration_s = to_s(self._now_ns - self._began_ns)
-        self._logbook.note(ActionEnded(self._doing.action, duration_s, move.blocked))
+        self._journal.note(
+            ROVER_ACTION_ENDED, ActionEnded(self._doing.action, duration_s, move.blocked)
+        )
         # Path A3: the DEM learns from what was performed, whoever chose it.
         self._model.perform(self._doing.action)
         self._move = self._doing = None

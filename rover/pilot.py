@@ -17,20 +17,29 @@ from farside.messages import (
     Drive,
     Failsafe,
     Mode,
+    ModeCause,
     ModeChanged,
     Override,
-    PathStep,
     Proposal,
+    ProposedStep,
     SetGoal,
     SetMode,
     Tokens,
     WithdrawGoal,
 )
+from farside.node import Journal
 from farside.places import ACTIONS
 from farside.rover.battery import Battery
+from farside.rover.events import EventQueue
 from farside.rover.goals import Goals
-from farside.rover.logbook import Logbook
-from farside.topics import CommandTaken, GoalSource, ModeEntry
+from farside.topics import (
+    ROVER_COMMAND,
+    ROVER_MODE,
+    ROVER_PROPOSAL,
+    CommandTaken,
+    GoalSource,
+    ModeEntry,
+)
 
 ON_CHARGE = "on_charge"
 BATTERY_LOW = "battery:low"
@@ -63,19 +72,20 @@ class Pilot:
         model: DynamicExpectancyModel,
         goals: Goals,
         battery: Battery,
-        logbook: Logbook,
+        journal: Journal,
+        events: EventQueue,
     ) -> None:
         self._model = model
         self._goals = goals
         self._battery = battery
-        self._logbook = logbook
+        self._journal, self._events = journal, events
         self._orders: deque[Undertaking] = deque()
         self._failsafe = Failsafe.NOMINAL
         self._proposals = 0
         self._tokens: frozenset[str] = frozenset()
         self.proposal: Proposal | None = None
         self.mode = Mode.GUIDED
-        logbook.note(ModeEntry(Mode.GUIDED, "start"))
+        journal.note(ROVER_MODE, ModeEntry(Mode.GUIDED, ModeCause.START))
 
     # --- what the rover senses ---------------------------------------------------------------
 
@@ -111,15 +121,15 @@ class Pilot:
     def take(self, command: Command) -> None:
         """Obey a command, or refuse it and say why."""
         refused = self._refusal(command)
-        self._logbook.note(CommandTaken(command.number, command.order, refused))
+        self._journal.note(ROVER_COMMAND, CommandTaken(command.number, command.order, refused))
         if refused is None:
             self._obey(command)
         else:
-            self._logbook.tell(CommandRefused(command.number, refused))
+            self._events.tell(CommandRefused(command.number, refused))
 
     def _refusal(self, command: Command) -> str | None:
         order = command.order
-        if self._logbook.now_ns > command.expires_ns:
+        if self._journal.now_ns > command.expires_ns:
             return "it came too late"
         if isinstance(order, Drive | Override) and order.action not in ACTIONS:
             return f"there is no action {order.action}"
@@ -146,7 +156,7 @@ class Pilot:
                     Undertaking(agreed.action, agreed.chooser, command.number, agreed.goal)
                 )
             case SetMode():
-                self._switch(order.mode, "operator")
+                self._switch(order.mode, ModeCause.OPERATOR)
             case SetGoal():
                 self._goals.want(order.tokens, order.priority, GoalSource.OPERATOR)
             case WithdrawGoal():
@@ -154,13 +164,13 @@ class Pilot:
         # Whatever was proposed was proposed for a situation that has just changed.
         self.proposal = None
 
-    def _switch(self, mode: Mode, why: str) -> None:
+    def _switch(self, mode: Mode, why: ModeCause) -> None:
         if mode is self.mode:
             return
         self.mode = mode
         self.proposal = None
-        self._logbook.note(ModeEntry(mode, why))
-        self._logbook.tell(ModeChanged(mode, why))
+        self._journal.note(ROVER_MODE, ModeEntry(mode, why))
+        self._events.tell(ModeChanged(mode, why))
         if mode is not Mode.AUTONOMOUS:
             self._goals.put_down_mission()
 
@@ -175,13 +185,13 @@ class Pilot:
         if state is Failsafe.LOST:
             self._drop_orders()
             if self._goals.any_for_alone:
-                self._switch(Mode.AUTONOMOUS, "link lost")
+                self._switch(Mode.AUTONOMOUS, ModeCause.LINK_LOST)
                 self._goals.take_up_mission()
 
     def _drop_orders(self) -> None:
         for order in self._orders:
             if order.command is not None:
-                self._logbook.tell(
+                self._events.tell(
                     CommandRefused(order.command, "the link was lost before it began")
                 )
         self._orders.clear()
@@ -214,15 +224,16 @@ class Pilot:
         self._proposals += 1
         self.proposal = Proposal(
             number=self._proposals,
+            time_ns=self._journal.now_ns,
             goal=self.goals[0],
             action=choice.action,
             chooser=Chooser.GOAL_DIRECTED if choice.goal else Chooser.EXPLORATORY,
             path=tuple(
-                PathStep(step.sign, step.action, step.cost_to_go)
+                ProposedStep(step.sign, step.action, step.cost_to_go)
                 for step in self._model.policy_path()
             ),
         )
-        self._logbook.note(self.proposal)
+        self._journal.note(ROVER_PROPOSAL, self.proposal)
         return self.proposal
 
     @property

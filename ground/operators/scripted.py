@@ -7,7 +7,7 @@ from farside.ground.belief import Belief
 from farside.ground.config import AwaitReached, Pursue, ScriptStep, SwitchMode, Tour, WaitUntil
 from farside.messages import Approve, Drive, Order, Override, SetGoal, SetMode, Telemetry
 from farside.node import to_ns
-from farside.places import Cell, Chart
+from farside.places import Cell, Chart, place_token
 
 
 class Situation(NamedTuple):
@@ -70,7 +70,7 @@ class ScriptedOperator:
 
     def _tour(self, step: Tour) -> Iterator[Sequence[Order]]:
         for place in step.places:
-            target = self._chart.cells[f"at:{place}"]
+            target = self._chart.places[place]
             while (way := self._way(target)) is None or way:
                 yield [Drive(way[0])] if way else ()
 
@@ -95,7 +95,7 @@ class ScriptedOperator:
 
     def _pursue(self, step: Pursue) -> Iterator[Sequence[Order]]:
         belief = self._situation.belief
-        goal = (f"at:{step.place}",)
+        goal = (place_token(step.place),)
         known_events = len(belief.events)
         seen = answered = belief.proposal.number if belief.proposal else 0
         overrides = {override.proposal: override.action for override in step.overrides}
@@ -110,7 +110,7 @@ class ScriptedOperator:
             yield [Override(answered, action) if action else Approve(answered)]
 
     def _wait_for_goal(self, step: AwaitReached) -> Iterator[Sequence[Order]]:
-        while not self._situation.belief.reached((f"at:{step.place}",)):
+        while not self._situation.belief.reached((place_token(step.place),)):
             yield ()
 
     def _wait(self, step: WaitUntil) -> Iterator[Sequence[Order]]:

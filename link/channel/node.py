@@ -4,7 +4,7 @@ import math
 from bisect import bisect_left, bisect_right
 from collections import deque
 from collections.abc import Mapping, Sequence
-from itertools import accumulate, compress, repeat
+from itertools import accumulate, compress, groupby, repeat
 from operator import add, attrgetter, itemgetter
 from typing import NamedTuple
 
@@ -15,11 +15,12 @@ from farside.link.channel.chance import CALM, Chance, Luck
 from farside.link.channel.queueing import Passage, Transmitter
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.link.profile.schedule import Delay, Outage, outages_of
-from farside.node import NEVER_NS, Direction, Frame, Step, to_ns
-from farside.topics import Fate, FrameFate, Journal, LinkOutage, OutageReason
+from farside.node import NEVER_NS, Direction, Frame, Journal, Step, to_ns
+from farside.topics import LINK_FRAME, LINK_OUTAGE, Fate, FrameFate, LinkOutage, OutageReason
 
 _sequence = attrgetter("sequence")
 _time = attrgetter("time_ns")
+_kind = attrgetter("what.__class__")
 
 
 class _Departures(NamedTuple):
@@ -79,10 +80,22 @@ class Channel:
             sent += departures.frames
             entries += way.agenda.due(until_ns)
         entries.sort()
-        self._journal.note_all([e.what for e in entries], [e.time_ns for e in entries])
+        self._note(entries)
         self._now_ns = until_ns
         places = sorted(range(len(sent)), key=ends_ns.__getitem__)
         return Step([sent[place] for place in places], self._journal.take())
+
+    def _note(self, entries: Sequence[Entry]) -> None:
+        """Record what came to be known, in runs of one topic: there are few outages."""
+        for _, group in groupby(entries, _kind):
+            run = list(group)
+            times_ns = [entry.time_ns for entry in run]
+            fates = [entry.what for entry in run if isinstance(entry.what, FrameFate)]
+            if fates:
+                self._journal.note_all(LINK_FRAME, fates, times_ns)
+                continue
+            outages = [entry.what for entry in run if isinstance(entry.what, LinkOutage)]
+            self._journal.note_all(LINK_OUTAGE, outages, times_ns)
 
     def change(self, direction: Direction, one_way: OneWay) -> None:
         """From the present on, `direction` is as `one_way` says.

@@ -8,7 +8,7 @@ can wait in a store and go out, marked as stored, when the link is back.
 
 import heapq
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from typing import Generic, NamedTuple, TypeVar
 
 import msgspec
@@ -30,8 +30,8 @@ from farside.messages import (
     Telemetry,
     Uplink,
 )
-from farside.node import NEVER_NS, NS_PER_S, Direction, Frame
-from farside.topics import FrameEvent, FrameStage, GroundFrame, RoverFrame
+from farside.node import NEVER_NS, NS_PER_S, Direction, Frame, Journal, Topic
+from farside.topics import GROUND_FRAME, ROVER_FRAME, FrameEvent, FrameStage
 
 _SEGMENT_OVERHEAD_BYTE = 24
 _REASSEMBLY_NS = 600 * NS_PER_S
@@ -44,9 +44,6 @@ _Out = TypeVar("_Out", bound=msgspec.Struct)
 _In = TypeVar("_In", bound=msgspec.Struct)
 
 _encode = msgspec.msgpack.Encoder().encode
-
-Note = Callable[[msgspec.Struct, int], None]
-"""Takes a record and the simulated time."""
 
 
 class Route(NamedTuple):
@@ -117,8 +114,8 @@ class Endpoint(Generic[_Out, _In]):
         outgoing: the direction of what is sent here.
         decoder: of what arrives.
         terms: agreed on with the other end.
-        record: the kind of record that tells of a frame.
-        note: takes those records.
+        journal: of the node that this is the end of.
+        topic: where this end records what it does with frames.
 
     Attributes:
         in_shadow: whether terrain hides the other end now: what is sent then, or arrives, is lost.
@@ -130,8 +127,8 @@ class Endpoint(Generic[_Out, _In]):
         outgoing: Direction,
         decoder: msgspec.msgpack.Decoder[_In],
         terms: LinkTerms,
-        record: type[FrameEvent],
-        note: Note,
+        journal: Journal,
+        topic: Topic[FrameEvent],
     ) -> None:
         incoming = outgoing.opposite
         transfer = TransferConfig(
@@ -142,7 +139,7 @@ class Endpoint(Generic[_Out, _In]):
         self._outgoing = outgoing
         self._decoder = decoder
         self._schedule = terms.schedule
-        self._record, self._note = record, note
+        self._journal, self._topic = journal, topic
         self._sealer = Sealer(terms.key, outgoing)
         self._opener = Opener(terms.key, incoming)
         self._fragmenter = Fragmenter(terms.mtu_byte)
@@ -301,7 +298,7 @@ class Endpoint(Generic[_Out, _In]):
     def _tell(
         self, frame: Frame, stage: FrameStage, what: str, now_ns: int, flags: Flag = _PLAIN
     ) -> None:
-        event = self._record(
+        event = FrameEvent(
             direction=frame.direction,
             sequence=frame.sequence,
             stage=stage,
@@ -309,14 +306,14 @@ class Endpoint(Generic[_Out, _In]):
             what=what,
             stored=bool(flags & Flag.STORED),
         )
-        self._note(event, now_ns)
+        self._journal.note(self._topic, event, log_time_ns=now_ns)
 
 
-def rover_endpoint(terms: LinkTerms, note: Note) -> Endpoint[Downlink, Uplink]:
+def rover_endpoint(terms: LinkTerms, journal: Journal) -> Endpoint[Downlink, Uplink]:
     """The end at the rover: sends down, receives up."""
-    return Endpoint(Direction.DOWN, msgspec.msgpack.Decoder(Uplink), terms, RoverFrame, note)
+    return Endpoint(Direction.DOWN, msgspec.msgpack.Decoder(Uplink), terms, journal, ROVER_FRAME)
 
 
-def ground_endpoint(terms: LinkTerms, note: Note) -> Endpoint[Uplink, Downlink]:
+def ground_endpoint(terms: LinkTerms, journal: Journal) -> Endpoint[Uplink, Downlink]:
     """The end at the ground: sends up, receives down."""
-    return Endpoint(Direction.UP, msgspec.msgpack.Decoder(Downlink), terms, GroundFrame, note)
+    return Endpoint(Direction.UP, msgspec.msgpack.Decoder(Downlink), terms, journal, GROUND_FRAME)

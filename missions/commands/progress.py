@@ -4,17 +4,15 @@ from collections.abc import Sequence
 from types import TracebackType
 from typing import Self
 
-import msgspec
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
+from farside.logs import Picture, decoded
 from farside.missions.schema import MissionFile
 from farside.node import Record
-from farside.topics import FailsafeEntry, LinkOutage, ModeEntry
+from farside.topics import LINK_OUTAGE, ROVER_FAILSAFE, ROVER_MODE
 
-_decode_mode = msgspec.json.Decoder(ModeEntry).decode
-_decode_failsafe = msgspec.json.Decoder(FailsafeEntry).decode
-_decode_outage = msgspec.json.Decoder(LinkOutage).decode
+_SHOWN = {topic.name for topic in (ROVER_MODE, ROVER_FAILSAFE, LINK_OUTAGE)}
 
 
 class ProgressDisplay:
@@ -24,8 +22,7 @@ class ProgressDisplay:
     """
 
     def __init__(self, mission: MissionFile, console: Console) -> None:
-        self._mode, self._failsafe = "", ""
-        self._outages: set[str] = set()
+        self._picture = Picture()
         self._progress = Progress(
             TextColumn("[bold]{task.description}"),
             BarColumn(),
@@ -40,24 +37,15 @@ class ProgressDisplay:
     def watch(self, now_s: float, records: Sequence[Record]) -> None:
         """See `farside.missions.conductor.Watcher`."""
         for record in records:
-            self._take(record)
+            if record.topic in _SHOWN:
+                self._picture.apply(decoded(record))
         self._progress.update(self._task, completed=now_s, state=self._state())
 
-    def _take(self, record: Record) -> None:
-        match record.topic:
-            case "/rover/mode":
-                self._mode = _decode_mode(record.payload).mode
-            case "/rover/failsafe":
-                self._failsafe = _decode_failsafe(record.payload).state
-            case "/link/outage":
-                outage = _decode_outage(record.payload)
-                (self._outages.add if outage.down else self._outages.discard)(outage.direction)
-
     def _state(self) -> str:
-        link = (
-            f"[red]out: {', '.join(sorted(self._outages))}[/]" if self._outages else "[green]ok[/]"
-        )
-        return f"{self._mode}, failsafe {self._failsafe}, link {link}"
+        picture = self._picture
+        out = [direction for direction, side in picture.link.items() if side.down]
+        link = f"[red]out: {', '.join(sorted(out))}[/]" if out else "[green]ok[/]"
+        return f"{picture.mode or ''}, failsafe {picture.failsafe or ''}, link {link}"
 
     def __enter__(self) -> Self:
         self._progress.start()

@@ -1,9 +1,9 @@
 """How launcher and roles keep step: their messages, and a role's side of the barrier.
 
 A window goes like this. The launcher says `Advance` to all three. Rover and ground need the
-link's `Frames` for this window, live through it, and say `Frames` to the link and a `Report` to
-the launcher. The link needs the frames of both, and says the `Frames` of the next window before
-its `Report`. With all reports in, the launcher goes on. No Zenoh and no process in here.
+link's `Frames` for this window, live through it, and say `Frames` to the link and a `WindowReport`
+to the launcher. The link needs the frames of both, and says the `Frames` of the next window before
+its `WindowReport`. With all reports in, the launcher goes on. No Zenoh and no process in here.
 """
 
 import msgspec
@@ -49,7 +49,7 @@ class Frames(msgspec.Struct, frozen=True, array_like=True):
     frames: list[Frame]
 
 
-class Report(msgspec.Struct, frozen=True, array_like=True):
+class WindowReport(msgspec.Struct, frozen=True, array_like=True):
     """The role is ready for `window` (0: it has joined), and recorded this since its last one."""
 
     window: int
@@ -74,7 +74,7 @@ class Party:
 
     def report(self, records: list[Record]) -> Said:
         """Say that the node is ready for its next window; the first time, that it is there."""
-        return report_key(self._role), _encode(Report(self._window, records))
+        return report_key(self._role), _encode(WindowReport(self._window, records))
 
     def hear(self, said: Said) -> list[Said]:
         """Take a message; once all that the window needs is there, live through it.

@@ -10,7 +10,7 @@ from farside.node import Direction, Frame, Node, Record, Role, to_s
 _RECEIVER = {Direction.UP: Role.ROVER, Direction.DOWN: Role.GROUND}
 
 
-class Loss(msgspec.Struct, frozen=True):
+class LostRole(msgspec.Struct, frozen=True):
     """The end of a role's process before the end of the run.
 
     Attributes:
@@ -37,7 +37,7 @@ class CrewError(Exception):
         loss: who was lost, and how.
     """
 
-    def __init__(self, loss: Loss) -> None:
+    def __init__(self, loss: LostRole) -> None:
         super().__init__(str(loss))
         self.loss = loss
 
@@ -58,7 +58,7 @@ class Crew(Protocol):
         self.close()
 
     @property
-    def losses(self) -> Sequence[Loss]:
+    def losses(self) -> Sequence[LostRole]:
         """The roles that the run has gone on without, in order of loss."""
         ...
 
@@ -90,7 +90,7 @@ class InProcessCrew(Crew):
         self._arrivals = by_receiver([])
 
     @property
-    def losses(self) -> Sequence[Loss]:
+    def losses(self) -> Sequence[LostRole]:
         """Always empty."""
         return ()
 

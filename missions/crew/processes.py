@@ -13,8 +13,8 @@ from typing import IO, Self, cast
 
 import msgspec
 
-from farside.missions.crew.barrier import Advance, Briefing, Report
-from farside.missions.crew.crew import Crew, CrewError, Loss
+from farside.missions.crew.barrier import Advance, Briefing, WindowReport
+from farside.missions.crew.crew import Crew, CrewError, LostRole
 from farside.missions.crew.network import advance_key, open_router, report_key
 from farside.missions.schema import MissionFile
 from farside.node import Record, Role
@@ -30,7 +30,7 @@ _REPORTERS = {report_key(role): role for role in Role}
 _SIGNALS = {number.value: number.name for number in signal.Signals}
 
 _encode = msgspec.msgpack.Encoder().encode
-_report = msgspec.msgpack.Decoder(Report).decode
+_report = msgspec.msgpack.Decoder(WindowReport).decode
 
 
 class ProcessCrew(Crew):
@@ -48,7 +48,7 @@ class ProcessCrew(Crew):
         self._mission = mission
         self._resources = ExitStack()
         self._children: dict[Role, _Child] = {}
-        self._losses: list[Loss] = []
+        self._losses: list[LostRole] = []
         self._now_ns = 0
         self._order: Advance | None = None
 
@@ -75,7 +75,7 @@ class ProcessCrew(Crew):
         self._reports(0)
 
     @property
-    def losses(self) -> Sequence[Loss]:
+    def losses(self) -> Sequence[LostRole]:
         """See `Crew.losses`."""
         return tuple(self._losses)
 
@@ -119,7 +119,7 @@ class ProcessCrew(Crew):
                 self._lose(role, f"was not ready after {_START_S:g} s")
 
     def _lose(self, role: Role, how: str) -> None:
-        loss = Loss(role, self._now_ns, how, self._children.pop(role).last_words())
+        loss = LostRole(role, self._now_ns, how, self._children.pop(role).last_words())
         if self._order is None or role is Role.ROVER:
             raise CrewError(loss)
         self._losses.append(loss)

@@ -1,13 +1,12 @@
 """The ground station: what it believes, and what its script makes it do."""
 
-import msgspec
-
 from farside.ground import Ground, GroundConfig, ScriptedOperator, Situation
 from farside.ground.belief import Belief
 from farside.ground.commands import CommandDesk
 from farside.ground.config import OverrideAt, Pursue, SwitchMode, Tour, WaitUntil
 from farside.link import LinkConfig, LinkTerms, OneWay, rover_endpoint
 from farside.link.endpoint.endpoint import ROUTES
+from farside.logs import decode
 from farside.messages import (
     Approve,
     Chooser,
@@ -24,9 +23,9 @@ from farside.messages import (
     SetMode,
     Telemetry,
 )
-from farside.node import to_ns
+from farside.node import Journal, to_ns
 from farside.places import Chart
-from farside.topics import TOPICS, EventLearned, GroundFrame, Review, Silence
+from farside.topics import GROUND_FRAME, EventLearned, Review, Silence
 
 CHART = Chart(("######", "#A..B#", "######"), 1.0)
 TICK_NS = to_ns(0.04)
@@ -51,7 +50,7 @@ def telemetry(t_s=0.0, place="A", **changes):
 
 
 def proposal(number, action="E"):
-    return Proposal(number, ("at:B",), action, Chooser.GOAL_DIRECTED, ())
+    return Proposal(number, 0, ("at:B",), action, Chooser.GOAL_DIRECTED, ())
 
 
 # --- belief --------------------------------------------------------------------------------------
@@ -169,7 +168,7 @@ class Bench:
             tick_ns=TICK_NS,
             terms=TERMS,
         )
-        self.rover = rover_endpoint(TERMS, lambda *_: None)
+        self.rover = rover_endpoint(TERMS, Journal())
         self.entries = []
         self.heard = []
 
@@ -180,8 +179,7 @@ class Bench:
         frames, records = self.ground.advance(to_ns(until_s), self.rover.take_sent())
         self.rover.expect(frames)
         self.heard += list(self.rover.received(to_ns(until_s)))
-        entries = [msgspec.json.decode(r.payload, type=TOPICS[r.topic]) for r in records]
-        self.entries += [entry for entry in entries if not isinstance(entry, GroundFrame)]
+        self.entries += [decode(record) for record in records if record.topic != GROUND_FRAME.name]
 
 
 def test_heartbeats_go_out_steadily_and_events_are_learned():

@@ -5,6 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from farside.link import LinkConfig, LinkTerms, OneWay, ground_endpoint, rover_endpoint
+from farside.logs import decode
 from farside.messages import (
     Chooser,
     Command,
@@ -14,12 +15,12 @@ from farside.messages import (
     GoalReached,
     Heartbeat,
     Mode,
-    PathStep,
     Proposal,
+    ProposedStep,
     SetGoal,
     Telemetry,
 )
-from farside.node import Direction, Frame, to_ns
+from farside.node import Direction, Frame, Journal, to_ns
 from farside.topics import FrameStage
 
 SECOND = to_ns(1)
@@ -34,14 +35,12 @@ class Pair:
 
     def __init__(self, seed=1, **changes):
         terms = LinkTerms.simulated(config(**changes), seed)
-        self.events = []
-        self.rover = rover_endpoint(terms, self.note)
-        self.ground = ground_endpoint(terms, self.note)
+        self.journal = Journal()
+        self.rover = rover_endpoint(terms, self.journal)
+        self.ground = ground_endpoint(terms, self.journal)
         self.now_ns = 0
         self.at_rover, self.at_ground = [], []
-
-    def note(self, event, _time_ns):
-        self.events.append(event)
+        self._events = []
 
     def live(self, time_s, loses=lambda _: False):
         """Go on for some seconds, tenth by tenth."""
@@ -54,6 +53,11 @@ class Pair:
                 other.expect(arriving(frame) for frame in end.take_sent() if not loses(frame))
                 heard.extend(other.received(self.now_ns))
             self.now_ns += SECOND // 10
+
+    @property
+    def events(self):
+        self._events += [decode(record) for record in self.journal.take()]
+        return self._events
 
     def stages(self, direction):
         return [event.stage for event in self.events if event.direction is direction]
@@ -118,8 +122,8 @@ def test_of_telemetry_and_heartbeats_nothing_is_sent_again():
 
 def test_a_message_longer_than_a_frame_is_cut_and_put_together():
     pair = Pair(mtu_byte=128)
-    path = tuple(PathStep((f"at:{n},0",), "E", float(n)) for n in range(30))
-    proposal = Proposal(1, ("at:30,0",), "E", Chooser.GOAL_DIRECTED, path)
+    path = tuple(ProposedStep((f"at:{n},0",), "E", float(n)) for n in range(30))
+    proposal = Proposal(1, 0, ("at:30,0",), "E", Chooser.GOAL_DIRECTED, path)
     wide = msg_with_many_goals()
     pair.rover.send(proposal, 0)
     pair.rover.send(wide, 0)

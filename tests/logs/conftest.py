@@ -6,9 +6,10 @@ from typing import Self
 
 import msgspec
 import pytest
+from noting import records_of
 
 from farside.logs import Recorder
-from farside.messages import Failsafe, Mode, Telemetry
+from farside.messages import Failsafe, Mode, ModeCause, Telemetry
 from farside.node import Direction, Record, to_ns
 from farside.places import Chart
 from farside.topics import (
@@ -18,7 +19,6 @@ from farside.topics import (
     GoalChange,
     GoalEntry,
     GoalSource,
-    Journal,
     ModeEntry,
     Pose,
     Yard,
@@ -37,20 +37,18 @@ class Handmade:
     """A run that a test writes down, one entry after the other; every method gives it back."""
 
     def __init__(self) -> None:
-        self._journal = Journal()
         self._chart = Chart(ROWS, 1.0)
         self._records: list[Record] = []
         self._frames = dict.fromkeys(Direction, 0)
 
     def note(self, t_s: float, *entries: msgspec.Struct) -> Self:
         """Entries known at `t_s`."""
-        for entry in entries:
-            self._journal.note(entry, to_ns(t_s))
+        self._records += records_of((t_s, entry) for entry in entries)
         return self
 
     def start(self, place: str = "at:D") -> Self:
         """What every run logs first."""
-        self.note(0, Yard(ROWS, 1.0), ModeEntry(Mode.GUIDED, "start"))
+        self.note(0, Yard(ROWS, 1.0), ModeEntry(Mode.GUIDED, ModeCause.START))
         return self.note(0, FailsafeEntry(Failsafe.NOMINAL, 0.0)).stand(0, place)
 
     def stand(self, t_s: float, place: str, heading_rad: float = math.pi / 2) -> Self:
@@ -99,16 +97,14 @@ class Handmade:
             (),
             0,
         )
-        self._journal.note(heard, to_ns(t_s), publish_time_ns=to_ns(since_s))
+        (record,) = records_of([(t_s, heard)])
+        self._records.append(msgspec.structs.replace(record, publish_time_ns=to_ns(since_s)))
         return self
 
     @property
     def records(self) -> list[Record]:
         """All records so far, in the order of a log."""
-        self._records = sorted(
-            self._records + self._journal.take(), key=lambda record: record.log_time_ns
-        )
-        return self._records
+        return sorted(self._records, key=lambda record: record.log_time_ns)
 
     def log(self, path: Path, *, window: int = 5) -> Path:
         """A finished log of it, flushed after every `window` records."""

@@ -4,8 +4,9 @@ from typing import Any
 
 import msgspec
 import pytest
+from noting import logged
 
-from farside.logs import LinkPicture, Picture, clock, decode
+from farside.logs import LinkPicture, Picture, clock, decoded
 from farside.messages import (
     Approve,
     Chooser,
@@ -16,6 +17,7 @@ from farside.messages import (
     FailsafeChanged,
     GoalReached,
     Mode,
+    ModeCause,
     ModeChanged,
     Override,
     Proposal,
@@ -46,7 +48,7 @@ from farside.topics import (
 def picture_of(run: Any) -> Picture:
     picture = Picture()
     for record in run.records:
-        picture.apply(record.log_time_ns, decode(record))
+        picture.apply(decoded(record))
     return picture
 
 
@@ -77,7 +79,7 @@ def test_an_action_lasts_until_it_ends(run: Any) -> None:
 
 
 def test_a_proposal_stands_as_long_as_its_goal(run: Any) -> None:
-    proposal = Proposal(1, ("at:A",), "N", Chooser.GOAL_DIRECTED, ())
+    proposal = Proposal(1, 0, ("at:A",), "N", Chooser.GOAL_DIRECTED, ())
     run.start().goal(1, "at:A").goal(1, "at:B").note(2, proposal)
 
     assert picture_of(run.reach(3, "at:B")).proposal == proposal
@@ -109,7 +111,7 @@ def test_a_goal_that_is_set_again_with_a_new_priority_is_told_once(run: Any) -> 
 @pytest.mark.parametrize(
     ("entry", "line"),
     [
-        (ModeEntry(Mode.AUTONOMOUS, "link lost"), "rover: mode autonomous: link lost"),
+        (ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST), "rover: mode autonomous: link lost"),
         (FailsafeEntry(Failsafe.HOLD, 10.24), "rover: failsafe hold after 10.2 s of silence"),
         (FailsafeEntry(Failsafe.NOMINAL, 0.0), "rover: failsafe nominal"),
         (
@@ -145,7 +147,7 @@ def test_a_goal_that_is_set_again_with_a_new_priority_is_told_once(run: Any) -> 
     ids=lambda value: value if isinstance(value, str) else "",
 )  # fmt: skip
 def test_an_entry_is_told_as(entry: msgspec.Struct, line: str) -> None:
-    told = Picture().apply(0, entry)
+    told = Picture().apply(logged(0, entry))
 
     assert told is not None
     assert f"{told.who}: {told.text}" == line
@@ -154,7 +156,7 @@ def test_an_entry_is_told_as(entry: msgspec.Struct, line: str) -> None:
 @pytest.mark.parametrize(
     ("what", "text"),
     [
-        (ModeChanged(Mode.AUTONOMOUS, "link lost"), "mode autonomous: link lost"),
+        (ModeChanged(Mode.AUTONOMOUS, ModeCause.LINK_LOST), "mode autonomous: link lost"),
         (FailsafeChanged(Failsafe.LOST, to_ns(30)), "failsafe lost after 30.0 s of silence"),
         (GoalReached(("at:B",)), "goal at:B reached"),
         (CommandRefused(7, "expired"), "command 7 refused: expired"),
@@ -162,7 +164,7 @@ def test_an_entry_is_told_as(entry: msgspec.Struct, line: str) -> None:
     ids=lambda value: value if isinstance(value, str) else "",
 )
 def test_the_ground_learns_of_an_event_with_its_time(what: Any, text: str) -> None:
-    told = Picture().apply(to_ns(400), EventLearned(Event(1, to_ns(83.25), what)))
+    told = Picture().apply(logged(to_ns(400), EventLearned(Event(1, to_ns(83.25), what))))
 
     assert told is not None
     assert told.text == f"learns of 0:01:23.2: {text}"
@@ -178,19 +180,19 @@ def test_the_ground_learns_of_an_event_with_its_time(what: Any, text: str) -> No
     ids=["an obeyed command", "an action that ended well", "a measurement"],
 )
 def test_the_story_leaves_out(entry: msgspec.Struct) -> None:
-    assert Picture().apply(0, entry) is None
+    assert Picture().apply(logged(0, entry)) is None
 
 
 def test_steps_of_a_tour_are_routine_and_changes_are_not() -> None:
     def is_routine(entry: msgspec.Struct) -> bool:
-        line = Picture().apply(0, entry)
+        line = Picture().apply(logged(0, entry))
         assert line is not None
         return line.routine
 
     assert is_routine(CommandSent(1, Drive("N")))
     assert is_routine(CommandSent(1, Approve(1)))
     assert not is_routine(CommandSent(1, Override(1, "N")))
-    assert not is_routine(ModeEntry(Mode.SHARED, "command 1"))
+    assert not is_routine(ModeEntry(Mode.SHARED, ModeCause.OPERATOR))
 
 
 @pytest.mark.parametrize(

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from mcap.writer import Writer
 
 from farside.logs import LogEntry, LogError, LogFile, Recorder, decode
-from farside.messages import Mode
+from farside.messages import Mode, ModeCause
 from farside.node import Record, to_ns
 from farside.topics import ModeEntry, Silence
 
@@ -21,12 +21,12 @@ hypothesis_with_files = settings(suppress_health_check=[HealthCheck.function_sco
 
 
 def test_entries_come_decoded_in_the_order_of_the_log(run: Any, path: Path) -> None:
-    run.note(1.5, ModeEntry(Mode.SHARED, "command 7")).note(2.0, Silence(silent=True))
+    run.note(1.5, ModeEntry(Mode.SHARED, ModeCause.OPERATOR)).note(2.0, Silence(silent=True))
 
     log = LogFile(run.log(path))
 
     assert list(log.entries()) == [
-        LogEntry(to_ns(1.5), to_ns(1.5), "/rover/mode", ModeEntry(Mode.SHARED, "command 7")),
+        LogEntry(to_ns(1.5), to_ns(1.5), "/rover/mode", ModeEntry(Mode.SHARED, ModeCause.OPERATOR)),
         LogEntry(to_ns(2.0), to_ns(2.0), "/ground/silence", Silence(silent=True)),
     ]
     assert log.end_ns == to_ns(2.0)

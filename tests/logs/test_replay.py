@@ -10,7 +10,7 @@ import pytest
 from rich.console import Console
 
 from farside.logs import LogFile, Recorder, play
-from farside.messages import Mode
+from farside.messages import Mode, ModeCause
 from farside.node import Direction
 from farside.topics import LinkOutage, ModeEntry, Silence
 
@@ -41,7 +41,7 @@ def clock() -> FakeClock:
 def log(run: Any, path: Path) -> LogFile:
     """A run of 8 s with something to tell at 0, 2, 5 and 8 s."""
     run.start().note(2, LinkOutage(Direction.UP, down=True, reason="blackout"))
-    run.note(5, ModeEntry(Mode.AUTONOMOUS, "link lost")).note(8, Silence(silent=True))
+    run.note(5, ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST)).note(8, Silence(silent=True))
     return LogFile(run.log(path))
 
 

@@ -7,10 +7,12 @@ import msgspec.inspect as mi
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from noting import topic_of
 
 from farside.logs import decode
 from farside.logs.schemas import topic_schema
-from farside.topics import TOPICS, Journal
+from farside.node import Journal
+from farside.topics import TOPICS
 
 PYTHON_TYPES: dict[str, tuple[type, ...]] = {
     "object": (dict,),
@@ -46,7 +48,9 @@ def values(kind: mi.Type) -> st.SearchStrategy[Any]:
     return SCALARS[type(kind)]
 
 
-entries = st.sampled_from(list(TOPICS.values())).flatmap(lambda kind: values(mi.type_info(kind)))
+entries = st.sampled_from(list(TOPICS.values())).flatmap(
+    lambda topic: values(mi.type_info(topic.kind))
+)
 
 
 def holds(value: Any, schema: dict[str, Any], definitions: dict[str, Any]) -> bool:
@@ -103,14 +107,14 @@ def test_a_message_that_lacks_a_required_property_breaks_the_schema(entry: msgsp
 
 @pytest.mark.parametrize("topic", TOPICS)
 def test_a_viewer_takes_every_property_at_the_top_of_a_schema(topic: str) -> None:
-    schema = msgspec.json.decode(topic_schema(TOPICS[topic]))
+    schema = msgspec.json.decode(topic_schema(TOPICS[topic].kind))
 
     assert schema["type"] == "object"
     assert plain(schema)
 
 
 def test_a_schema_names_the_scalars_enums_and_structs_of_its_type_for_viewers() -> None:
-    schema = msgspec.json.decode(topic_schema(TOPICS["/ground/event"]))
+    schema = msgspec.json.decode(topic_schema(TOPICS["/ground/event"].kind))
     assert schema["properties"] == {
         "event": {
             "type": "object",
@@ -121,7 +125,7 @@ def test_a_schema_names_the_scalars_enums_and_structs_of_its_type_for_viewers() 
             },
         }
     }
-    schema = msgspec.json.decode(topic_schema(TOPICS["/link/outage"]))
+    schema = msgspec.json.decode(topic_schema(TOPICS["/link/outage"].kind))
     assert schema["properties"] == {
         "direction": {"type": "string", "enum": ["down", "up"]},
         "down": {"type": "boolean"},
@@ -135,6 +139,6 @@ def test_a_schema_names_the_scalars_enums_and_structs_of_its_type_for_viewers() 
 @given(entry=entries)
 def test_what_a_journal_notes_is_decoded_to_the_same_entry(entry: msgspec.Struct) -> None:
     journal = Journal()
-    journal.note(entry, 0)
+    journal.note(topic_of(entry), entry)
 
     assert decode(journal.take()[0]) == entry

@@ -5,10 +5,11 @@ import math
 from typing import Any
 
 import pytest
+from noting import logged
 from rich.console import Console
 
-from farside.logs import Picture, decode, screen
-from farside.messages import Chooser, Failsafe, Mode, PathStep, Proposal
+from farside.logs import Picture, decoded, screen
+from farside.messages import Chooser, Failsafe, Mode, ModeCause, Proposal, ProposedStep
 from farside.node import Direction, to_ns
 from farside.places import Chart
 from farside.topics import (
@@ -27,7 +28,7 @@ def shown(run: Any, now_s: float, *, width: int = 80, height: int = 24, **option
     """The screen of a run at a time, as plain text without trailing blanks."""
     picture = Picture()
     for record in run.records:
-        picture.apply(record.log_time_ns, decode(record))
+        picture.apply(decoded(record))
     console = Console(file=io.StringIO(), width=width, height=height, color_system=None)
     console.print(screen(picture, to_ns(now_s), width=width, height=height, **options))
     lines = console.file.getvalue().splitlines()
@@ -47,14 +48,16 @@ def lost(run: Any) -> Any:
         run.note(4, LinkOutage(direction, down=True, reason="blackout"))
     run.frame(5, Direction.UP, Fate.OUTAGE).frame(5, Direction.DOWN, Fate.OUTAGE)
     run.note(15, FailsafeEntry(Failsafe.HOLD, 10.0), Silence(silent=True))
-    run.note(35, FailsafeEntry(Failsafe.LOST, 30.0), ModeEntry(Mode.AUTONOMOUS, "link lost"))
+    run.note(
+        35, FailsafeEntry(Failsafe.LOST, 30.0), ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST)
+    )
     path = (
-        PathStep(("at:D",), "N", 8.0),
-        PathStep(("at:5,2",), "N", 4.0),
-        PathStep(("at:B",), "N", 0.0),
+        ProposedStep(("at:D",), "N", 8.0),
+        ProposedStep(("at:5,2",), "N", 4.0),
+        ProposedStep(("at:B",), "N", 0.0),
     )
     run.note(36, Cycle(("at:D",), (), (), 2, 1, 0, 74, 212, 0.625))
-    run.note(36, Proposal(9, ("at:B",), "N", Chooser.GOAL_DIRECTED, path))
+    run.note(36, Proposal(9, 0, ("at:B",), "N", Chooser.GOAL_DIRECTED, path))
     run.note(36, ActionStarted("N", Chooser.GOAL_DIRECTED, None, ("at:B",)))
     return run.stand(33, "at:3,1").stand(34, "at:4,1").stand(37, "at:D")
 
@@ -131,7 +134,7 @@ def test_the_arrow_points_where_the_rover_heads(run: Any, heading_rad: float, ar
 def test_a_map_too_wide_for_two_columns_a_cell_takes_one() -> None:
     rows = ("#" * 30, "#" + "." * 28 + "#", "#" * 30)
     picture = Picture(chart=Chart(rows, 1.0))
-    picture.apply(0, Pose(1.5, 1.5, 0.0, 0.0, "at:1,1", 1.0))
+    picture.apply(logged(0, Pose(1.5, 1.5, 0.0, 0.0, "at:1,1", 1.0)))
     console = Console(file=io.StringIO(), width=80, color_system=None)
 
     console.print(screen(picture, 0, width=80, height=24))
@@ -149,7 +152,7 @@ def test_words_of_a_mission_are_not_taken_for_markup(run: Any) -> None:
 def test_colours_tell_the_rover_from_what_the_ground_has_of_it(lost: Any) -> None:
     picture = Picture()
     for record in lost.records:
-        picture.apply(record.log_time_ns, decode(record))
+        picture.apply(decoded(record))
     console = Console(file=io.StringIO(), width=80, force_terminal=True, color_system="standard")
 
     console.print(screen(picture, 0, width=80, height=24))

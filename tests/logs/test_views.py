@@ -6,10 +6,12 @@ from typing import Any
 
 import pytest
 
-from farside.logs import GoalStory, LogError, ModeSpan, Outage, RunView
-from farside.messages import Drive, Failsafe, Mode
+from farside.logs import GoalStory, LogError, ModeSpan, OutageSpan, RunView
+from farside.messages import Drive, Failsafe, Mode, ModeCause
 from farside.node import Direction
 from farside.topics import (
+    GROUND_SILENCE,
+    TRUTH_POSE,
     CommandSent,
     CommandTaken,
     Cycle,
@@ -19,7 +21,6 @@ from farside.topics import (
     GoalSource,
     LinkOutage,
     ModeEntry,
-    Pose,
     Silence,
 )
 
@@ -33,15 +34,17 @@ def view_of(run: Any) -> RunView:
 def test_a_rover_that_loses_the_link_takes_over_and_gives_back(run: Any) -> None:
     run.start()
     run.note(100, FailsafeEntry(Failsafe.HOLD, 10.0))
-    run.note(120, FailsafeEntry(Failsafe.LOST, 30.0), ModeEntry(Mode.AUTONOMOUS, "link lost"))
-    run.note(300, FailsafeEntry(Failsafe.NOMINAL, 0.0), ModeEntry(Mode.GUIDED, "link back"))
+    run.note(
+        120, FailsafeEntry(Failsafe.LOST, 30.0), ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST)
+    )
+    run.note(300, FailsafeEntry(Failsafe.NOMINAL, 0.0), ModeEntry(Mode.GUIDED, ModeCause.OPERATOR))
 
     view = view_of(run)
 
     assert view.modes == (
-        ModeSpan(0.0, Mode.GUIDED, "start"),
-        ModeSpan(120.0, Mode.AUTONOMOUS, "link lost"),
-        ModeSpan(300.0, Mode.GUIDED, "link back"),
+        ModeSpan(0.0, Mode.GUIDED, ModeCause.START),
+        ModeSpan(120.0, Mode.AUTONOMOUS, ModeCause.LINK_LOST),
+        ModeSpan(300.0, Mode.GUIDED, ModeCause.OPERATOR),
     )
     assert [view.mode_at(t_s) for t_s in (0, 119.999999999, 120, 299, 300)] == [
         Mode.GUIDED, Mode.GUIDED, Mode.AUTONOMOUS, Mode.AUTONOMOUS, Mode.GUIDED,
@@ -160,7 +163,10 @@ def test_the_dem_is_told_by_its_last_cycle(run: Any) -> None:
 def test_entries_of_a_type_come_with_their_times(run: Any) -> None:
     view = view_of(run.start("at:D").stand(5, "at:B"))
 
-    assert [(t_s, pose.place) for t_s, pose in view.entries(Pose)] == [(0.0, "at:D"), (5.0, "at:B")]
+    assert [(t_s, pose.place) for t_s, pose in view.entries(TRUTH_POSE)] == [
+        (0.0, "at:D"),
+        (5.0, "at:B"),
+    ]
 
 
 # --- the link ----------------------------------------------------------------------------------
@@ -219,9 +225,9 @@ def test_outages_pair_their_ends_and_one_without_end_lasts_as_long_as_the_run(ru
     run.note(60, Silence(silent=True))
 
     assert view_of(run).outages == (
-        Outage(UP, 10.0, 30.0),
-        Outage(DOWN, 10.0, 20.0),
-        Outage(DOWN, 40.0, 60.0),
+        OutageSpan(UP, 10.0, 30.0),
+        OutageSpan(DOWN, 10.0, 20.0),
+        OutageSpan(DOWN, 40.0, 60.0),
     )
 
 
@@ -235,7 +241,7 @@ def test_a_log_gives_the_same_answers_as_the_records_it_was_made_of(run: Any, pa
     def answers(view: RunView) -> list[Any]:
         return [
             view.modes, view.goals, view.outages, view.frames(), view.link_counters(UP),
-            view.place_at(5), view.reached("at:B"), view.duration_s, view.entries(Silence),
+            view.place_at(5), view.reached("at:B"), view.duration_s, view.entries(GROUND_SILENCE),
         ]  # fmt: skip
 
     assert answers(RunView.of_log(run.log(path))) == answers(view_of(run))

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.missions.crew.barrier import Advance, Party, Report, Said
-from farside.missions.crew.crew import CrewError, InProcessCrew, Loss
+from farside.missions.crew.barrier import Advance, Party, Said, WindowReport
+from farside.missions.crew.crew import CrewError, InProcessCrew, LostRole
 from farside.missions.crew.network import advance_key, heard_by, report_key
 from farside.node import Direction, Frame, Node, Record, Role, Step
 
@@ -88,7 +88,7 @@ def test_an_exception_in_a_node_passes_through_a_crew_in_one_process() -> None:
 
 
 def test_a_loss_reads_as_a_sentence_that_ends_in_the_last_words() -> None:
-    loss = Loss(Role.ROVER, 2_500_000_000, "was ended by SIGKILL", "")
+    loss = LostRole(Role.ROVER, 2_500_000_000, "was ended by SIGKILL", "")
     assert str(CrewError(loss)) == (
         "the rover process was ended by SIGKILL at 2.5 s of simulated time"
     )
@@ -102,7 +102,7 @@ class Table:
     def __init__(self) -> None:
         self.parties = {role: Party(role, node) for role, node in toy_nodes().items()}
         self.on_the_way: list[Said] = []
-        self.reports: dict[Role, Report] = {}
+        self.reports: dict[Role, WindowReport] = {}
 
     def order(self, order: Advance) -> None:
         self.reports = {}
@@ -120,7 +120,7 @@ class Table:
                 self.on_the_way += party.hear(said)
             elif key == report_key(role):
                 assert role not in self.reports
-                self.reports[role] = msgspec.msgpack.decode(payload, type=Report)
+                self.reports[role] = msgspec.msgpack.decode(payload, type=WindowReport)
 
     def records(self) -> list[Record]:
         return [record for role in Role for record in self.reports[role].records]
@@ -144,7 +144,7 @@ def test_parties_keep_step_with_plain_calls_however_messages_overtake_each_other
 def test_a_party_says_first_that_it_is_ready_for_the_first_window() -> None:
     key, payload = Party(Role.GROUND, End("ground", Direction.UP)).report([])
     assert key == "farside/ground/report"
-    assert msgspec.msgpack.decode(payload, type=Report) == Report(0, [])
+    assert msgspec.msgpack.decode(payload, type=WindowReport) == WindowReport(0, [])
 
 
 def test_nobody_is_ready_for_the_next_window_while_an_end_is_missing() -> None:

@@ -1,9 +1,10 @@
 """What decides between success and failure, held against small made-up runs."""
 
 import pytest
+from noting import records_of
 
 from farside.logs import RunView
-from farside.messages import Chooser, Drive, Mode
+from farside.messages import Chooser, Drive, Mode, ModeCause
 from farside.missions.expectations import judge
 from farside.missions.schema import (
     AutonomyExpected,
@@ -21,7 +22,6 @@ from farside.topics import (
     GoalChange,
     GoalEntry,
     GoalSource,
-    Journal,
     LinkOutage,
     ModeEntry,
     Pose,
@@ -34,15 +34,13 @@ GOAL = ("at:A",)
 
 def run(*entries) -> RunView:
     """A run of 100 s with these (time, entry)."""
-    journal = Journal()
     start = [
         (0.0, Yard(("####", "#A.#", "####"), 1.0)),
-        (0.0, ModeEntry(Mode.GUIDED, "start")),
+        (0.0, ModeEntry(Mode.GUIDED, ModeCause.START)),
         (0.0, _pose("at:2,1")),
     ]
-    for t_s, entry in sorted([*start, *entries, (100.0, _pose("at:2,1"))], key=lambda e: e[0]):
-        journal.note(entry, to_ns(t_s))
-    return RunView(journal.take())
+    told = [*start, *entries, (100.0, _pose("at:2,1"))]
+    return RunView(records_of(sorted(told, key=lambda e: e[0])))
 
 
 def _pose(place):

@@ -11,7 +11,7 @@ import pytest
 from farside.logs import LogError, LogFile, RunView
 from farside.messages import Mode
 from farside.node import Role, to_ns
-from farside.topics import Pose
+from farside.topics import TRUTH_POSE
 
 pytestmark = pytest.mark.processes
 
@@ -84,7 +84,7 @@ def test_without_ground_or_link_the_rover_sees_silence_and_goes_on_alone(termina
     assert str(terminal.log) in err
     run = RunView.of_log(terminal.log)
     assert LogFile(terminal.log).complete
-    assert run.entries(Pose)[-1][0] > DURATION_S - 2, "the rover lived on to the end"
+    assert run.entries(TRUTH_POSE)[-1][0] > DURATION_S - 2, "the rover lived on to the end"
     autonomous = [mode for mode in run.modes if mode.mode is Mode.AUTONOMOUS]
     assert [mode.why for mode in autonomous] == ["link lost"]
     assert autonomous[0].t_s < 60

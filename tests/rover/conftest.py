@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from farside.link import LinkConfig, LinkTerms, OneWay, ground_endpoint
+from farside.logs import LogEntry, decoded
 from farside.messages import Command, Drive, Event, Heartbeat, Order, Proposal, Telemetry
-from farside.node import Frame, to_ns, to_s
+from farside.node import Frame, Journal, to_ns, to_s
 from farside.places import Chart
 from farside.rover import Rover, RoverConfig, RoverStreams
-from farside.topics import TOPICS
 
 TICK_NS = to_ns(0.04)
 TERMS = LinkTerms.simulated(LinkConfig(up=OneWay(delay_s=0.0), down=OneWay(delay_s=0.0)), seed=1)
@@ -40,12 +40,12 @@ class Bench:
         )
         self.link_up = True
         self.now_ns = 0
-        self.entries: list[tuple[float, msgspec.Struct]] = []
+        self.entries: list[LogEntry] = []
         self.telemetry: Telemetry | None = None
         self.proposals: list[Proposal] = []
         self.events: list[Event] = []
         self.frames: list[Frame] = []
-        self._ground = ground_endpoint(TERMS, lambda *_: None)
+        self._ground = ground_endpoint(TERMS, Journal())
         self._commands = 0
         self.run(TICK_NS)
 
@@ -66,9 +66,7 @@ class Bench:
             sent = self._ground.take_sent()
             frames, records = self.rover.advance(self.now_ns, sent if self.link_up else [])
             self._read(frames)
-            for record in records:
-                entry = msgspec.json.decode(record.payload, type=TOPICS[record.topic])
-                self.entries.append((to_s(record.log_time_ns), entry))
+            self.entries += map(decoded, records)
 
     def run_s(self, time_s: float) -> None:
         """Live on for so many seconds."""
@@ -88,9 +86,9 @@ class Bench:
             number = self.order(Drive(action))
             self.until(lambda number=number: self.telemetry.commands_done >= number)
 
-    def of(self, kind):
-        """All entries of a kind."""
-        return [entry for _, entry in self.entries if isinstance(entry, kind)]
+    def of(self, topic):
+        """All entries of a topic."""
+        return [logged.entry for logged in self.entries if logged.topic == topic.name]
 
     def _read(self, frames) -> None:
         self.frames += frames

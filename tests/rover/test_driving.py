@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from farside.places import Chart
 from farside.rover.config import BodyConfig
 from farside.rover.world.body import TruePose, World
-from farside.topics import ActionEnded, Bump, Pose
+from farside.topics import ROVER_ACTION_ENDED, TRUTH_BUMP, TRUTH_POSE
 
 STEP_S = 0.04
 
@@ -30,7 +30,7 @@ def world(x_m=1.5, y_m=1.5, heading_rad=0.0, **body):
 def test_a_move_ends_in_the_middle_of_the_next_place(bench):
     rover = bench()
     rover.do("E")
-    pose = rover.of(Pose)[-1]
+    pose = rover.of(TRUTH_POSE)[-1]
     assert pose.place == "at:2,1"
     assert math.dist((pose.x_m, pose.y_m), (2.5, 1.5)) < 0.2
     assert rover.telemetry.tokens == ("at:2,1",)
@@ -39,25 +39,25 @@ def test_a_move_ends_in_the_middle_of_the_next_place(bench):
 def test_a_push_against_a_wall_leaves_the_rover_where_it_was(bench):
     rover = bench()
     rover.do("S")
-    (ended,) = rover.of(ActionEnded)
+    (ended,) = rover.of(ROVER_ACTION_ENDED)
     assert ended.blocked
     assert ended.duration_s > 1
-    assert rover.of(Bump)
-    assert rover.of(Pose)[-1].place == "at:D"
+    assert rover.of(TRUTH_BUMP)
+    assert rover.of(TRUTH_POSE)[-1].place == "at:D"
     assert rover.telemetry.tokens == ("at:D", "on_charge")
 
 
 def test_a_rock_stops_the_rover_too(bench):
     rover = bench()
     rover.do("EE")
-    assert [ended.blocked for ended in rover.of(ActionEnded)] == [False, True]
-    assert rover.of(Pose)[-1].place == "at:2,1"
+    assert [ended.blocked for ended in rover.of(ROVER_ACTION_ENDED)] == [False, True]
+    assert rover.of(TRUTH_POSE)[-1].place == "at:2,1"
 
 
 def test_many_pushes_do_not_move_it_away(bench):
     rover = bench()
     rover.do("SWSWSWSW")
-    pose = rover.of(Pose)[-1]
+    pose = rover.of(TRUTH_POSE)[-1]
     assert math.dist((pose.x_m, pose.y_m), (1.5, 1.5)) < 0.2
 
 
@@ -65,7 +65,7 @@ def test_a_move_takes_about_as_long_as_in_the_seed(bench):
     """The seed's average move takes 2.66 s; turns make single ones longer."""
     rover = bench()
     rover.do("NNEEEEESSNNWWWWWSS")
-    durations_s = [ended.duration_s for ended in rover.of(ActionEnded)]
+    durations_s = [ended.duration_s for ended in rover.of(ROVER_ACTION_ENDED)]
     assert fmean(durations_s) == pytest.approx(2.66, rel=0.15)
 
 
@@ -74,7 +74,7 @@ def test_tokens_come_from_the_estimate_not_from_the_truth(bench):
     rover = bench(sensors={"position_sd_m": 3.0}, body={"slip_mean": 0.5})
     rover.do("NNEEEEE")
     believed = next(token for token in rover.telemetry.tokens if token.startswith("at:"))
-    assert believed != rover.of(Pose)[-1].place
+    assert believed != rover.of(TRUTH_POSE)[-1].place
 
 
 def test_friction_bounds_acceleration():

@@ -14,35 +14,36 @@ from farside.messages import (
     WithdrawGoal,
 )
 from farside.topics import (
-    ActionStarted,
-    CommandTaken,
-    Cycle,
-    FailsafeEntry,
+    ROVER_ACTION_STARTED,
+    ROVER_COMMAND,
+    ROVER_CYCLE,
+    ROVER_FAILSAFE,
+    ROVER_GOAL,
+    ROVER_MODE,
     GoalChange,
     GoalEntry,
     GoalSource,
-    ModeEntry,
 )
 
 ROUND = "NNEEEEESSNNWWWWWSS"  # from the dock to C and back: everything there is to know
 
 
 def actions(rover):
-    return [(started.action, started.chooser) for started in rover.of(ActionStarted)]
+    return [(started.action, started.chooser) for started in rover.of(ROVER_ACTION_STARTED)]
 
 
 def test_a_rover_without_orders_stands_and_learns_nothing(bench):
     rover = bench()
     rover.run_s(60)
     assert actions(rover) == []
-    assert rover.of(Cycle)[-1].hypotheses == 0
+    assert rover.of(ROVER_CYCLE)[-1].hypotheses == 0
 
 
 def test_a_guided_rover_obeys_and_its_dem_learns(bench):
     rover = bench()
     rover.do("EW")
     assert actions(rover) == [("E", Chooser.GUIDED), ("W", Chooser.GUIDED)]
-    assert rover.of(Cycle)[-1].hypotheses >= 2
+    assert rover.of(ROVER_CYCLE)[-1].hypotheses >= 2
 
 
 def test_a_goal_alone_moves_nothing_while_guided(bench):
@@ -79,7 +80,7 @@ def test_consent_by_consent_the_rover_reaches_the_goal_along_its_policy_path(ben
     for number in range(1, 10):
         rover.until(lambda number=number: rover.proposals[-1].number == number)
         rover.order(Approve(number))
-    rover.until(lambda: rover.of(GoalEntry)[-1].change is GoalChange.REACHED)
+    rover.until(lambda: rover.of(ROVER_GOAL)[-1].change is GoalChange.REACHED)
     assert actions(rover)[-9:] == [(action, Chooser.GOAL_DIRECTED) for action in path]
 
 
@@ -104,8 +105,8 @@ def test_an_answer_to_a_proposal_that_is_no_more_is_refused(bench):
     before = len(actions(rover))
     number = rover.order(Approve(1))
     rover.run_s(10)
-    assert rover.of(CommandTaken)[-1].number == number
-    assert rover.of(CommandTaken)[-1].refused.startswith("proposal 1 gave way to")
+    assert rover.of(ROVER_COMMAND)[-1].number == number
+    assert rover.of(ROVER_COMMAND)[-1].refused.startswith("proposal 1 gave way to")
     assert len(actions(rover)) == before
 
 
@@ -141,7 +142,7 @@ def test_a_goal_where_it_stands_is_reached_at_once(bench):
     rover = bench()
     rover.order(SetGoal(("at:D",), 1.0))
     rover.run_s(2)
-    assert [entry.change for entry in rover.of(GoalEntry)] == [GoalChange.SET, GoalChange.REACHED]
+    assert [entry.change for entry in rover.of(ROVER_GOAL)] == [GoalChange.SET, GoalChange.REACHED]
 
 
 def test_a_withdrawn_goal_is_given_up(bench):
@@ -151,7 +152,7 @@ def test_a_withdrawn_goal_is_given_up(bench):
     rover.order(WithdrawGoal(("at:C",)))
     rover.run_s(2)
     assert rover.telemetry.goals == ()
-    assert rover.of(CommandTaken)[-1].refused == "it is no goal of the operator's"
+    assert rover.of(ROVER_COMMAND)[-1].refused == "it is no goal of the operator's"
 
 
 def test_a_command_that_comes_too_late_is_refused_and_told(bench):
@@ -160,7 +161,7 @@ def test_a_command_that_comes_too_late_is_refused_and_told(bench):
     rover.order(Drive("E"), expires_s=3.0)
     rover.run_s(5)
     assert actions(rover) == []
-    assert rover.of(CommandTaken)[-1].refused == "it came too late"
+    assert rover.of(ROVER_COMMAND)[-1].refused == "it came too late"
 
 
 def test_when_silence_grows_it_holds_and_then_goes_on_alone(bench):
@@ -168,13 +169,13 @@ def test_when_silence_grows_it_holds_and_then_goes_on_alone(bench):
     rover.do(ROUND)
     rover.run_s(3)
     rover.link_up = False
-    lost_s = rover.until(lambda: rover.of(ModeEntry)[-1].mode is Mode.AUTONOMOUS)
-    states = [(entry.state, round(entry.silence_s)) for entry in rover.of(FailsafeEntry)]
+    lost_s = rover.until(lambda: rover.of(ROVER_MODE)[-1].mode is Mode.AUTONOMOUS)
+    states = [(entry.state, round(entry.silence_s)) for entry in rover.of(ROVER_FAILSAFE)]
     assert states == [(Failsafe.NOMINAL, 0), (Failsafe.HOLD, 10), (Failsafe.LOST, 30)]
-    assert rover.of(GoalEntry)[-1] == GoalEntry(("at:C",), GoalChange.SET, 1.0, GoalSource.MISSION)
-    reached_s = rover.until(lambda: rover.of(GoalEntry)[-1].change is GoalChange.REACHED)
+    assert rover.of(ROVER_GOAL)[-1] == GoalEntry(("at:C",), GoalChange.SET, 1.0, GoalSource.MISSION)
+    reached_s = rover.until(lambda: rover.of(ROVER_GOAL)[-1].change is GoalChange.REACHED)
     assert reached_s > lost_s
-    assert rover.of(ModeEntry)[-1].why == "link lost"
+    assert rover.of(ROVER_MODE)[-1].why == "link lost"
 
 
 def test_with_no_goal_at_all_silence_only_makes_it_hold(bench):
@@ -183,8 +184,8 @@ def test_with_no_goal_at_all_silence_only_makes_it_hold(bench):
     before = len(actions(rover))
     rover.link_up = False
     rover.run_s(120)
-    assert rover.of(FailsafeEntry)[-1].state is Failsafe.LOST
-    assert [entry.mode for entry in rover.of(ModeEntry)] == [Mode.GUIDED]
+    assert rover.of(ROVER_FAILSAFE)[-1].state is Failsafe.LOST
+    assert [entry.mode for entry in rover.of(ROVER_MODE)] == [Mode.GUIDED]
     assert len(actions(rover)) == before
 
 
@@ -205,7 +206,7 @@ def test_it_reports_what_it_did_alone_when_the_link_returns(bench):
     rover.do(ROUND)
     rover.link_up = False
     reached = GoalEntry(("at:C",), GoalChange.REACHED, 1.0, GoalSource.MISSION)
-    rover.until(lambda: reached in rover.of(GoalEntry))
+    rover.until(lambda: reached in rover.of(ROVER_GOAL))
     rover.until(lambda: GoalReached(("at:C",)) in [event.what for event in rover.events])
     rover.link_up = True
     rover.until(lambda: rover.telemetry.failsafe is Failsafe.NOMINAL)
@@ -234,7 +235,7 @@ def test_a_low_battery_sends_an_autonomous_rover_to_the_dock(bench):
     rover.until(lambda: "battery:low" in rover.telemetry.tokens, within_s=1200)
     rover.until(lambda: "on_charge" in rover.telemetry.tokens, within_s=200)
     rover.until(lambda: "battery:low" not in rover.telemetry.tokens)
-    charging = [goal for goal in rover.of(GoalEntry) if goal.source is GoalSource.INHERENT]
+    charging = [goal for goal in rover.of(ROVER_GOAL) if goal.source is GoalSource.INHERENT]
     assert [goal.change for goal in charging] == [GoalChange.SET, GoalChange.REACHED]
     assert {goal.tokens for goal in charging} == {("on_charge",)}
 

@@ -11,13 +11,13 @@ from farside.messages import Failsafe, FailsafeChanged, GoalReached, Mode
 from farside.missions import Outcome
 from farside.node import Direction
 from farside.topics import (
-    ActionStarted,
-    EventLearned,
-    FailsafeEntry,
+    GROUND_EVENT,
+    GROUND_REVIEW,
+    GROUND_SILENCE,
+    ROVER_ACTION_STARTED,
+    ROVER_FAILSAFE,
+    TRUTH_POSE,
     Fate,
-    Pose,
-    Review,
-    Silence,
 )
 
 
@@ -26,7 +26,7 @@ def switched_to_autonomy(run):
 
 
 def moves(run, start_s, end_s):
-    return [started for t_s, started in run.entries(ActionStarted) if start_s <= t_s < end_s]
+    return [started for t_s, started in run.entries(ROVER_ACTION_STARTED) if start_s <= t_s < end_s]
 
 
 def test_the_three_stages_of_the_shipped_mission(mission):
@@ -44,7 +44,7 @@ def test_the_three_stages_of_the_shipped_mission(mission):
 
 def test_the_operator_overrides_once_and_is_obeyed(mission):
     run = mission("blackout").run()
-    reviews = [review for t_s, review in run.entries(Review) if t_s < 600]
+    reviews = [review for t_s, review in run.entries(GROUND_REVIEW) if t_s < 600]
     overridden = [review for review in reviews if review.override]
     assert len(overridden) == 1
     assert overridden[0].override == "E" != overridden[0].action
@@ -53,10 +53,10 @@ def test_the_operator_overrides_once_and_is_obeyed(mission):
 
 def test_it_reports_what_it_did_alone_when_the_link_is_back(mission):
     run = mission("blackout").run()
-    learned = {entry.event.what: t_s for t_s, entry in run.entries(EventLearned) if t_s > 620}
+    learned = {entry.event.what: t_s for t_s, entry in run.entries(GROUND_EVENT) if t_s > 620}
     for token in ("at:B", "at:C"):
         assert 981 < learned[GoalReached((token,))] < 985
-    assert [silence.silent for _, silence in run.entries(Silence)] == [True, False]
+    assert [silence.silent for _, silence in run.entries(GROUND_SILENCE)] == [True, False]
 
 
 def test_without_a_blackout_the_rover_never_acts_alone(mission):
@@ -72,7 +72,7 @@ def test_without_a_blackout_the_rover_never_acts_alone(mission):
 def test_a_short_blackout_makes_it_hold_at_most(mission, duration_s):
     run = mission("blackout").blackout(620, duration_s).run()
     assert switched_to_autonomy(run) == []
-    states = {entry.state for _, entry in run.entries(FailsafeEntry)}
+    states = {entry.state for _, entry in run.entries(ROVER_FAILSAFE)}
     assert (Failsafe.HOLD in states) is (duration_s > 10)
     assert Failsafe.LOST not in states
     assert run.reached("at:B"), "it goes on under consent afterwards"
@@ -80,7 +80,7 @@ def test_a_short_blackout_makes_it_hold_at_most(mission, duration_s):
 
 def test_on_hold_nothing_new_begins(mission):
     run = mission("blackout").blackout(620, 25).run()
-    hold_s = next(t for t, e in run.entries(FailsafeEntry) if e.state is Failsafe.HOLD)
+    hold_s = next(t for t, e in run.entries(ROVER_FAILSAFE) if e.state is Failsafe.HOLD)
     assert moves(run, hold_s, 645) == []
 
 
@@ -99,7 +99,7 @@ def test_a_flapping_link_below_the_threshold_never_switches_it(mission):
     run = rehearsal.run()
     assert switched_to_autonomy(run) == []
     assert run.mode_at(900) is Mode.SHARED
-    holds = [e for _, e in run.entries(FailsafeEntry) if e.state is Failsafe.HOLD]
+    holds = [e for _, e in run.entries(ROVER_FAILSAFE) if e.state is Failsafe.HOLD]
     assert len(holds) > 10
 
 
@@ -120,9 +120,9 @@ def test_deaf_but_not_mute_it_goes_on_alone_and_the_ground_watches(mission):
     assert 645 < switched_to_autonomy(run)[0] < 655
     assert run.frames(Direction.UP, delivered_between=(620, 980)) == ()
     assert len(run.frames(Direction.DOWN, delivered_between=(622, 980))) > 300
-    learned = [t for t, e in run.entries(EventLearned) if e.event.what == GoalReached(("at:B",))]
+    learned = [t for t, e in run.entries(GROUND_EVENT) if e.event.what == GoalReached(("at:B",))]
     assert learned[0] < run.reached("at:B") + 4
-    assert run.entries(Silence) == ()
+    assert run.entries(GROUND_SILENCE) == ()
 
 
 def test_mute_but_not_deaf_it_waits_for_a_word_that_cannot_come(mission):
@@ -132,11 +132,11 @@ def test_mute_but_not_deaf_it_waits_for_a_word_that_cannot_come(mission):
     """
     run = mission("blackout").blackout(620, 300, "down").run()
     assert switched_to_autonomy(run) == []
-    assert {entry.state for _, entry in run.entries(FailsafeEntry)} == {Failsafe.NOMINAL}
+    assert {entry.state for _, entry in run.entries(ROVER_FAILSAFE)} == {Failsafe.NOMINAL}
     assert moves(run, 630, 915) == []
     assert run.frames(Direction.DOWN, delivered_between=(622, 921)) == ()
     assert len(run.frames(Direction.UP, delivered_between=(620, 920))) > 100
-    assert [silence.silent for _, silence in run.entries(Silence)] == [True, False]
+    assert [silence.silent for _, silence in run.entries(GROUND_SILENCE)] == [True, False]
     assert run.reached("at:B") > 920
 
 
@@ -145,7 +145,7 @@ def test_with_all_goals_reached_a_second_loss_only_makes_it_hold(mission):
     assert run.mode_at(890) is Mode.GUIDED, "the operator took over in between"
     assert [
         entry.event.what.state
-        for _, entry in run.entries(EventLearned)
+        for _, entry in run.entries(GROUND_EVENT)
         if isinstance(entry.event.what, FailsafeChanged)
     ].count(Failsafe.LOST) == 2
     assert run.mode_at(1000) is Mode.GUIDED, "nothing is left to do alone"
@@ -186,6 +186,6 @@ def test_a_rover_with_a_small_battery_charges_by_itself_when_alone(mission):
     assert charged
     assert charged[0].reached_s
     low_s = charged[0].set_s
-    battery = [(t, pose.battery) for t, pose in run.entries(Pose)]
+    battery = [(t, pose.battery) for t, pose in run.entries(TRUTH_POSE)]
     assert max(level for t, level in battery if t > charged[0].reached_s) > 0.85
     assert min(level for t, level in battery if t > low_s) > 0

@@ -5,10 +5,16 @@ from itertools import pairwise
 
 import pytest
 
-from farside.messages import Telemetry
 from farside.missions import Outcome
 from farside.node import Direction
-from farside.topics import Fate, FrameStage, GroundFrame, Pose, RoverFrame
+from farside.topics import (
+    GROUND_FRAME,
+    GROUND_TELEMETRY,
+    ROVER_FRAME,
+    TRUTH_POSE,
+    Fate,
+    FrameStage,
+)
 
 NOISY = {
     "loss": {"model": "gilbert-elliott", "p": 0.01, "r": 0.3},
@@ -55,7 +61,7 @@ def test_over_a_noisy_link_the_mission_succeeds_and_no_command_is_obeyed_twice(m
     assert [met.met for met in run.result.expectations] == [True] * len(run.result.expectations)
     refused = Counter(
         entry.what
-        for kind in (RoverFrame, GroundFrame)
+        for kind in (ROVER_FRAME, GROUND_FRAME)
         for entry in events(run, kind, FrameStage.REFUSED)
     )
     assert refused["corrupted"] > 20
@@ -68,8 +74,8 @@ def test_over_a_noisy_link_the_mission_succeeds_and_no_command_is_obeyed_twice(m
 def test_every_frame_has_one_life_from_end_to_end(mission):
     run = noisy(mission).run()
     for direction, sender, receiver in (
-        (Direction.UP, GroundFrame, RoverFrame),
-        (Direction.DOWN, RoverFrame, GroundFrame),
+        (Direction.UP, GROUND_FRAME, ROVER_FRAME),
+        (Direction.DOWN, ROVER_FRAME, GROUND_FRAME),
     ):
         made = [e.sequence for e in events(run, sender, FrameStage.MADE)]
         assert made == [*range(len(made))]
@@ -89,31 +95,33 @@ def test_every_frame_has_one_life_from_end_to_end(mission):
 
 def test_what_happened_in_a_blackout_is_told_after_it_second_by_second(mission):
     run = mission("blackout").run()
-    told = [(t_s, entry.time_ns / 1e9) for t_s, entry in run.entries(Telemetry)]
+    told = [(t_s, entry.time_ns / 1e9) for t_s, entry in run.entries(GROUND_TELEMETRY)]
     late = [time_s for t_s, time_s in told if t_s - time_s > 10]
     assert late[0] < 622
     assert late[-1] > 978
     gaps = [after - before for before, after in pairwise(late)]
     assert late == sorted(late), "the oldest first"
     assert max(gaps) < 8.1, "an action is told of when it ends"
-    stored = [e for e in events(run, GroundFrame, FrameStage.USED) if e.stored]
+    stored = [e for e in events(run, GROUND_FRAME, FrameStage.USED) if e.stored]
     assert len(stored) == len(late)
 
 
 def test_stored_telemetry_goes_below_live_and_never_holds_it_up(mission):
     run = mission("blackout").run()
-    live = [t for t, e in run.entries(Telemetry) if t - e.time_ns / 1e9 < 10 and 985 < t < 1190]
+    live = [
+        t for t, e in run.entries(GROUND_TELEMETRY) if t - e.time_ns / 1e9 < 10 and 985 < t < 1190
+    ]
     assert max(after - before for before, after in pairwise(live)) < 8.1
     assert run.link_counters(Direction.DOWN).queue_full == 0
 
 
 def test_in_terrain_shadow_nothing_is_heard_and_the_rover_knows_what_to_do(mission):
     run = mission("blackout").without_blackouts().set("world.map", SHADOWED_MAP).run()
-    lost = events(run, RoverFrame, FrameStage.SHADOWED)
+    lost = events(run, ROVER_FRAME, FrameStage.SHADOWED)
     assert {entry.direction for entry in lost} == {Direction.UP, Direction.DOWN}
     shadowed = [
         t_s
-        for t_s, pose in run.entries(Pose)
+        for t_s, pose in run.entries(TRUTH_POSE)
         if pose.place in {"at:1,1", "at:2,1", "at:3,1", "at:4,1", "at:2,2"}
     ]
     assert shadowed

@@ -1,0 +1,27 @@
+"""Records of a run made by hand, for tests that start from a log's entries."""
+
+from collections.abc import Iterable
+
+import msgspec
+
+from farside.logs import LogEntry
+from farside.node import Journal, Record, Topic, to_ns
+from farside.topics import TOPICS
+
+
+def topic_of(entry: msgspec.Struct) -> Topic[msgspec.Struct]:
+    """The first topic that carries entries of this type."""
+    return next(topic for topic in TOPICS.values() if topic.kind is type(entry))
+
+
+def logged(t_ns: int, entry: msgspec.Struct) -> LogEntry:
+    """An entry as it is read from a log."""
+    return LogEntry(t_ns, t_ns, topic_of(entry).name, entry)
+
+
+def records_of(entries: Iterable[tuple[float, msgspec.Struct]]) -> list[Record]:
+    """Records of entries, each with the time in seconds when it became known."""
+    journal = Journal()
+    for t_s, entry in entries:
+        journal.note(topic_of(entry), entry, log_time_ns=to_ns(t_s))
+    return journal.take()
