@@ -14,7 +14,7 @@ import msgspec
 
 
 class Mode(StrEnum):
-    """Who drives: the operator; the DEM with the operator's consent; the DEM alone."""
+    """Who drives: the operator, the DEM with the operator's consent, or the DEM alone."""
 
     GUIDED = "guided"
     SHARED = "shared"
@@ -30,7 +30,7 @@ class ModeCause(StrEnum):
 
 
 class Failsafe(StrEnum):
-    """How the rover takes the silence of the link: none, standing still, on its own."""
+    """The failsafe's state: the link is up; silence, so stand still; the link is lost."""
 
     NOMINAL = "nominal"
     HOLD = "hold"
@@ -38,7 +38,7 @@ class Failsafe(StrEnum):
 
 
 class Chooser(StrEnum):
-    """Who chose an action: the operator, the policy map, or curiosity."""
+    """Who chose an action: the operator, the policy map, or exploration."""
 
     GUIDED = "guided"
     GOAL_DIRECTED = "goal-directed"
@@ -57,39 +57,39 @@ class _Message(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Drive(_Message, frozen=True, tag="drive"):
-    """Do one action next, whatever the mode (A1)."""
+    """Perform one action, in any mode (A1)."""
 
     action: str
 
 
 class Approve(_Message, frozen=True, tag="approve"):
-    """Perform the proposed action. Void if another proposal has taken its place (A2)."""
+    """Perform the proposed action. Refused if that proposal no longer stands (A2)."""
 
     proposal: int
 
 
 class Override(_Message, frozen=True, tag="override"):
-    """Perform this action in place of the proposed one. Void like `Approve` (A2)."""
+    """Perform this action in place of the proposed one. Refused like `Approve` (A2)."""
 
     proposal: int
     action: str
 
 
 class SetMode(_Message, frozen=True, tag="mode"):
-    """Turn the routing switch (A4)."""
+    """Change the mode: the routing switch (A4)."""
 
     mode: Mode
 
 
 class SetGoal(_Message, frozen=True, tag="goal"):
-    """Put a Sign on the Goal List, or change its priority (A5). Higher priorities come first."""
+    """Put a Sign on the Goal List, or change its priority; the highest comes first (A5)."""
 
     tokens: Tokens
     priority: float
 
 
 class WithdrawGoal(_Message, frozen=True, tag="withdraw"):
-    """Take a Sign off the Goal List (A5)."""
+    """Remove a Sign from the Goal List (A5)."""
 
     tokens: Tokens
 
@@ -101,9 +101,9 @@ class Command(_Message, frozen=True, tag="command"):
     """One order from the operator.
 
     Attributes:
-        number: counts commands from 1 without a gap. The rover takes them in this order only.
-        expires_ns: the rover refuses the order after this simulated time: what was right
-            to do before a silence may be wrong after it.
+        number: counts from 1 without a gap; the rover takes commands in this order.
+        expires_ns: simulated time after which the rover refuses the order. What was right before
+            an outage may be wrong after it.
         order: what to do.
     """
 
@@ -113,7 +113,7 @@ class Command(_Message, frozen=True, tag="command"):
 
 
 class Heartbeat(_Message, frozen=True, tag="heartbeat"):
-    """The ground is there."""
+    """A sign of life from the ground."""
 
 
 Uplink = Command | Heartbeat
@@ -122,14 +122,14 @@ Uplink = Command | Heartbeat
 
 
 class ModeChanged(_Message, frozen=True, tag="mode"):
-    """The rover is now in `mode`; `why` says what brought it there."""
+    """The mode changed to `mode`."""
 
     mode: Mode
     why: ModeCause
 
 
 class FailsafeChanged(_Message, frozen=True, tag="failsafe"):
-    """The failsafe took a new state after `silence_ns` without a frame from the ground."""
+    """The failsafe changed to `state` after `silence_ns` without a frame from the ground."""
 
     state: Failsafe
     silence_ns: int
@@ -142,7 +142,7 @@ class GoalReached(_Message, frozen=True, tag="reached"):
 
 
 class CommandRefused(_Message, frozen=True, tag="refused"):
-    """The rover took the command but did not obey it."""
+    """The rover received the command and refused it."""
 
     number: int
     why: str
@@ -160,7 +160,7 @@ class Event(_Message, frozen=True, tag="event"):
 
 
 class ProposedStep(_Message, frozen=True):
-    """One step of a policy path: where, what to do there, and the cost from there to the goal."""
+    """A step of a proposal's policy path: Sign, best action there, cost from there to the goal."""
 
     sign: Tokens
     action: str
@@ -168,7 +168,7 @@ class ProposedStep(_Message, frozen=True):
 
 
 class Proposal(_Message, frozen=True, tag="proposal"):
-    """What the DEM would do next, and the policy path it belongs to (A2).
+    """The action that the DEM would take next, and the policy path it belongs to (A2).
 
     Attributes:
         number: counts proposals from 1.
@@ -176,7 +176,7 @@ class Proposal(_Message, frozen=True, tag="proposal"):
         goal: the top-goal.
         action: the proposed action.
         chooser: goal-directed, or exploratory where no known path leads to the goal.
-        path: the whole best-estimate walk to the goal; empty where exploratory.
+        path: the best-estimate path to the goal; empty where exploratory.
     """
 
     number: int
@@ -192,13 +192,13 @@ class Telemetry(_Message, frozen=True, tag="telemetry"):
 
     Attributes:
         time_ns: when it was so.
-        tokens: what it senses now.
-        x_m, y_m, heading_rad: its own estimate of its pose, in the chart's frame.
-        battery: charge, 0 to 1.
-        mode, failsafe: who drives, and how the rover takes the silence.
-        action: what it is doing, `None` when it is standing.
+        tokens: the Tokens sensed.
+        x_m, y_m, heading_rad: the pose estimate, in the chart's frame.
+        battery: state of charge, 0 to 1.
+        mode, failsafe: their states.
+        action: the action under way, `None` when standing still.
         goals: the Goal List, top-goal first.
-        commands_done: last command number taken and, where it was an action, finished.
+        commands_done: number of the last command received and, if it was an action, finished.
     """
 
     time_ns: int

@@ -32,14 +32,14 @@ class Role(StrEnum):
 
 
 class Direction(StrEnum):
-    """The way of a frame: `UP` from the ground to the rover, `DOWN` from the rover."""
+    """Direction of a frame: `UP` to the rover, `DOWN` to the ground."""
 
     UP = "up"
     DOWN = "down"
 
     @property
     def opposite(self) -> "Direction":
-        """The way back."""
+        """The reverse direction."""
         return Direction.DOWN if self is Direction.UP else Direction.UP
 
 
@@ -50,10 +50,10 @@ class Frame(msgspec.Struct, frozen=True, array_like=True, gc=False):
         direction: which way it goes.
         sequence: number of the frame in its direction, from 0. With the direction it is the
             frame's id, the same on both sides and in the log.
-        time_ns: when the sender handed it over; on the far side, when it arrived.
-        payload: what the endpoints made of a message.
-        priority: which of the frames that wait goes first: the highest, then the oldest.
-        lifetime_ns: how long it may wait to be sent; as long as the link says where absent.
+        time_ns: when the sender handed it to the channel; at the receiver, when it arrived.
+        payload: its bytes.
+        priority: of waiting frames the one with the highest goes first, then the oldest.
+        lifetime_ns: how long it may wait to be sent; the link's own limit where absent.
     """
 
     direction: Direction
@@ -154,7 +154,7 @@ class Journal:
 
 
 class Step(NamedTuple):
-    """What a node gives back for a window: frames in order of time, and records likewise."""
+    """The result of a window: frames and records, each in order of time."""
 
     frames: list[Frame]
     records: list[Record]
@@ -169,12 +169,12 @@ class Node(Protocol):
     """
 
     def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
-        """Live from the present up to, not including, `until_ns`.
+        """Simulate from the present up to, not including, `until_ns`.
 
         Args:
             until_ns: end of the window; not before the end of the last one.
-            arrivals: frames that have become certain to arrive, at their `time_ns`, which may lie
-                beyond this window. The channel takes the frames sent in this window instead.
+            arrivals: frames that are now certain to arrive, each at its `time_ns`, which may lie
+                beyond this window. For the channel: the frames sent in this window.
 
         Returns:
             the frames sent and the records made in the window.

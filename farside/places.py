@@ -110,11 +110,11 @@ class Chart:
         self.places[name] = cell
 
     def centre_m(self, cell: Cell) -> tuple[float, float]:
-        """The middle of a cell, metres east and north of the chart's south-west corner."""
+        """The centre of a cell, in metres east and north of the chart's south-west corner."""
         return (cell.east + 0.5) * self.cell_m, (cell.north + 0.5) * self.cell_m
 
     def cell_at(self, x_m: float, y_m: float) -> Cell:
-        """The place that holds a point, or the nearest place where the point is in no place."""
+        """The place at a point, or the nearest place if there is none."""
         cell = Cell(int(x_m // self.cell_m), int(y_m // self.cell_m))
         if cell in self.tokens:
             return cell
@@ -126,16 +126,16 @@ class Chart:
         return min(self.tokens, key=distance)
 
     def neighbours(self, cell: Cell) -> Iterator[tuple[str, Cell]]:
-        """The actions that lead from `cell` to another place, with that place."""
+        """The actions that lead from `cell` to another place, each with that place."""
         for action in ACTIONS:
             if (beside := cell.beside(action)) in self.tokens:
                 yield action, beside
 
     def way(self, start: Cell, goal: Cell) -> list[str]:
-        """Actions of a shortest way from `start` to `goal`, breadth first; empty when there.
+        """The actions of a shortest path from `start` to `goal`; empty if they are the same.
 
         Raises:
-            ValueError: if no way leads there.
+            ValueError: if no path leads there.
         """
         came_by: dict[Cell, tuple[str, Cell]] = {}
         frontier, seen = [start], {start}

@@ -1,4 +1,4 @@
-"""Tables of a mission file, and the numbers that may stand in them."""
+"""Tables of a mission file, and the types of values in them."""
 
 from typing import Annotated
 

@@ -34,7 +34,7 @@ class Yard(msgspec.Struct, frozen=True):
 
 
 class Pose(msgspec.Struct, frozen=True):
-    """Where the rover really is, and its true battery charge (0 to 1).
+    """The true pose, and the true state of charge of the battery (0 to 1).
 
     Metres east and north of the chart's south-west corner; the heading is 0 towards east and grows
     counter-clockwise, without bound.
@@ -49,7 +49,7 @@ class Pose(msgspec.Struct, frozen=True):
 
 
 class Bump(msgspec.Struct, frozen=True):
-    """The rover ran into a wall or a rock at this speed."""
+    """The rover hit a wall or a rock at this speed."""
 
     x_m: float
     y_m: float
@@ -60,7 +60,7 @@ class Bump(msgspec.Struct, frozen=True):
 
 
 class Estimate(msgspec.Struct, frozen=True):
-    """Where the rover believes that it is."""
+    """The pose estimate on board."""
 
     x_m: float
     y_m: float
@@ -71,10 +71,10 @@ class Cycle(msgspec.Struct, frozen=True):
     """One cycle of the DEM up to the choice of an action.
 
     Attributes:
-        tokens: what was sensed.
-        novel, unexpected: Signs that triggered creation.
-        succeeded, failed: how many due predictions came true, or did not.
-        created: how many hypotheses were made.
+        tokens: the Tokens sensed.
+        novel, unexpected: Signs that triggered creation of hypotheses.
+        succeeded, failed: numbers of due predictions that came true, or did not.
+        created: number of hypotheses created.
         signs, hypotheses: sizes of the lists after the cycle.
         mean_cm: mean C_m of all hypotheses, 0 without any.
     """
@@ -91,7 +91,7 @@ class Cycle(msgspec.Struct, frozen=True):
 
 
 class ActionStarted(msgspec.Struct, frozen=True):
-    """The rover began an action. `command` is the number of the command behind a guided one."""
+    """An action began. `command` is the number of the command behind it, if there is one."""
 
     action: str
     chooser: Chooser
@@ -100,7 +100,7 @@ class ActionStarted(msgspec.Struct, frozen=True):
 
 
 class ActionEnded(msgspec.Struct, frozen=True):
-    """The rover ended an action after `duration_s`; `blocked` if something stood in the way."""
+    """An action ended after `duration_s`; `blocked` if it was given up."""
 
     action: str
     duration_s: float
@@ -115,14 +115,14 @@ class ModeEntry(msgspec.Struct, frozen=True):
 
 
 class FailsafeEntry(msgspec.Struct, frozen=True):
-    """The failsafe's state from now on, and the silence that it judged by."""
+    """The failsafe's state from now on, and the silence that led to it."""
 
     state: Failsafe
     silence_s: float
 
 
 class CommandTaken(msgspec.Struct, frozen=True):
-    """A command was taken: obeyed, or refused for a reason (`None` when obeyed)."""
+    """A command was received: obeyed, or refused with a reason (`None` when obeyed)."""
 
     number: int
     order: Order
@@ -138,7 +138,7 @@ class GoalChange(StrEnum):
 
 
 class GoalSource(StrEnum):
-    """Whose goal it is: sent by the operator, preloaded, or inherent to the rover."""
+    """Who wants a goal: the operator, the mission (preloaded), or the rover itself."""
 
     OPERATOR = "operator"
     MISSION = "mission"
@@ -168,7 +168,7 @@ class OutageReason(StrEnum):
 
 
 class Fate(StrEnum):
-    """What became of a frame in the channel: arrived, or why not."""
+    """The fate of a frame in the channel: delivered, or why not."""
 
     DELIVERED = "delivered"
     LOST = "lost"
@@ -179,19 +179,19 @@ class Fate(StrEnum):
 
 
 class FrameFate(msgspec.Struct, frozen=True, gc=False):
-    """The end of a frame in the channel, logged when it came about.
+    """The fate of a frame in the channel, logged when it came about.
 
     Attributes:
         direction, sequence: the frame's id.
         size_byte: length of its payload.
-        queued_ns: when the sender handed it over.
-        sent_ns, sent_end_ns: first and last bit leaving; both `queued_ns` if it never left.
-        arrival_ns: last bit at the other end, `None` unless delivered.
-        fate: what became of it.
+        queued_ns: when the sender handed it to the channel.
+        sent_ns, sent_end_ns: when its first and last bit left; both `queued_ns` if it never left.
+        arrival_ns: when its last bit arrived, `None` unless delivered.
+        fate: its fate.
         priority: as the sender set it.
         copy: 0 for the frame itself, 1 for its duplicate.
-        flipped_bits: how many bits are wrong in what arrived.
-        outage: why the direction was out, where that was its fate.
+        flipped_bits: number of bit errors on arrival.
+        outage: the reason of the outage that it was lost to.
     """
 
     direction: Direction
@@ -209,10 +209,10 @@ class FrameFate(msgspec.Struct, frozen=True, gc=False):
 
 
 class FrameStage(StrEnum):
-    """A moment in a frame's life at one end of the link; its way between them is `FrameFate`.
+    """A stage in a frame's life at an endpoint; its life in the channel is a `FrameFate`.
 
-    Made from a message; lost in terrain shadow, where it is sent or arrives; refused, for it is
-    not what the other end sent, or not for the first time; used.
+    Made from a message; lost to terrain shadow on sending or arrival; refused, as not genuine or
+    not new; used.
     """
 
     MADE = "made"
@@ -222,14 +222,14 @@ class FrameStage(StrEnum):
 
 
 class FrameEvent(msgspec.Struct, frozen=True, omit_defaults=True):
-    """What an end of the link did with a frame.
+    """What an endpoint did with a frame.
 
     Attributes:
         direction, sequence: the frame's id, as in `FrameFate`.
-        stage: what was done.
-        size_byte: length on the link.
-        what: the message or, where refused, the reason.
-        stored: whether the message had waited for the link to return.
+        stage: the stage reached.
+        size_byte: its length on the link.
+        what: the kind of message in it or, if refused, the reason.
+        stored: whether the message waited in the store for the link to return.
     """
 
     direction: Direction
@@ -252,20 +252,20 @@ class LinkOutage(msgspec.Struct, frozen=True):
 
 
 class CommandSent(msgspec.Struct, frozen=True):
-    """The ground gave a command to the uplink."""
+    """The ground sent a command."""
 
     number: int
     order: Order
 
 
 class EventLearned(msgspec.Struct, frozen=True):
-    """The ground learned of an event on the rover."""
+    """The ground received an event."""
 
     event: Event
 
 
 class Review(msgspec.Struct, frozen=True):
-    """The operator answered a proposal. `override` is the action put in its place, if any."""
+    """The operator answered a proposal; `override` is the action ordered instead, if any."""
 
     proposal: int
     action: str
@@ -274,7 +274,7 @@ class Review(msgspec.Struct, frozen=True):
 
 
 class Silence(msgspec.Struct, frozen=True):
-    """Whether the ground hears the rover, from now on."""
+    """Whether the rover counts as silent at the ground, from now on."""
 
     silent: bool
 

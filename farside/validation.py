@@ -1,4 +1,4 @@
-"""Compares what a mission file or a profile says with the schema, and tells mismatches in words."""
+"""Compares a mission file or link profile with its schema, and puts mismatches into words."""
 
 import difflib
 import json
@@ -11,7 +11,7 @@ import msgspec
 from msgspec import inspect
 
 Key = tuple[str, ...]
-"""The way to a value from the top of the file; arrays are entered by numbers, from 0."""
+"""The path to a value from the top of the file; arrays are indexed from 0."""
 
 _GREATEST = 1e9  # in s, m, J, …: no mission needs more, and 1e9 s in nanoseconds fit 64 bits
 _GREATEST_WHOLE = 2**63 - 1  # the greatest that TOML promises
@@ -22,7 +22,7 @@ _Number = inspect.IntType | inspect.FloatType
 
 
 class Problem(NamedTuple):
-    """Something wrong at `key`, in the words "expected …, found …"."""
+    """A mistake at `key`, worded "expected …, found …"."""
 
     key: Key
     text: str
@@ -40,13 +40,13 @@ def dotted(key: Key) -> str:
 
 
 def one_line(text: str) -> str:
-    """`text` fit to print within a line: escaped where unprintable, cut where long."""
+    """`text` fit for one line: unprintable characters escaped, cut where long."""
     line = "".join(c if c.isprintable() else repr(c)[1:-1] for c in text[:_SHOWN_LENGTH])
     return line + "…" if len(text) > _SHOWN_LENGTH else line
 
 
 def shown(value: object) -> str:
-    """`value` as TOML writes it, or in a few words where that would be long."""
+    """`value` as TOML writes it, abbreviated where that would be long."""
     match value:
         case dict():
             return "a table"
@@ -63,18 +63,18 @@ def shown(value: object) -> str:
 
 
 def did_you_mean(found: str, known: Iterable[str]) -> str:
-    """A question after the known name nearest to `found`; empty where none is near."""
+    """A suggestion of the known name nearest to `found`; empty where none is near."""
     folded = {name.casefold(): name for name in known}
     near = difflib.get_close_matches(found.casefold(), folded, n=1, cutoff=0.4)
     return f"; did you mean {folded[near[0]]}?" if near else ""
 
 
 def mismatches(data: object, schema: inspect.Type, key: Key = ()) -> Iterator[Problem]:
-    """Every problem that keeps `data` from being of the type `schema`.
+    """Every way in which `data` does not match `schema`.
 
     Args:
-        data: what the file says at `key`, tables as dicts and arrays as lists.
-        schema: what `msgspec.inspect.type_info` says of the type.
+        data: the file's value at `key`, tables as dicts and arrays as lists.
+        schema: from `msgspec.inspect.type_info`.
         key: where `data` stands.
     """
     match schema:
@@ -95,14 +95,14 @@ def mismatches(data: object, schema: inspect.Type, key: Key = ()) -> Iterator[Pr
 def named(
     what: str, data: object, schema: inspect.Type, key: Key = ()
 ) -> Iterator[tuple[Key, str]]:
-    """Every text that names a `what`, such as a place, and where it stands.
+    """Every string in `data` that names a `what`, such as a place, with its key.
 
-    A type says so of its texts by `Meta(extra={"names": what})`.
+    The types of such strings are marked by `Meta(extra={"names": what})`.
 
     Args:
-        what: the kind of thing.
-        data: what the file says at `key`, without mismatches.
-        schema: of the type.
+        what: the kind of thing named.
+        data: the file's value at `key`, which matches `schema`.
+        schema: from `msgspec.inspect.type_info`.
         key: where `data` stands.
     """
     match schema:
@@ -123,14 +123,14 @@ def named(
 
 
 def _is_of(data: object, table: inspect.StructType) -> bool:
-    """Whether `data` is the table that it says it is; any one where that has no tag."""
+    """Whether `data` is a table of this kind, by its tag if the kind has one."""
     return isinstance(data, dict) and (
         table.tag_field is None or data.get(table.tag_field) == table.tag
     )
 
 
 def _in_union(data: object, schema: inspect.UnionType, key: Key) -> Iterator[Problem]:
-    """The problems of a value that may be absent, or of a table of one of several kinds."""
+    """The mismatches of an optional value, or of a table of one of several kinds."""
     kinds = [kind for kind in schema.types if not isinstance(kind, inspect.NoneType)]
     structs = [kind for kind in kinds if isinstance(kind, inspect.StructType)]
     if structs and isinstance(data, dict):
@@ -173,7 +173,7 @@ def _in_table(data: dict[str, object], schema: inspect.StructType, key: Key) -> 
 
 
 def _as_a_whole(data: dict[str, object], table: type, key: Key) -> list[Problem]:
-    """What breaks the rules between the keys of a table, which stand in its `__post_init__`."""
+    """Violations of the rules between the keys of a table, from its `__post_init__`."""
     try:
         msgspec.convert(data, table)
     except msgspec.ValidationError as error:
@@ -219,7 +219,7 @@ def _is_number(data: object, schema: _Number) -> TypeGuard[float]:
 
 
 def _bounds(schema: _Number, data: object) -> list[_Bound]:
-    """The bounds of a number: the schema's, and the greatest of all if `data` is beyond it."""
+    """The bounds of a number: the schema's, and the overall maximum if `data` exceeds it."""
     greatest = _GREATEST_WHOLE if isinstance(schema, inspect.IntType) else _GREATEST
     beyond = _is_number(data, schema) and not abs(data) <= greatest
     bounds = (
@@ -235,7 +235,7 @@ def _bare(schema: inspect.Type) -> inspect.Type:
 
 
 def _expected(schema: inspect.Type, data: object = None) -> str:
-    """What `schema` asks for, in words that tell what is wrong with `data`."""
+    """What `schema` expects, in words that show what is wrong with `data`."""
     match schema:
         case inspect.IntType() | inspect.FloatType():
             kind = "a whole number" if isinstance(schema, inspect.IntType) else "a number"

@@ -1,16 +1,16 @@
-"""What the ground knows of the rover, and since when."""
+"""What the ground knows of the rover."""
 
 from farside.messages import Event, GoalReached, Proposal, Telemetry, Tokens
 
 
 class Belief:
-    """The newest telemetry, the events without a gap, and the outstanding proposal.
+    """The newest telemetry, all events, and the newest proposal.
 
     Attributes:
-        telemetry: the newest, by the time when it was so; `None` before the first.
-        heard_ns: when any frame last arrived.
-        events: all events that have arrived, in the rover's order.
-        proposal: the newest proposal.
+        telemetry: the newest by the rover's time stamp; `None` before the first.
+        heard_ns: when a frame last arrived.
+        events: all events received, in the rover's order and without a gap.
+        proposal: the newest proposal; `None` before the first.
     """
 
     def __init__(self) -> None:
@@ -20,15 +20,15 @@ class Belief:
         self.proposal: Proposal | None = None
 
     def learn(self, telemetry: Telemetry) -> None:
-        """Take in telemetry, unless newer telemetry is known."""
+        """Keep telemetry unless newer telemetry is known."""
         if self.telemetry is None or telemetry.time_ns >= self.telemetry.time_ns:
             self.telemetry = telemetry
 
     def consider(self, proposal: Proposal) -> None:
-        """Take in a proposal, unless a newer one is known."""
+        """Keep a proposal unless a newer one is known."""
         if self.proposal is None or proposal.number > self.proposal.number:
             self.proposal = proposal
 
     def reached(self, tokens: Tokens, since_event: int = 0) -> bool:
-        """Whether a goal is known to be reached, by an event after number `since_event`."""
+        """Whether an event after the first `since_event` ones says that a goal was reached."""
         return any(event.what == GoalReached(tokens) for event in self.events[since_event:])

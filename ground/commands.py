@@ -1,16 +1,16 @@
-"""The command desk: numbers the orders, and says until when each may be obeyed."""
+"""The command desk: numbers orders and sets their expiry."""
 
 from farside.messages import Command, Order
 
 
 class CommandDesk:
-    """Commands in order without a gap.
+    """Numbers commands from 1 without a gap.
 
     Args:
-        valid_ns: how long after being given an order may be obeyed.
+        valid_ns: how long after it was given a command may still be begun.
 
     Attributes:
-        last_given: number of the last command.
+        last_given: number of the newest command, 0 before the first.
     """
 
     def __init__(self, valid_ns: int) -> None:
@@ -18,6 +18,6 @@ class CommandDesk:
         self.last_given = 0
 
     def give(self, order: Order, now_ns: int) -> Command:
-        """Make a command of an order."""
+        """The next command, which carries `order` and expires after the desk's validity."""
         self.last_given += 1
         return Command(self.last_given, now_ns + self._valid_ns, order)

@@ -1,11 +1,11 @@
-"""What a mission file says of the ground station. Defaults are project defaults."""
+"""The `[ground]` table of a mission file. Defaults are project defaults."""
 
 from farside.messages import Mode
 from farside.settings import ActionName, Count, NonNegative, PlaceName, Positive, Section
 
 
 class OverrideAt(Section, frozen=True):
-    """Answer the n-th proposal since the goal was sent with `action` instead of consent."""
+    """Answer the n-th proposal after the goal was sent with `action` instead of approval."""
 
     proposal: Count
     action: ActionName
@@ -18,13 +18,13 @@ class Tour(Section, frozen=True, tag="tour", tag_field="do"):
 
 
 class SwitchMode(Section, frozen=True, tag="mode", tag_field="do"):
-    """Turn the routing switch and wait until the rover says that it has."""
+    """Change the mode and wait until telemetry confirms it."""
 
     mode: Mode
 
 
 class Pursue(Section, frozen=True, tag="goal", tag_field="do"):
-    """Send a goal; consent to proposals, but for `overrides`, until the goal is known reached."""
+    """Send a goal; approve proposals, except for `overrides`, until it is known to be reached."""
 
     place: PlaceName
     priority: Positive = 2.0
@@ -32,13 +32,13 @@ class Pursue(Section, frozen=True, tag="goal", tag_field="do"):
 
 
 class AwaitReached(Section, frozen=True, tag="await", tag_field="do"):
-    """Wait until the ground knows that the rover reached a goal that someone else set."""
+    """Wait until a goal that someone else set is known to be reached."""
 
     place: PlaceName
 
 
 class WaitUntil(Section, frozen=True, tag="wait", tag_field="do"):
-    """Do nothing before this simulated time."""
+    """Wait until this simulated time."""
 
     until_s: NonNegative
 
@@ -50,12 +50,11 @@ class GroundConfig(Section, frozen=True):
     """The `[ground]` table.
 
     Attributes:
-        script: what the scripted operator does, in order.
-        heartbeat_s: time between heartbeats on the uplink.
-        silent_after_s: without a frame for this long the ground takes the rover for silent, and
-            sends no new drive commands.
-        command_lifetime_s: a command may be obeyed for a round trip, and this long, after it was
-            given.
+        script: the steps of the scripted operator, in order.
+        heartbeat_s: interval between heartbeats on the uplink.
+        silent_after_s: the rover counts as silent when no frame has arrived for this long beyond a
+            round trip; no drive command is sent then.
+        command_lifetime_s: a command expires this long, plus a round trip, after it was given.
     """
 
     script: tuple[ScriptStep, ...] = ()

@@ -1,11 +1,11 @@
-"""The ground station as a node: what it hears, its operator, and its end of the link."""
+"""The ground station as a node: its belief, its operator and its endpoint, stepped together."""
 
 from collections.abc import Sequence
 
 from farside.ground.belief import Belief
 from farside.ground.commands import CommandDesk
 from farside.ground.config import GroundConfig
-from farside.ground.operators.scripted import Operator, Situation
+from farside.ground.operators.operator import Operator, Situation
 from farside.link.endpoint.endpoint import LinkTerms, ground_endpoint
 from farside.messages import Approve, Event, Heartbeat, Order, Override, Proposal, Telemetry
 from farside.node import Frame, Journal, Step, to_ns
@@ -24,13 +24,13 @@ from farside.topics import (
 
 
 class Ground:
-    """The ground station, stepped on the grid; a `Node`.
+    """The ground station, stepped tick by tick; a `Node`.
 
     Args:
         config: the `[ground]` table.
         operator: who decides.
-        tick_ns: the grid of decisions.
-        terms: what was agreed on with the rover of the link between them.
+        tick_ns: period of decisions.
+        terms: of the link, as agreed with the rover beforehand.
     """
 
     def __init__(

@@ -1,4 +1,4 @@
-"""The rover: its world, what it senses, how it drives and who decides on board."""
+"""The rover: its true world, its senses, its drive, and who decides on board."""
 
 from farside.rover.config import RoverConfig
 from farside.rover.node import Rover, RoverStreams

@@ -1,13 +1,15 @@
-"""The battery: what is left, and when that is low."""
+"""The battery: its charge over time, and when that counts as low."""
 
 from farside.node import to_s
 from farside.rover.config import BatteryConfig
 
 
 class Battery:
-    """Charge between 0 and 1, kept by what flows in and out over simulated time.
+    """State of charge, integrated over simulated time.
 
-    `low` has hysteresis: it comes on below `config.low` and goes off at `config.charged`.
+    Attributes:
+        low: whether the battery wants charging, with hysteresis: set below `config.low`, cleared
+            at `config.charged`.
     """
 
     def __init__(self, config: BatteryConfig) -> None:
@@ -18,17 +20,17 @@ class Battery:
 
     @property
     def charge(self) -> float:
-        """What is left, 0 to 1."""
+        """State of charge, 0 to 1."""
         return self._charge_j / self._config.capacity_j
 
     @property
     def empty(self) -> bool:
-        """Whether nothing is left to drive with."""
+        """Whether no charge is left."""
         return self._charge_j <= 0
 
     @property
     def urgency(self) -> float:
-        """Priority of the inherent goal `on_charge`: 0 at the low mark, growing as it empties."""
+        """Priority of the inherent goal `on_charge`: 0 at `config.low`, growing as charge falls."""
         if not self._config.low:
             return 0.0
         return self._config.charge_priority * max(0.0, 1 - self.charge / self._config.low)

@@ -1,4 +1,4 @@
-"""What a mission file says of the rover. Defaults without another source are project defaults."""
+"""The `[rover]` table of a mission file. Defaults without another source are project defaults."""
 
 from typing import Annotated
 
@@ -12,13 +12,14 @@ class BodyConfig(Section, frozen=True):
 
     Attributes:
         mass_kg: mass of the rover.
-        radius_m: radius of the round body that walls and rocks stop.
-        motor_force_n: greatest force of the wheels on the ground.
-        friction: friction coefficient between wheels and soil; with `gravity_m_s2` it bounds
-            every acceleration, forward and sideways.
+        radius_m: radius of the round body.
+        motor_force_n: maximum force of the wheels on the ground.
+        friction: friction coefficient of wheels on soil; times `gravity_m_s2` it bounds every
+            acceleration, forward and sideways.
         gravity_m_s2: surface gravity (default: the Moon's).
-        slip_mean, slip_sd: share of the wheels' speed that is lost in the soil, and its spread;
-            it wanders with a correlation time of `slip_time_s`.
+        slip_mean, slip_sd: mean and standard deviation of slip, the share of wheel speed lost in
+            the soil.
+        slip_time_s: correlation time of slip.
     """
 
     mass_kg: Positive = 40.0
@@ -32,13 +33,13 @@ class BodyConfig(Section, frozen=True):
 
 
 class DriveConfig(Section, frozen=True):
-    """The controller that steers from place to place.
+    """The drive controller.
 
     Attributes:
         speed_m_s: cruising speed of the wheels.
-        turn_rate_rad_s: rate of turning on the spot.
-        tolerance_m: how near to the middle of a place counts as there.
-        give_up_s: a move that takes longer ends where the rover stands, as blocked.
+        turn_rate_rad_s: maximum yaw rate.
+        tolerance_m: distance to the middle of a place that counts as arrived.
+        give_up_s: time after which a move ends where the rover stands, as blocked.
     """
 
     speed_m_s: Positive = 0.9
@@ -48,13 +49,13 @@ class DriveConfig(Section, frozen=True):
 
 
 class SensorConfig(Section, frozen=True):
-    """What the pose estimate is made from, as standard deviations of zero-mean noise.
+    """The sensors of the pose estimate: standard deviations of zero-mean noise.
 
     Attributes:
-        position_sd_m: of a position fix, taken every `fix_every_s` while driving.
-        heading_sd_rad: of a heading fix, taken with it.
-        gyro_sd_rad_s: of the turning rate, each tick.
-        fix_every_s: time between fixes.
+        position_sd_m: of a position fix.
+        heading_sd_rad: of a heading fix.
+        gyro_sd_rad_s: of the yaw rate, at each tick.
+        fix_every_s: interval between fixes while driving.
     """
 
     position_sd_m: NonNegative = 0.05
@@ -68,12 +69,13 @@ class BatteryConfig(Section, frozen=True):
 
     Attributes:
         capacity_j: energy when full.
-        initial: charge at the start, 0 to 1.
-        idle_w, drive_w: drawn always, and drawn in addition while driving.
-        charge_w: gained on the dock.
-        low: below this charge the Token `battery:low` is sensed, until the charge is `charged`.
-        charge_priority: priority that the goal `on_charge` reaches as the battery runs empty; it
-            grows from 0 at `low`.
+        initial: state of charge at the start, 0 to 1.
+        idle_w, drive_w: power drawn always, and on top while driving.
+        charge_w: charging power on the dock.
+        low, charged: the Token `battery:low` is sensed from when charge falls below `low` until it
+            reaches `charged`.
+        charge_priority: priority of the goal `on_charge` when the battery is empty; it grows from
+            0 at `low`.
     """
 
     capacity_j: Positive = 250_000.0
@@ -93,11 +95,11 @@ class BatteryConfig(Section, frozen=True):
 
 
 class FailsafeConfig(Section, frozen=True):
-    """When silence is taken for loss. Silence is the time since any frame came from the ground.
+    """When silence counts as loss of the link. Silence is the time since the last frame arrived.
 
     Attributes:
-        hold_after_s: the rover finishes what it does and stands still.
-        lost_after_s: the link is lost: the rover acts alone, if it has goals.
+        hold_after_s: the rover finishes its move and stands still.
+        lost_after_s: the link counts as lost; the rover acts alone if it has goals.
     """
 
     hold_after_s: Positive = 10.0
@@ -126,7 +128,7 @@ class DemConfig(Section, frozen=True):
 
 
 class MissionGoal(Section, frozen=True):
-    """A goal loaded before the start, for when the link is lost."""
+    """A goal loaded before the start, pursued when the link is lost."""
 
     place: PlaceName
     priority: Positive = 1.0
@@ -136,8 +138,8 @@ class RoverConfig(Section, frozen=True):
     """The `[rover]` table.
 
     Attributes:
-        start: name of the place where the rover begins, such as `D` or `3,4`.
-        goals: mission goals, taken up when the link is lost.
+        start: the place where the rover starts, such as `D` or `3,4`.
+        goals: mission goals, pursued when the link is lost.
     """
 
     start: PlaceName

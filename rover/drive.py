@@ -1,4 +1,4 @@
-"""The drive controller: brings the rover one place on, or back where it came from."""
+"""The drive controller: moves the rover to the next place, or back to where it started."""
 
 import math
 from enum import Enum, auto
@@ -14,7 +14,7 @@ _GRIP_SHARE = 0.8
 
 
 class WheelCommand(NamedTuple):
-    """What the wheels are told: speed, negative for backwards, and rate of turning."""
+    """Set points of the wheels: speed (negative backwards) and yaw rate."""
 
     speed_m_s: float
     yaw_rad_s: float
@@ -31,10 +31,13 @@ class _Phase(Enum):
 
 
 class Move:
-    """One move to a neighbouring place, stepped with the pose estimate.
+    """One move to a neighbouring place, controlled from the pose estimate.
 
-    It turns on the spot towards the target, drives to it and stops. A bump on the way sends it
-    backwards to where it began: a push against a wall leaves the rover where it was.
+    The rover turns on the spot towards the target, drives to it and stops. After a bump it backs
+    up to where it started, so a move against a wall leaves the rover where it was.
+
+    Attributes:
+        blocked: whether the move was given up before the target.
     """
 
     def __init__(
@@ -58,22 +61,22 @@ class Move:
 
     @property
     def stopping(self) -> bool:
-        """Whether nothing is left to do but to come to rest."""
+        """Whether the move is over except for coming to rest."""
         return self._phase is _Phase.STOP
 
     def bumped(self) -> None:
-        """The rover ran into something: go back, or stop if it was going back already."""
+        """Respond to a bump: back up, or stop if already backing up."""
         self.blocked = True
         self._speed_m_s = 0.0
         self._phase = _Phase.BACK if self._phase is _Phase.AHEAD else _Phase.STOP
 
     def abandon(self) -> None:
-        """Stop here."""
+        """Give up: stop where the rover is."""
         self.blocked = True
         self._phase = _Phase.STOP
 
     def command(self, pose: PoseEstimate) -> WheelCommand:
-        """What to tell the wheels now."""
+        """The set points for this tick."""
         if self._phase is _Phase.STOP:
             return STAND
         backwards = self._phase is _Phase.BACK

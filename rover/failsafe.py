@@ -1,4 +1,4 @@
-"""The failsafe: what silence of the link means."""
+"""The failsafe: what silence on the link means."""
 
 from farside.messages import Failsafe
 from farside.node import to_ns
@@ -6,10 +6,17 @@ from farside.rover.config import FailsafeConfig
 
 
 class FailsafeLadder:
-    """Nominal, then hold, then lost, as the time without a frame from the ground grows.
+    """Nominal, hold, lost: a ladder climbed as the time without a frame from the ground grows.
 
-    Any frame brings it back to nominal; `heard_ns` is when the last one arrived. `first_heard_ns`
-    is when the first frame can arrive at the earliest: before that there is no silence to judge.
+    Any frame returns it to nominal.
+
+    Args:
+        config: when to hold, and when the link counts as lost.
+        first_heard_ns: the earliest time a frame can arrive; silence counts from there.
+
+    Attributes:
+        heard_ns: when the last frame arrived.
+        state: the rung.
     """
 
     def __init__(self, config: FailsafeConfig, first_heard_ns: int) -> None:
@@ -27,7 +34,7 @@ class FailsafeLadder:
         return max(0, now_ns - self.heard_ns)
 
     def update(self, now_ns: int) -> bool:
-        """Judge the silence; true if the state changed."""
+        """Update the state to the silence at `now_ns`; true if it changed."""
         silence_ns = self.silence_ns(now_ns)
         state = Failsafe.NOMINAL
         if silence_ns >= self._lost_ns:

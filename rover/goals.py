@@ -1,4 +1,4 @@
-"""The Goal List's owners: the operator, the mission, and the rover's own needs."""
+"""Who wants what: goals of the operator, of the mission, and inherent to the rover."""
 
 from collections.abc import Mapping
 
@@ -35,7 +35,7 @@ class Goals:
 
     @property
     def any_for_alone(self) -> bool:
-        """Whether there is anything to do without the operator."""
+        """Whether there is any goal to pursue without the operator."""
         return bool(self._wanted or self._mission)
 
     def want(self, tokens: Tokens, priority: float, source: GoalSource) -> None:

@@ -1,4 +1,4 @@
-"""The rover as a node: the world it is in, what it senses and does, and its end of the link."""
+"""The rover as a node: world, senses, drive, pilot and endpoint, stepped together on the tick."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -43,7 +43,7 @@ _TELEMETRY_NS = NS_PER_S
 
 
 class RoverStreams(NamedTuple):
-    """The rover's random streams, one a purpose."""
+    """The rover's random streams, one for each purpose."""
 
     soil: Generator
     sensors: Generator
@@ -51,13 +51,13 @@ class RoverStreams(NamedTuple):
 
 
 class Rover:
-    """The rover, stepped on the grid; a `Node`.
+    """The rover, stepped tick by tick; a `Node`.
 
     Args:
         config: the `[rover]` table.
-        chart: the yard; the rover knows it only as the names of places.
-        tick_ns: the grid of physics and decisions.
-        terms: what was agreed on with the ground of the link between them.
+        chart: the yard; the rover itself knows only the names of places.
+        tick_ns: period of physics and decisions.
+        terms: of the link, as agreed with the ground beforehand.
         streams: random streams.
     """
 
@@ -188,10 +188,10 @@ class Rover:
         self._keep(telemetry)
 
     def _keep(self, telemetry: Telemetry) -> None:
-        """Store what nobody may have heard, and forward it when the link is back.
+        """Store telemetry that the ground may have missed, to be forwarded when the link is back.
 
-        Silence is noticed some time after it began, so what was sent since the last sign of the
-        ground is stored with it.
+        An outage is noticed only some time after it began, so what was sent since the last frame
+        from the ground is stored as well.
         """
         self._unheard.append(telemetry)
         if self._failsafe.state is Failsafe.NOMINAL:
@@ -231,7 +231,7 @@ class Rover:
         self._battery.flow(self._now_ns, driving=self._move is not None, docked=docked)
 
     def _notice(self) -> None:
-        """Begin a new cycle if what is sensed changed, or a new goal is met, while standing."""
+        """Begin a new cycle if the Tokens changed, or satisfy a new goal, while standing still."""
         met = any(self._tokens.issuperset(goal) for goal in self._pilot.goals)
         if met or self._sense() != self._tokens:
             self._model.perform(None)
@@ -307,7 +307,7 @@ class Rover:
         self._journal.note(
             ROVER_ACTION_ENDED, ActionEnded(self._doing.action, duration_s, move.blocked)
         )
-        # Path A3: the DEM learns from what was performed, whoever chose it.
+        # Path A3: the DEM learns from what was performed, no matter who chose it.
         self._model.perform(self._doing.action)
         self._move = self._doing = None
         self._cycle()

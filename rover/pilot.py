@@ -1,8 +1,8 @@
-"""Who chooses what the rover does next: the operator, the DEM, or nobody.
+"""The pilot: chooses the next action by mode, from the operator's orders or the DEM.
 
 The pilot holds the mode, the operator's orders, the outstanding proposal and the DEM. It knows
-nothing of wheels: the node asks it for the next action when the rover stands, and tells it what
-was sensed.
+nothing of wheels: the node passes it what was sensed, and asks for the next action when the rover
+stands still.
 """
 
 from collections import deque
@@ -46,7 +46,7 @@ BATTERY_LOW = "battery:low"
 
 
 class Undertaking(NamedTuple):
-    """An action to begin: who chose it, by which command, towards which goal."""
+    """An action to begin: who chose it, the command behind it, the goal it serves."""
 
     action: str
     chooser: Chooser
@@ -57,14 +57,14 @@ class Undertaking(NamedTuple):
 class Pilot:
     """The shared control of the seed's figure 2, on board.
 
-    - Guided: nothing happens but what the operator commands.
-    - Shared: with a goal, the DEM proposes, and waits for the operator's word. Silence is not
-      consent.
+    - Guided: the rover does what the operator commands, and nothing else.
+    - Shared: given a goal, the DEM proposes an action and waits for the operator's answer.
+      Silence is not consent.
     - Autonomous: the DEM's actions go straight to the wheels.
 
-    Orders are obeyed first in every mode. Without a goal the rover never acts by itself. On hold
-    nothing new begins. When the link is lost, orders that wait are dropped, and, given any goal,
-    the mode turns autonomous with the mission goals on the list.
+    Orders come first in every mode. Without a goal the rover never acts by itself. In hold nothing
+    new begins. When the link is lost, waiting orders are dropped and, if there is any goal, the
+    mode changes to autonomous with the mission goals on the Goal List.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class Pilot:
     # --- what the rover senses ---------------------------------------------------------------
 
     def sense(self, tokens: frozenset[str]) -> Sensed:
-        """Let the DEM begin a cycle with these Tokens."""
+        """Begin a cycle of the DEM with these Tokens."""
         self._tokens = tokens
         self.proposal = None
         self.feel()
@@ -100,7 +100,7 @@ class Pilot:
         return sensed
 
     def feel(self) -> None:
-        """Bring the goals inherent to the rover up to date: a low battery wants to be charged."""
+        """Update the inherent goals: a low battery wants charging."""
         if self._battery.low and ON_CHARGE not in self._tokens:
             self._goals.want((ON_CHARGE,), self._battery.urgency, GoalSource.INHERENT)
         if self.proposal is not None and self.goals[:1] != (self.proposal.goal,):
@@ -113,13 +113,13 @@ class Pilot:
 
     @property
     def waiting_command(self) -> int | None:
-        """Number of the first command that is an order still to begin."""
+        """Number of the oldest command whose action has not begun; `None` without one."""
         return self._orders[0].command if self._orders else None
 
     # --- what the operator says --------------------------------------------------------------
 
     def take(self, command: Command) -> None:
-        """Obey a command, or refuse it and say why."""
+        """Obey a command, or refuse it with a reason."""
         refused = self._refusal(command)
         self._journal.note(ROVER_COMMAND, CommandTaken(command.number, command.order, refused))
         if refused is None:
@@ -177,7 +177,7 @@ class Pilot:
     # --- what the link does ------------------------------------------------------------------
 
     def failsafe(self, state: Failsafe) -> None:
-        """Take in the failsafe's new state."""
+        """Respond to a new state of the failsafe."""
         self._failsafe = state
         if state is Failsafe.NOMINAL:
             return
@@ -199,7 +199,7 @@ class Pilot:
     # --- what to do next ---------------------------------------------------------------------
 
     def next(self) -> Undertaking | None:
-        """What to begin now that the rover stands; `None` to go on standing."""
+        """The action to begin now that the rover stands still; `None` to keep still."""
         if self._failsafe is Failsafe.HOLD or self._battery.empty:
             return None
         if self._orders:
@@ -211,7 +211,7 @@ class Pilot:
         return None
 
     def propose(self) -> Proposal | None:
-        """A new proposal to send to the operator, if one is due; it is then outstanding."""
+        """A new proposal for the operator if one is due, outstanding from now on."""
         if (
             self.mode is not Mode.SHARED
             or self._failsafe is not Failsafe.NOMINAL

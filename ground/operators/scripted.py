@@ -1,44 +1,19 @@
-"""Operators: who decides at the ground. This one follows a script from the mission file."""
+"""An operator that follows the script of a mission file."""
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple, Protocol
 
-from farside.ground.belief import Belief
 from farside.ground.config import AwaitReached, Pursue, ScriptStep, SwitchMode, Tour, WaitUntil
+from farside.ground.operators.operator import Situation
 from farside.messages import Approve, Drive, Order, Override, SetGoal, SetMode, Telemetry
 from farside.node import to_ns
 from farside.places import Cell, Chart, place_token
 
 
-class Situation(NamedTuple):
-    """What an operator can go by.
-
-    Attributes:
-        now_ns: the time at the ground.
-        belief: what the ground knows of the rover.
-        settled: whether the rover is known to have finished everything that it was told.
-        silent: whether the rover has not been heard for too long.
-    """
-
-    now_ns: int
-    belief: Belief
-    settled: bool
-    silent: bool
-
-
-class Operator(Protocol):
-    """Decides at the ground, asked on every tick on which anything may have changed."""
-
-    def act(self, situation: Situation) -> Sequence[Order]:
-        """Orders to send now."""
-        ...
-
-
 class ScriptedOperator:
-    """Follows the script of a mission file, step after step.
+    """Carries out the script of a mission file step by step.
 
-    Like a careful person it moves and waits: a drive command goes out only when the one before
-    is known to be done, and none while the rover is silent.
+    It moves and waits: a drive command goes out only when the one before is known to be done, and
+    none while the rover is silent.
     """
 
     def __init__(self, script: Sequence[ScriptStep], chart: Chart) -> None:
@@ -75,7 +50,7 @@ class ScriptedOperator:
                 yield [Drive(way[0])] if way else ()
 
     def _way(self, target: Cell) -> list[str] | None:
-        """The way from where the rover stands, or `None` while that is not known for sure."""
+        """The path from where the rover stands, or `None` while that is not known for sure."""
         telemetry = self._situation.belief.telemetry
         if telemetry is None or self._situation.silent or not self._situation.settled:
             return None

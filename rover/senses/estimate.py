@@ -1,4 +1,4 @@
-"""Where the rover believes that it is: odometry and gyro, corrected by noisy fixes."""
+"""The pose estimate: odometry and gyro, corrected by noisy fixes."""
 
 import math
 
@@ -15,9 +15,9 @@ _START_SD_M = 0.05
 class PoseEstimate:
     """A Kalman filter for position and one for heading, each with one variance.
 
-    Position is predicted from the wheels' speed, which slip makes too large, and the estimated
-    heading; heading from the gyro. Fixes of both, taken at intervals, correct them. The two axes
-    share a variance, so the gain is one number: K = P/(P + R).
+    Position is predicted from wheel speed, which slip makes too large, and estimated heading;
+    heading from the gyro. Fixes of both, at intervals, correct them. Both axes share one variance,
+    so the gain is a scalar: K = P/(P + R).
     """
 
     def __init__(
@@ -32,9 +32,12 @@ class PoseEstimate:
         self._steps_to_fix = self._steps_per_fix = max(1, round(config.fix_every_s / step_s))
 
     def update(self, truth: TruePose, wheel_m_s: float, turned_rad: float) -> None:
-        """Take in one grid step: the wheels' speed, the true turn (gyro noise is added here).
+        """Advance by one tick.
 
-        `truth` is what the fixes measure, with noise.
+        Args:
+            truth: the true pose, which fixes measure with noise.
+            wheel_m_s: speed of the wheels.
+            turned_rad: true change of heading, which the gyro measures with noise.
         """
         step_s = self._step_s
         self.heading_rad += turned_rad + self._config.gyro_sd_rad_s * step_s * self._noise.draw()

@@ -1,4 +1,4 @@
-"""The true world: a rover with mass on soil with friction, between walls and rocks (pymunk)."""
+"""The rover's true motion: a body with mass on soil with friction, among obstacles (pymunk)."""
 
 import math
 from typing import NamedTuple
@@ -6,17 +6,16 @@ from typing import NamedTuple
 import pymunk
 from numpy.random import Generator
 
-from farside.places import WALL, Chart
+from farside.places import Chart
 from farside.rover.config import BodyConfig
 from farside.rover.noise import Wander
+from farside.rover.world.terrain import OBSTACLE, obstacles
 
 _YAW_ACCELERATION_RAD_S2 = 4.0
-_ROCK_RADIUS_CELL = 0.4
-_STATIC = 1
 
 
 class TruePose(NamedTuple):
-    """Where the rover really is: metres east and north, radians from east towards north."""
+    """The true pose: metres east and north, heading in radians from east towards north."""
 
     x_m: float
     y_m: float
@@ -26,9 +25,9 @@ class TruePose(NamedTuple):
 class World:
     """A skid-steered rover seen from above, stepped on a fixed grid.
 
-    The wheels push the body towards the commanded speed, less what slips in the soil, and hold
-    it against sideways drift; both pushes are bounded by µ·g (Coulomb) and the forward one by the
-    motor as well. Walls and rocks are rigid shapes that stop the body.
+    The wheels accelerate the body towards the commanded speed, less the slip in the soil, and
+    resist sideways drift. Both accelerations are bounded by µ·g (Coulomb friction), the forward
+    one by the motor as well. Walls and rocks are rigid shapes that stop the body.
     """
 
     def __init__(
@@ -48,19 +47,19 @@ class World:
         self._body.angle = start.heading_rad
         hull = pymunk.Circle(self._body, config.radius_m)
         hull.friction = config.friction
-        self._space.add(self._body, hull, *obstacles(self._space, chart, config))
-        self._space.on_collision(_STATIC, None, begin=self._touch)
+        self._space.add(self._body, hull, *obstacles(self._space, chart, config.friction))
+        self._space.on_collision(OBSTACLE, None, begin=self._touch)
         self._bump_m_s: float | None = None
 
     @property
     def pose(self) -> TruePose:
-        """Where the rover is now."""
+        """The true pose now."""
         x_m, y_m = self._body.position
         return TruePose(x_m, y_m, self._body.angle)
 
     @property
     def in_shadow(self) -> bool:
-        """Whether the terrain hides the other end of the link from here."""
+        """Whether terrain hides the other end of the link from here."""
         if not self._chart.shadow:
             return False
         x_m, y_m, _ = self.pose
@@ -68,11 +67,15 @@ class World:
 
     @property
     def speed_m_s(self) -> float:
-        """How fast it moves over ground."""
+        """Speed over ground."""
         return self._body.velocity.length
 
     def step(self, wheel_m_s: float, yaw_rad_s: float) -> float | None:
-        """One grid step with these commands; the speed of a bump that it brought, if any."""
+        """Step the physics with these wheel commands.
+
+        Returns:
+            the speed of impact if the body hit an obstacle in this step, otherwise `None`.
+        """
         body = self._body
         cos, sin = math.cos(body.angle), math.sin(body.angle)
         vx, vy = body.velocity
@@ -91,44 +94,11 @@ class World:
 
     @property
     def at_rest(self) -> bool:
-        """Whether it stands still, so that steps without commands would change nothing."""
+        """Whether the body is at rest: a step without commands would change nothing."""
         return self._body.velocity == (0.0, 0.0) and self._body.angular_velocity == 0.0
 
     def _touch(self, _arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: object) -> None:
         self._bump_m_s = self._body.velocity.length
-
-
-def obstacles(space: pymunk.Space, chart: Chart, config: BodyConfig) -> list[pymunk.Shape]:
-    """Walls and rocks of a chart as static shapes of `space`."""
-    shapes: list[pymunk.Shape] = []
-    cell_m, height = chart.cell_m, len(chart.rows)
-    for row, line in enumerate(chart.rows):
-        south = (height - 1 - row) * cell_m
-        for begin, end in _runs(line):
-            west, east = begin * cell_m, end * cell_m
-            corners = [(west, south), (east, south), (east, south + cell_m), (west, south + cell_m)]
-            shapes.append(pymunk.Poly(space.static_body, corners))
-    shapes += (
-        pymunk.Circle(space.static_body, _ROCK_RADIUS_CELL * cell_m, chart.centre_m(cell))
-        for cell in chart.rocks
-    )
-    for shape in shapes:
-        shape.friction = config.friction
-        shape.collision_type = _STATIC
-    return shapes
-
-
-def _runs(line: str) -> list[tuple[int, int]]:
-    """Stretches of wall in one row, as [begin, end) columns."""
-    runs: list[tuple[int, int]] = []
-    for east, character in enumerate(line):
-        if character != WALL:
-            continue
-        if runs and runs[-1][1] == east:
-            runs[-1] = runs[-1][0], east + 1
-        else:
-            runs.append((east, east + 1))
-    return runs
 
 
 def _clamp(value: float, limit: float) -> float:
