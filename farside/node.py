@@ -163,9 +163,9 @@ class Step(NamedTuple):
 class Node(Protocol):
     """One party of a run: rover, ground or the channel between them.
 
-    A node owns its own time, which only `advance` moves. It holds no clock, file, socket, thread
-    or global random source, so the same calls give the same steps in any process. How time is cut
-    into windows must not show in what it gives back.
+    A node owns its time, which only `advance` moves. It holds no clock, file, socket, thread or
+    global random source, so the same calls give the same steps in any process. What it returns
+    must not depend on how time is divided into windows.
     """
 
     def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
