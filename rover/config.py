@@ -1,10 +1,7 @@
 """What a mission file says of the rover. Defaults without another source are project defaults."""
 
-from typing import Annotated
-
-from msgspec import Meta
-
-from farside.settings import Count, Fraction, NonNegative, Positive, Section
+from farside.dem import Parameters
+from farside.settings import Fraction, NonNegative, Positive, Section
 
 
 class BodyConfig(Section, frozen=True):
@@ -39,12 +36,14 @@ class DriveConfig(Section, frozen=True):
         turn_rate_rad_s: rate of turning on the spot.
         tolerance_m: how near to the middle of a place counts as there.
         give_up_s: a move that takes longer ends where the rover stands, as blocked.
+        move_cost_s: action cost of every move, for the Dynamic Expectancy Model (seed: 2.66).
     """
 
     speed_m_s: Positive = 0.9
     turn_rate_rad_s: Positive = 1.9
     tolerance_m: Positive = 0.05
     give_up_s: Positive = 20.0
+    move_cost_s: Positive = 2.66
 
 
 class SensorConfig(Section, frozen=True):
@@ -111,20 +110,6 @@ class FailsafeConfig(Section, frozen=True):
             )
 
 
-class DemConfig(Section, frozen=True):
-    """Parameters of the Dynamic Expectancy Model; see `farside.dem.Parameters`.
-
-    `move_cost` is the action cost of every move, in seconds (seed: 2.66).
-    """
-
-    alpha: Fraction = 0.5
-    beta: Fraction = 0.2
-    learning_probability: Fraction = 1.0
-    initial_cm: Annotated[float, Meta(gt=0, le=1)] = 0.5
-    reach: Count = 1
-    move_cost: Positive = 2.66
-
-
 class MissionGoal(Section, frozen=True):
     """A goal loaded before the start, for when the link is lost."""
 
@@ -138,6 +123,7 @@ class RoverConfig(Section, frozen=True):
     Attributes:
         start: name of the place where the rover begins, such as `D` or `3,4`.
         goals: mission goals, taken up when the link is lost.
+        dem: parameters of the Dynamic Expectancy Model.
     """
 
     start: str
@@ -147,4 +133,4 @@ class RoverConfig(Section, frozen=True):
     sensors: SensorConfig = SensorConfig()
     battery: BatteryConfig = BatteryConfig()
     failsafe: FailsafeConfig = FailsafeConfig()
-    dem: DemConfig = DemConfig()
+    dem: Parameters = Parameters()

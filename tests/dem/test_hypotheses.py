@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.dem import Curiosity, Hypothesis, Parameters
+from farside.dem import Hypothesis, Parameters
 from farside.dem.learning.learner import PredictionList
 from farside.dem.lists.hypotheses import ActionList, Change, HypothesisList
 
@@ -181,39 +181,3 @@ def test_the_predictions_of_a_hypothesis_that_is_no_more_are_dropped():
     predictions.forget(7)
     assert predictions.take_due() == [8]
     assert predictions.take_due() == []
-
-
-@pytest.mark.parametrize(
-    "name", ["alpha", "beta", "learning_probability", "initial_cm", "ineffective"]
-)
-@pytest.mark.parametrize("value", [-0.1, 1.1, float("nan")])
-def test_rates_and_chances_lie_between_0_and_1(name, value):
-    with pytest.raises(ValueError, match=f"{name}: expected a number from 0 to 1, found"):
-        Parameters(**{name: value})
-
-
-@pytest.mark.parametrize(
-    ("name", "unit"), [("reach", "cycles"), ("maturity", "predictions"), ("recovery", "cycles")]
-)
-@pytest.mark.parametrize("value", [0, -1, 1.5])
-def test_what_is_counted_is_a_whole_number(name, unit, value):
-    with pytest.raises(ValueError, match=f"{name}: expected a whole number of {unit}, 1 or more"):
-        Parameters(**{name: value})
-
-
-@pytest.mark.parametrize("value", [1.0, -4.0, float("nan")])
-def test_a_goal_breaks_only_when_its_value_has_grown(value):
-    with pytest.raises(ValueError, match="break_multiple: expected above 1, found"):
-        Parameters(break_multiple=value)
-
-
-@pytest.mark.parametrize("value", [0.0, -1.0, float("inf"), float("nan")])
-def test_trying_something_new_is_expected_to_cost_something(value):
-    with pytest.raises(ValueError, match="optimistic_cost: expected above 0, found"):
-        Curiosity(optimistic_cost=value)
-
-
-@pytest.mark.parametrize("value", [-1.0, float("inf"), float("nan")])
-def test_restlessness_is_a_finite_number_of_zero_or_more(value):
-    with pytest.raises(ValueError, match="restlessness: expected 0 or more, found"):
-        Curiosity(restlessness=value)

@@ -245,9 +245,9 @@ def test_a_file_without_cycles_is_refused(farside, tmp_path, content, found):
 @pytest.mark.parametrize(
     ("option", "value", "named"),
     [
-        ("--alpha", "2", "alpha: expected a number from 0 to 1, found 2"),
-        ("--beta", "nan", "beta: expected a number from 0 to 1, found nan"),
-        ("--reach", "0", "reach: expected a whole number of cycles"),
+        ("--alpha", "2", "alpha: expected a number >= 0 and <= 1, found 2"),
+        ("--beta", "nan", "beta: expected a number >= 0 and <= 1, found nan"),
+        ("--reach", "0", "reach: expected a whole number >= 1, found 0"),
         ("--action-cost", "N", "expected ACTION=COST"),
         ("--action-cost", "N=0", "expected ACTION=COST"),
         ("--action-cost", "N=inf", "expected ACTION=COST"),
