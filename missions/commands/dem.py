@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from farside.dem import DynamicExpectancyModel, Goal, Hypothesis, Parameters, PolicyValue, Sign
+from farside.dem import DynamicExpectancyModel, Hypothesis, Parameters, PolicyValue, Sign
 from farside.missions.commands.dem_stream import RecordedCycle, StreamError, read_stream
 from farside.missions.figure1.example import GOALS, SEED, Figure1, run_figure1
 
@@ -31,7 +31,7 @@ class GoalPolicy(msgspec.Struct, frozen=True):
     values: tuple[PolicyValue, ...]
 
 
-class Learned(msgspec.Struct, frozen=True):
+class LearnedLists(msgspec.Struct, frozen=True):
     """What a stream taught: the object that `farside dem learn --json` prints."""
 
     signs: tuple[Sign, ...]
@@ -39,17 +39,23 @@ class Learned(msgspec.Struct, frozen=True):
     policies: tuple[GoalPolicy, ...]
 
 
+class GoalOption(NamedTuple):
+    """A goal, as typer reads it: a bare tuple would pass for several values."""
+
+    sign: Sign
+
+
 class ActionCost(NamedTuple):
-    """What an action costs."""
+    """The cost of an action."""
 
     action: str
     cost: float
 
 
-def _goal(text: str) -> Goal:
+def _goal(text: str) -> GoalOption:
     if not text.split():
-        raise typer.BadParameter("expected Tokens separated by blanks, found none")
-    return Goal(tuple(sorted(set(text.split()))), priority=1.0)
+        raise typer.BadParameter("expected Tokens separated by spaces, found none")
+    return GoalOption(tuple(sorted(set(text.split()))))
 
 
 def _action_cost(text: str) -> ActionCost:
@@ -74,7 +80,7 @@ def learn(
         ),
     ],
     goals: Annotated[
-        list[Goal] | None,
+        list[GoalOption] | None,
         typer.Option(
             "--goal",
             parser=_goal,
@@ -139,7 +145,7 @@ def learn(
     if not costs:
         raise StreamError(f"{stream}: expected an action in one cycle at least, found none")
     model = DynamicExpectancyModel(costs, parameters, rng=np.random.default_rng(seed))
-    learned = _learn(model, cycles, goals or ())
+    learned = _learn(model, cycles, [goal.sign for goal in goals or ()])
     if json:
         print(msgspec.json.encode(learned).decode())  # noqa: T201
     else:
@@ -147,35 +153,35 @@ def learn(
 
 
 def _learn(
-    model: DynamicExpectancyModel, cycles: Sequence[RecordedCycle], goals: Sequence[Goal]
-) -> Learned:
+    model: DynamicExpectancyModel, cycles: Sequence[RecordedCycle], goals: Sequence[Sign]
+) -> LearnedLists:
     _set(model, goals)
     for cycle in cycles:
         reached = model.sense(cycle.tokens).reached
         model.perform(cycle.action)
-        _set(model, reached)
+        _set(model, [goal.tokens for goal in reached])
     for goal in goals:
-        model.withdraw_goal(goal.tokens)
-    return Learned(
+        model.withdraw_goal(goal)
+    return LearnedLists(
         signs=model.signs,
         hypotheses=model.hypotheses,
         policies=tuple(_policy(model, goal) for goal in goals),
     )
 
 
-def _set(model: DynamicExpectancyModel, goals: Sequence[Goal]) -> None:
+def _set(model: DynamicExpectancyModel, goals: Sequence[Sign]) -> None:
     for goal in goals:
-        model.set_goal(goal.tokens, goal.priority)
+        model.set_goal(goal, priority=1.0)
 
 
-def _policy(model: DynamicExpectancyModel, goal: Goal) -> GoalPolicy:
+def _policy(model: DynamicExpectancyModel, goal: Sign) -> GoalPolicy:
     _set(model, [goal])
     values = model.policy_map()
-    model.withdraw_goal(goal.tokens)
-    return GoalPolicy(goal.tokens, values)
+    model.withdraw_goal(goal)
+    return GoalPolicy(goal, values)
 
 
-def _show(learned: Learned, console: Console) -> None:
+def _show(learned: LearnedLists, console: Console) -> None:
     signs = [(str(number), _words(sign)) for number, sign in enumerate(learned.signs, start=1)]
     _show_table(console, "Signs", ("sign", "tokens"), signs)
     strongest = sorted(learned.hypotheses, key=lambda h: (-h.cm, -h.predictions))

@@ -16,10 +16,11 @@ from rich.table import Table
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from farside.dem.lists.hypotheses import ActionList, Change, HypothesisList
+from farside.dem.lists.actions import ActionList
+from farside.dem.lists.hypotheses import CostChange, HypothesisList
 from farside.dem.lists.signs import SignList
 from farside.dem.parameters import Parameters
-from farside.dem.policy.map import PolicyMap
+from farside.dem.policy.policy_map import PolicyMap
 from farside.dem.policy.spread import Spread
 
 ACTION_COST = 2.66
@@ -155,9 +156,9 @@ def updates(graph: Graph, rng: np.random.Generator, *, on_paths: bool = False) -
         before, cm = hypotheses.cost[arc], hypotheses.cm[arc]
         cm = cm + 0.5 * (1.0 - cm) if rng.random() < 0.5 else 0.8 * cm
         hypotheses.cm[arc], hypotheses.cost[arc] = cm, ACTION_COST / cm
-        change = Change(arc, hypotheses.context[arc], hypotheses.outcome[arc], before)
+        change = CostChange(arc, hypotheses.context[arc], hypotheses.outcome[arc], before)
 
-        def follow(change: Change = change) -> None:
+        def follow(change: CostChange = change) -> None:
             policy.update([change])
 
         took.append(_seconds(follow))

@@ -165,8 +165,8 @@ def test_a_goal_that_becomes_active_is_reached_and_leaves_though_not_the_top(bet
     between.set_goal(["at:5,0"], priority=2.0)
     between.set_goal(["at:3,0"], priority=1.0)
     between.perform("E")
-    assert between.sense(["at:3,0"]).reached == (Goal(("at:3,0",), 1.0),)
-    assert between.goals == (Goal(("at:5,0",), 2.0),)
+    assert between.sense(["at:3,0"]).reached == (Goal(("at:3,0",), {"operator": 1.0}),)
+    assert between.goals == (Goal(("at:5,0",), {"operator": 2.0}),)
 
 
 def test_a_goal_that_is_active_already_is_satisfied_at_the_next_sense(between):
@@ -174,7 +174,7 @@ def test_a_goal_that_is_active_already_is_satisfied_at_the_next_sense(between):
     assert between.choose().goal is None
     assert between.policy_path() == ()
     between.perform(None)
-    assert between.sense(["at:2,0"]).reached == (Goal(("at:2,0",), 1.0),)
+    assert between.sense(["at:2,0"]).reached == (Goal(("at:2,0",), {"operator": 1.0}),)
 
 
 def test_an_unknown_goal_waits_until_it_is_met(between):
@@ -194,7 +194,7 @@ def test_several_tokens_are_one_goal_and_become_a_sign(between):
     assert between.sense(["at:3,0"]).reached == ()
     between.perform("N")
     sensed = between.sense(both)
-    assert sensed.reached == (Goal(both, 1.0),)
+    assert sensed.reached == (Goal(both, {"operator": 1.0}),)
     assert both in sensed.novel
     between.perform(None)
     between.sense(["at:3,0"])

@@ -7,8 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from farside.dem import Hypothesis, Parameters
-from farside.dem.learning.learner import PredictionList
-from farside.dem.lists.hypotheses import ActionList, Change, HypothesisList
+from farside.dem.lists.actions import ActionList
+from farside.dem.lists.hypotheses import CostChange, HypothesisList
+from farside.dem.lists.predictions import PredictionList
 
 COSTS = {"a": 1.0, "b": 2.0}
 
@@ -140,10 +141,10 @@ def test_the_map_is_told_what_each_change_made_of_which_cost(hypotheses):
     row = hypotheses.add(0, 1, 3, 1, credit=0.5)
     hypotheses.fail(row)
     hypotheses.remove(row)
-    assert hypotheses.changes == [
-        Change(row, 0, 3, math.inf),
-        Change(row, 0, 3, 2.0 / 0.5),
-        Change(row, 0, 3, 2.0 / 0.4),
+    assert hypotheses.cost_changes == [
+        CostChange(row, 0, 3, math.inf),
+        CostChange(row, 0, 3, 2.0 / 0.5),
+        CostChange(row, 0, 3, 2.0 / 0.4),
     ]
 
 

@@ -208,7 +208,7 @@ def test_the_same_seed_gives_the_same_lists_whatever_the_order_of_tokens(make_mo
 def test_sense_waits_for_perform(make_model):
     model = make_model()
     model.sense(A)
-    with pytest.raises(RuntimeError, match=r"end it with perform\(action\)"):
+    with pytest.raises(RuntimeError, match=r"end the cycle with perform\(action\)"):
         model.sense(A)
 
 

@@ -174,8 +174,8 @@ def test_the_message_says_what_is_wrong(saved):
     body = saved[HEADER.size :]
     with pytest.raises(UnreadableMemoryError, match=r"begin with b'FARSIDE.*found b'GIF89a'$"):
         DynamicExpectancyModel.load(b"GIF89a")
-    with pytest.raises(UnreadableMemoryError, match="expected format 1, found format 2"):
-        DynamicExpectancyModel.load(HEADER.pack(magic, 2, length, check) + body)
+    with pytest.raises(UnreadableMemoryError, match="expected format 2, found format 1"):
+        DynamicExpectancyModel.load(HEADER.pack(magic, 1, length, check) + body)
     with pytest.raises(UnreadableMemoryError, match=f"{length} bytes after .* {length + 1}$"):
         DynamicExpectancyModel.load(saved + b"\0")
     with pytest.raises(UnreadableMemoryError, match="is damaged: expected CRC-32"):
@@ -184,8 +184,8 @@ def test_the_message_says_what_is_wrong(saved):
 
 @pytest.mark.parametrize("body", [b"", zlib.compress(b""), zlib.compress(b"\x90")])
 def test_a_right_check_over_wrong_contents_does_not_help(body):
-    data = HEADER.pack(b"FARSIDE\0", 1, len(body), zlib.crc32(body)) + body
-    with pytest.raises(UnreadableMemoryError, match="expected what format 1 holds, found"):
+    data = HEADER.pack(b"FARSIDE\0", 2, len(body), zlib.crc32(body)) + body
+    with pytest.raises(UnreadableMemoryError, match="expected what format 2 holds, found"):
         DynamicExpectancyModel.load(data)
 
 

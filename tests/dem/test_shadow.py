@@ -19,7 +19,7 @@ from farside.dem import (
     ShadowModel,
     UnreadableMemoryError,
 )
-from farside.dem.journal import HypothesisAdded, HypothesisRemoved, SignAdded, SignRemoved
+from farside.dem.changes import HypothesisAdded, HypothesisRemoved, SignAdded, SignRemoved
 
 cuts = st.sampled_from(["delta", "whole", "nothing", "nothing"])
 
@@ -81,7 +81,7 @@ def test_in_that_long_life_all_comes_about_that_there_is_to_tell(eventful, live)
     model, _ = recorded()
     model.take_delta()
     live(model, eventful(500))
-    told = Counter(type(entry) for entry in model.take_delta().entries)
+    told = Counter(type(change) for change in model.take_delta().changes)
 
     assert told.keys() == {int, SignAdded, SignRemoved, HypothesisAdded, HypothesisRemoved}
     assert told[HypothesisRemoved] > 50
@@ -216,7 +216,7 @@ def test_nothing_is_recorded_unasked():
     for take in (model.take_delta, model.whole):
         with pytest.raises(RuntimeError, match=r"call record_changes\(\) first"):
             take()
-    assert model._signs.journal is None
+    assert model._signs.recorded is None
 
 
 def test_asking_again_to_record_loses_nothing(eventful, live):

@@ -92,7 +92,7 @@ def test_a_conjunction_is_looked_at_only_when_one_of_its_tokens_is_sensed(signs)
     """With a Token that is in every conjunction, the watches fall on the others."""
     for place in range(100):
         signs.add(to_sign([f"at:{place}", "battery:ok"]))
-    assert max(len(watched) for watched in signs._watched.values()) == 1
+    assert max(len(indexed) for indexed in signs._indexed.values()) == 1
 
 
 @given(events)

@@ -252,7 +252,7 @@ def test_a_file_without_cycles_is_refused(farside, tmp_path, content, found):
         ("--action-cost", "N=0", "expected ACTION=COST"),
         ("--action-cost", "N=inf", "expected ACTION=COST"),
         ("--action-cost", "=1", "expected ACTION=COST"),
-        ("--goal", " ", "expected Tokens separated by blanks"),
+        ("--goal", " ", "expected Tokens separated by spaces"),
     ],
 )
 def test_an_option_out_of_range_is_refused(farside, stream, option, value, named):
