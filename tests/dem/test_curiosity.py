@@ -86,7 +86,7 @@ def plain_lead(model, curiosity, goal, active, *, last_action, rng):
     seed=st.integers(0, 20),
     data=st.data(),
 )
-def test_it_leads_as_a_map_does_that_is_made_whole(
+def test_the_partial_map_gives_the_same_lead_as_a_full_one(
     eventful, live, *, curiosity, parameters, lived, seed, data
 ):
     model = DynamicExpectancyModel(COSTS, parameters, rng=np.random.default_rng(1))
@@ -104,14 +104,14 @@ def test_it_leads_as_a_map_does_that_is_made_whole(
             assert ours.random() == plain.random()
 
 
-def test_without_any_sign_active_there_is_no_lead(make_model, cycle):
+def test_without_an_active_sign_there_is_no_lead(make_model, cycle):
     model = make_model()
     assert CuriousMap(model._learner, Curiosity(), None, []).lead(None, model._rng) is None
     cycle(model, ["a"], "E")
     assert CuriousMap(model._learner, Curiosity(), None, []).lead(None, model._rng) is None
 
 
-def test_a_whole_that_its_part_brings_as_near_leads_if_it_is_the_older(cycle):
+def test_a_whole_with_the_value_of_its_part_decides_if_it_is_the_oldest(cycle):
     """East and west lead to the frontier at the same cost, and a goal was set for west at dusk."""
     parameters = Parameters(own_credit=False, removal=False)
     model = DynamicExpectancyModel(COSTS, parameters, rng=np.random.default_rng(0))

@@ -54,7 +54,7 @@ def test_a_goal_that_was_withdrawn_and_set_again_is_the_younger(goals):
     assert names(goals) == [B, A]
 
 
-def test_only_a_goal_that_is_there_is_withdrawn(goals):
+def test_only_a_goal_on_the_list_can_be_withdrawn(goals):
     goals.set(A, 0.0)
     assert A in goals
     assert goals.withdraw(A)
@@ -64,7 +64,7 @@ def test_only_a_goal_that_is_there_is_withdrawn(goals):
     assert goals.top is None
 
 
-def test_all_goals_that_are_active_go_at_once(goals):
+def test_all_active_goals_are_satisfied_at_once(goals):
     for sign in [("a",), ("a", "b"), ("a", "c")]:
         goals.set(sign, 1.0)
     assert goals.take_satisfied(("a", "b")) == (goal(("a",), 1.0), goal(("a", "b"), 1.0))
@@ -120,7 +120,7 @@ def test_nobody_can_set_or_withdraw_a_goal_in_the_name_of_the_rules(goals):
 
 
 @pytest.mark.parametrize("priority", [float("nan"), float("inf")])
-def test_a_priority_without_an_order_is_refused(goals, priority):
+def test_a_priority_that_is_not_finite_is_refused(goals, priority):
     with pytest.raises(ValueError, match="expected a finite number, found"):
         goals.set(A, priority)
     assert goals.ordered == ()
@@ -134,7 +134,7 @@ def test_a_goal_without_tokens_is_refused(goals):
 # --- the break point ---------------------------------------------------------------------------
 
 
-def test_a_goal_breaks_when_its_value_is_past_the_multiple_of_what_it_was(goals):
+def test_a_goal_breaks_when_its_value_passes_the_multiple_of_its_first_value(goals):
     goals.set(A, 1.0)
     for value in (5.0, 12.0, 20.0):
         assert goals.suspend_broken(0, promising(value), NO_DETOUR, on_course=True) == ()
@@ -143,7 +143,7 @@ def test_a_goal_breaks_when_its_value_is_past_the_multiple_of_what_it_was(goals)
     assert goals.top is None
 
 
-def test_a_suspended_goal_lets_the_next_one_be_the_top(goals):
+def test_when_the_top_goal_is_suspended_the_next_one_takes_its_place(goals):
     goals.set(A, 2.0)
     goals.set(B, 1.0)
     goals.suspend_broken(0, promising(5.0), NO_DETOUR, on_course=True)
@@ -152,7 +152,7 @@ def test_a_suspended_goal_lets_the_next_one_be_the_top(goals):
     assert goals.ordered == (goal(B, 1.0), goal(A, 2.0, suspended=True))
 
 
-def test_all_that_are_past_their_break_points_are_suspended_at_once(goals):
+def test_all_goals_past_their_break_points_are_suspended_at_once(goals):
     """B was measured while it was the top-goal; then A came before it, and both broke."""
     goals.set(B, 1.0)
     goals.suspend_broken(0, promising(5.0), NO_DETOUR, on_course=True)
@@ -162,7 +162,7 @@ def test_all_that_are_past_their_break_points_are_suspended_at_once(goals):
     assert goals.top is None
 
 
-def test_a_suspended_goal_recovers_when_its_time_is_over_and_is_measured_anew(goals):
+def test_a_suspended_goal_recovers_after_its_cycles_and_is_measured_anew(goals):
     goals.set(A, 1.0)
     goals.suspend_broken(0, promising(5.0), NO_DETOUR, on_course=True)
     goals.suspend_broken(5, promising(50.0), NO_DETOUR, on_course=True)
@@ -183,7 +183,7 @@ def test_setting_a_suspended_goal_again_does_not_end_its_suspension(goals):
     assert goals.ordered == (goal(A, 3.0, suspended=True),)
 
 
-def test_a_suspended_goal_that_comes_about_is_satisfied(goals):
+def test_a_suspended_goal_that_becomes_active_is_satisfied(goals):
     goals.set(A, 1.0)
     goals.suspend_broken(0, promising(5.0), NO_DETOUR, on_course=True)
     goals.suspend_broken(0, promising(50.0), NO_DETOUR, on_course=True)
@@ -191,14 +191,14 @@ def test_a_suspended_goal_that_comes_about_is_satisfied(goals):
     assert goals.recover(99) == ()
 
 
-def test_a_goal_that_no_path_leads_to_waits_and_is_measured_when_one_does(goals):
+def test_a_goal_without_a_path_waits_and_is_measured_once_there_is_one(goals):
     goals.set(A, 1.0)
     for value in (math.inf, 50.0, math.inf, 200.0):
         assert goals.suspend_broken(0, promising(value), NO_DETOUR, on_course=True) == ()
     assert goals.suspend_broken(0, promising(201.0), NO_DETOUR, on_course=True) == (A,)
 
 
-def test_a_value_that_grew_while_led_away_is_the_new_measure(goals):
+def test_a_value_that_grew_while_the_robot_was_led_away_is_the_new_measure(goals):
     goals.set(A, 1.0)
     goals.suspend_broken(0, promising(5.0), NO_DETOUR, on_course=True)
     assert goals.suspend_broken(1, promising(50.0), NO_DETOUR, on_course=False) == ()
@@ -206,14 +206,14 @@ def test_a_value_that_grew_while_led_away_is_the_new_measure(goals):
     assert goals.suspend_broken(3, promising(201.0), NO_DETOUR, on_course=True) == (A,)
 
 
-def test_being_led_nearer_leaves_the_measure_as_it_was(goals):
+def test_leading_the_robot_nearer_leaves_the_measure_unchanged(goals):
     goals.set(A, 1.0)
     goals.suspend_broken(0, promising(50.0), NO_DETOUR, on_course=True)
     goals.suspend_broken(1, promising(5.0), NO_DETOUR, on_course=False)
     assert goals.suspend_broken(2, promising(200.0), NO_DETOUR, on_course=True) == ()
 
 
-def test_a_long_way_round_that_would_go_as_planned_is_no_block(goals):
+def test_a_long_detour_that_can_be_expected_to_succeed_is_no_block(goals):
     goals.set(A, 1.0)
     goals.suspend_broken(0, promising(5.0), NO_DETOUR, on_course=True)
     assert goals.suspend_broken(1, promising(60.0, planned=15.0), NO_DETOUR, on_course=True) == ()

@@ -48,22 +48,22 @@ def live(hypotheses, events):
 
 
 @pytest.mark.parametrize("cost", [0.0, -1.0, float("inf"), float("nan")])
-def test_no_action_is_free_or_priceless(cost):
+def test_the_cost_of_an_action_is_finite_and_above_0(cost):
     with pytest.raises(ValueError, match="cost of action 'N': expected above 0, found"):
         ActionList({"N": cost})
 
 
-def test_without_any_action_there_is_no_model():
+def test_an_action_list_needs_an_action():
     with pytest.raises(ValueError, match="one action at least"):
         ActionList({})
 
 
-def test_an_unknown_action_is_answered_with_the_known_ones():
+def test_the_error_about_an_unknown_action_lists_the_known_ones():
     with pytest.raises(ValueError, match="unknown action 'c': expected one of 'a', 'b'"):
         ActionList(COSTS).id_of("c")
 
 
-def test_actions_have_one_order_whatever_that_of_the_mapping():
+def test_actions_are_ordered_by_name():
     actions = ActionList({"b": 2.0, "a": 1.0})
     assert actions.names == ("a", "b")
     assert actions.costs == (1.0, 2.0)
@@ -71,7 +71,7 @@ def test_actions_have_one_order_whatever_that_of_the_mapping():
 
 
 @given(events)
-def test_each_chain_holds_its_hypotheses_once_in_order_of_age_whatever_was_removed(events):
+def test_each_chain_holds_its_hypotheses_once_and_in_order_of_age_after_any_removals(events):
     hypotheses = HypothesisList(ActionList(COSTS), Parameters())
     left = live(hypotheses, events)
     assert hypotheses.by_age() == list(left.values())
@@ -90,7 +90,7 @@ def test_each_chain_holds_its_hypotheses_once_in_order_of_age_whatever_was_remov
 
 @pytest.mark.parametrize("own_credit", [True, False])
 @given(events=events)
-def test_costs_and_the_sum_of_cm_are_kept_up_with_every_change(own_credit, events):
+def test_costs_and_the_sum_of_cm_follow_every_change(own_credit, events):
     hypotheses = HypothesisList(ActionList(COSTS), Parameters(own_credit=own_credit))
     left = live(hypotheses, events)
     assert hypotheses.cm_sum == pytest.approx(sum(hypotheses.cm[row] for row in left.values()))
@@ -101,7 +101,7 @@ def test_costs_and_the_sum_of_cm_are_kept_up_with_every_change(own_credit, event
     assert all(hypotheses.cost[row] == math.inf for row in gone)
 
 
-def test_a_row_is_used_again_and_nothing_of_the_old_one_stays(hypotheses):
+def test_a_reused_row_keeps_nothing_of_the_removed_hypothesis(hypotheses):
     old = hypotheses.add(0, 0, 1, 1, credit=0.5)
     young = hypotheses.add(0, 0, 2, 1, credit=0.5)
     hypotheses.succeed(old, alone=True)
@@ -116,7 +116,7 @@ def test_a_row_is_used_again_and_nothing_of_the_old_one_stays(hypotheses):
     )
 
 
-def test_the_last_of_an_outcome_is_so_when_the_others_are_gone(hypotheses):
+def test_a_hypothesis_is_the_last_of_its_outcome_once_the_others_are_removed(hypotheses):
     rows = [hypotheses.add(context, 0, 3, 1, credit=0.5) for context in range(3)]
     assert not any(hypotheses.is_last_of(row) for row in rows)
     hypotheses.remove(rows[2])
@@ -126,7 +126,7 @@ def test_the_last_of_an_outcome_is_so_when_the_others_are_gone(hypotheses):
     assert not hypotheses.is_last_of(rows[1])
 
 
-def test_a_judgement_counts_and_credit_follows_only_a_success_that_stands_alone(hypotheses):
+def test_every_result_moves_cm_but_only_a_success_that_stands_alone_raises_credit(hypotheses):
     row = hypotheses.add(0, 0, 1, 1, credit=0.4)
     hypotheses.succeed(row, alone=False)
     assert (hypotheses.cm[row], hypotheses.credit[row]) == (0.75, 0.4)
@@ -137,7 +137,7 @@ def test_a_judgement_counts_and_credit_follows_only_a_success_that_stands_alone(
     assert (hypotheses.predictions[row], hypotheses.successes[row]) == (3, 2)
 
 
-def test_the_map_is_told_what_each_change_made_of_which_cost(hypotheses):
+def test_every_cost_change_is_noted_with_the_old_cost(hypotheses):
     row = hypotheses.add(0, 1, 3, 1, credit=0.5)
     hypotheses.fail(row)
     hypotheses.remove(row)
@@ -148,7 +148,7 @@ def test_the_map_is_told_what_each_change_made_of_which_cost(hypotheses):
     ]
 
 
-def test_only_coming_and_going_changes_the_structure(hypotheses):
+def test_only_creation_and_removal_change_the_structure(hypotheses):
     row = hypotheses.add(0, 0, 1, 1, credit=0.5)
     made = hypotheses.structure
     hypotheses.succeed(row, alone=True)
@@ -158,7 +158,7 @@ def test_only_coming_and_going_changes_the_structure(hypotheses):
     assert hypotheses.structure > made
 
 
-def test_from_a_context_leads_what_any_action_makes_active(hypotheses):
+def test_from_a_context_come_the_hypotheses_of_all_its_actions(hypotheses):
     rows = [hypotheses.add(1, action, 2, 1, credit=0.5) for action in (1, 0)]
     hypotheses.add(2, 0, 1, 1, credit=0.5)
     assert list(hypotheses.from_context(1)) == rows[::-1]
@@ -175,7 +175,7 @@ def test_a_prediction_falls_due_after_its_delay():
     assert predictions.take_due() == []
 
 
-def test_the_predictions_of_a_hypothesis_that_is_no_more_are_dropped():
+def test_the_predictions_of_a_removed_hypothesis_are_dropped():
     predictions = PredictionList(reach=2)
     for hypothesis, delay in [(7, 1), (8, 1), (7, 2), (7, 1)]:
         predictions.add(hypothesis, delay)

@@ -72,7 +72,7 @@ class Pair:
 
 @settings(max_examples=300)
 @given(stream=streams, parameters=learning, seed=seeds)
-def test_the_model_and_its_twin_agree_to_the_last_hypothesis(stream, parameters, seed):
+def test_the_model_and_its_twin_agree_to_the_last_bit(stream, parameters, seed):
     pair = Pair(parameters, seed)
     for (tokens, wants_goals), action in stream:
         pair.cycle(tokens, action, wants_goals=wants_goals)
@@ -91,7 +91,7 @@ def random_stream(rng, length):
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_they_agree_all_along_where_much_is_differentiated_and_removed(seed):
+def test_they_agree_in_every_cycle_while_much_is_differentiated_and_removed(seed):
     pair = Pair(EAGER, seed)
     conjunctions = set()
     for number, (tokens, action) in enumerate(random_stream(np.random.default_rng(seed), 400)):

@@ -51,14 +51,14 @@ def cheapest(figure, goal):
     return values
 
 
-def test_every_place_of_the_yard_was_seen_and_nothing_else(figure):
+def test_every_place_of_the_yard_was_visited(figure):
     seen = {token for (token,) in figure.model.signs}
     assert seen == set(figure.chart.cells)
     assert len(seen) == 74
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_what_a_shorter_look_saw_is_on_the_map_too(seed):
+def test_a_model_that_missed_some_places_still_gives_maps_of_the_yard(seed):
     figure = run_figure1(seed)
     assert {token for (token,) in figure.model.signs} <= set(figure.chart.cells)
     for panel in figure.panels:
@@ -80,7 +80,7 @@ def test_values_are_the_least_sums_of_action_cost_over_corroboration(figure):
 
 
 @pytest.mark.parametrize("start", ["D", "8,4", "15,4", "1,4", "7,1", "12,2", "A", "B", "C"])
-def test_columns_fall_all_along_the_way_to_each_goal(figure, start):
+def test_columns_fall_all_along_a_shortest_path_to_each_goal(figure, start):
     for panel in figure.panels:
         goal = figure.chart.cells[f"at:{panel.goal}"]
         columns = [
@@ -91,7 +91,7 @@ def test_columns_fall_all_along_the_way_to_each_goal(figure, start):
         assert columns[-1] == 0.0
 
 
-def test_following_the_best_actions_walks_down_to_the_goal(figure):
+def test_following_the_best_actions_leads_down_to_the_goal(figure):
     chart = figure.chart
     for panel in figure.panels:
         for start in chart.tokens:
@@ -104,7 +104,7 @@ def test_following_the_best_actions_walks_down_to_the_goal(figure):
             assert chart.tokens[cell] == f"at:{panel.goal}"
 
 
-def test_no_column_is_lower_than_its_way_is_long_and_together_they_are_little_higher(figure):
+def test_no_column_is_lower_than_its_shortest_path_and_on_the_whole_they_are_little_higher(figure):
     """Well-tried arcs cost little more than the action: the map is nearly that of an all-knower."""
     for panel in figure.panels:
         goal = figure.chart.cells[f"at:{panel.goal}"]
