@@ -1,4 +1,4 @@
-"""Lists at costs of the test's choice, and the policy map over them."""
+"""Lists with costs that a test chooses, and their policy map."""
 
 import math
 
@@ -16,7 +16,7 @@ TOKENS = "abcd"
 
 
 class Lists:
-    """Hypotheses at costs of the test's choice, and what the test itself knows of them."""
+    """Hypotheses with costs that a test chooses, and the test's own record of them."""
 
     def __init__(self, tokens=TOKENS):
         self.signs = SignList()
@@ -64,7 +64,7 @@ class Lists:
         self.changed_signs.clear()
 
     def bellman_ford(self, goal):
-        """P_v straight from its definition: improve every Sign until none improves."""
+        """P_v from its definition: relax all arcs until no value changes."""
         names = [set(name) for name in self.signs.names]
         ways = [(*ends, self.hypotheses.cost[arc]) for arc, ends in self.arcs.items()]
         ways += [(w, p, 0.0) for w in range(len(names)) for p in range(len(names))
@@ -77,7 +77,7 @@ class Lists:
         return value
 
     def ways(self, policy, sign):
-        """What can be done at a Sign: (total, -C_m, age) and the hypothesis."""
+        """The hypotheses that can be acted on at a Sign, each after (total, -C_m, age)."""
         name, listed = set(self.signs.names[sign]), self.hypotheses
         return sorted(
             ((listed.cost[a] + policy.value[after], -listed.cm[a], listed.born[a]), a)
@@ -87,13 +87,13 @@ class Lists:
 
 
 def by_scipy(lists, goal):
-    """The same map as for a model of very many hypotheses."""
+    """The map as it is built for a model with very many hypotheses."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(spread_module, "FEW_ARCS", 0)
         return lists.map(goal)
 
 
 class Persistent(Spread):
-    """Never held to be not worth a repair."""
+    """Always repaired, never built anew."""
 
     repairable = 1000

@@ -1,4 +1,4 @@
-"""Stories of acting: goals, the policy map and path, and exploring."""
+"""Acting in the whole model: goals, policy map and path, and exploration."""
 
 import pytest
 
@@ -8,7 +8,7 @@ A, B, C = ("at:A",), ("at:B",), ("at:C",)
 
 
 def run_to(model, world, goal, patience):
-    """Give the goal, leave the model alone, and count its steps."""
+    """Set the goal, leave the model alone, and count its steps."""
     model.set_goal([world.token(goal)], priority=1.0)
     for steps in range(patience):
         if model.sense(world.tokens()).reached:
@@ -111,7 +111,7 @@ def test_a_failure_raises_the_cost_in_the_same_cycle(make_model, cycle):
 
 
 def test_a_blocked_path_is_left_for_a_known_detour(make_model, grid, tour):
-    """From (0, 0) to (2, 0) the way is E, E; then something stands on (1, 0)."""
+    """From (0, 0) to (2, 0) the path is E, E; then (1, 0) is blocked."""
     model = make_model()
     tour(model, grid, 1500)
     grid.at = (0, 0)
@@ -186,7 +186,7 @@ def test_an_unknown_goal_stays_on_the_list(between):
 
 
 def test_a_goal_of_several_tokens_becomes_a_sign(between):
-    """Being at the place is not enough, the drill must be out too."""
+    """Being at the place is not enough; the drill must be out too."""
     both = ("at:3,0", "drill:out")
     between.set_goal(["drill:out", "at:3,0"], priority=1.0)
     assert both in between.signs

@@ -1,4 +1,4 @@
-"""Each equation three ways: a worked number, its closed form, a loop written without it."""
+"""Each equation three ways: a worked number, the closed form, and a loop without it."""
 
 import math
 

@@ -1,4 +1,4 @@
-"""Stories of goals through the model: in order, of the robot's own, and blocked."""
+"""Goals in the whole model: their order, goals of the robot's own, and blocked paths."""
 
 import math
 
@@ -18,7 +18,7 @@ def driven(make_model, corridor, cycle):
 
 
 def drive(model, world, patience):
-    """Leave the model alone until it has no goals: what was sensed."""
+    """Leave the model alone until it has no goals, and return what it sensed."""
     story = []
     for _ in range(patience):
         story.append(model.sense(world.tokens()))
@@ -47,7 +47,7 @@ def test_goals_are_visited_in_order_of_priority_and_those_on_the_way_in_passing(
 
 
 def test_the_robot_charges_while_its_battery_is_low_and_then_goes_on(corridor):
-    """The battery runs low half way to the goal; it is full after two cycles on the charger."""
+    """The battery runs low halfway to the goal; it is full after two cycles on the charger."""
     charge = InherentGoal(when=("battery:low",), goal=("on_charge",), priority=2.5)
     costs = dict.fromkeys("NESW", 2.66)
     model = DynamicExpectancyModel(costs, rng=np.random.default_rng(0), inherent=[charge])
@@ -85,7 +85,7 @@ WANTED_BY_BOTH = Goal(LAMP, {"operator": 0.5, "rule": 1.0})
 
 
 def with_rules(*rules):
-    """A model with goals of its own, each a trigger, a goal and a priority."""
+    """A model with rules of its own, each a trigger, a goal and a priority."""
     inherent = [InherentGoal(when, goal, priority) for when, goal, priority in rules]
     return DynamicExpectancyModel({"press": 1.0}, rng=np.random.default_rng(0), inherent=inherent)
 
@@ -97,7 +97,7 @@ def lit_when_dark():
 
 
 def listed_after(model, cycle, tokens):
-    """The Goal List when `tokens` were sensed."""
+    """The Goal List after sensing `tokens`."""
     cycle(model, tokens, None)
     return model.goals
 
@@ -197,7 +197,7 @@ def test_a_rule_without_a_goal_or_a_finite_priority_is_refused():
         InherentGoal(when="dark", goal=LAMP, priority=1.0)
 
 
-# --- Signs that goals made known ---------------------------------------------------------------
+# --- Signs that are known only as goals --------------------------------------------------------
 
 BOTH = ("at:A", "drill:out")
 
@@ -262,7 +262,7 @@ def test_a_sign_that_a_rule_needs_outlives_the_operators_goal():
 
 
 def test_hypotheses_for_a_removed_sign_are_removed_even_with_a_prediction_due(make_model, cycle):
-    """The drill has come out at A once, and E is done there again when the goal is withdrawn."""
+    """The drill came out after E at A once; E was just repeated when the goal is withdrawn."""
     model = make_model()
     model.set_goal(BOTH, priority=1.0)
     cycle(model, ["at:A"], "E")
@@ -306,7 +306,7 @@ GOAL = ("at:5,0",)
 def test_a_path_blocked_for_good_is_abandoned_and_exploration_finds_a_detour(
     make_model, two_ways, seed
 ):
-    """Only the bottom row is known when a rock falls on it; the way round is over the top."""
+    """Only the bottom row is known when a rock falls on it; the detour is over the top."""
     model = make_model(seed, recovery=50)
     learn(model, two_ways, "EEEEEWWWWW" * 2)
     two_ways.places.remove((2, 0))
@@ -351,7 +351,7 @@ def test_with_a_known_detour_even_a_long_one_the_goal_is_not_suspended(make_mode
 
 
 def test_a_detour_many_times_as_long_as_the_path_is_still_taken(make_model, grid):
-    """Once round a ring of 14 places, because the goal next door cannot be entered any more."""
+    """The neighbouring goal can no longer be entered from here, only from around a ring of 14."""
     ring = type(grid)("....", ".##.", ".##.", ".##.", "....")
     model = make_model()
     learn(model, ring, ("EEENNNNWWWSSSS" + "NNNNEEESSSSWWW") * 3)
@@ -367,7 +367,7 @@ def test_a_detour_many_times_as_long_as_the_path_is_still_taken(make_model, grid
 
 
 def test_leading_the_robot_away_from_its_goal_does_not_suspend_the_goal(make_model, cycle):
-    """Going east from `bog` works so seldom that the goal is ten times as far from there."""
+    """Going east from `bog` works so rarely that the goal is ten times as far from there."""
     model = make_model()
     path = [(["bog"], "E"), (["bank"], "E"), (["goal"], None)]
     for tokens, action in path[1:] * 4 + path:

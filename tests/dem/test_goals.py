@@ -12,7 +12,7 @@ A, B, C = ("a",), ("b",), ("c",)
 
 @pytest.fixture
 def goals():
-    """A list that breaks a goal past four times its first value, for ten cycles."""
+    """A list that suspends a goal for ten cycles at more than four times its first value."""
     return GoalList(break_multiple=4.0, recovery=10)
 
 
@@ -153,7 +153,7 @@ def test_when_the_top_goal_is_suspended_the_next_one_takes_its_place(goals):
 
 
 def test_all_goals_past_their_break_points_are_suspended_at_once(goals):
-    """B was measured while it was the top-goal; then A came before it, and both broke."""
+    """B was measured as the top-goal; then A was put above it, and both broke."""
     goals.set(B, 1.0)
     goals.suspend_broken(0, promising(5.0), NO_DETOUR, on_course=True)
     goals.set(A, 2.0)

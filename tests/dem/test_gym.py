@@ -1,4 +1,4 @@
-"""The model in gymnasium environments: what it is shown, how it ends, and that it gets there."""
+"""The model in gymnasium environments: rewards, ends of episodes, and solved tasks."""
 
 import subprocess
 import sys
@@ -13,9 +13,9 @@ from farside.dem.gym import REWARDED, Episode, action_costs, play
 
 
 class Corridor(gymnasium.Env):
-    """Places 0 to 5 in a row, from 2 on. Action 11 goes up, 10 down; both ends terminate.
+    """Places 0 to 5 in a row, starting at 2. Action 11 goes up, 10 down; both ends terminate.
 
-    The upper end pays 5, each other step 1 is lost. Resets tell their seeds to `seeds`.
+    The reward is 5 at the upper end, -1 for every other step. `seeds` collects those of resets.
     """
 
     def __init__(self, limit=None):
@@ -142,7 +142,7 @@ def test_the_frozen_lake_without_slipping_is_solved_in_six_steps(make, seed, cur
 
 
 def test_curiosity_does_not_return_to_a_hole_for_ever(make):
-    """Nobody can act in a hole: without the jump to the start it would stay unknown, and lure."""
+    """No action leads out of a hole: without learning from the reset it would stay tempting."""
     env = gymnasium.make("FrozenLake-v1", is_slippery=False)
     model = make(env, curiosity=Curiosity())
     episodes = list(islice(play(model, env, place, seed=0), 60))

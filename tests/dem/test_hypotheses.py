@@ -1,4 +1,4 @@
-"""The Action List, the Hypothesis List and what it predicts, and the numbers it learns by."""
+"""The Action List, the Hypothesis List and the Prediction List."""
 
 import math
 
@@ -29,7 +29,7 @@ def hypotheses():
 
 
 def live(hypotheses, events):
-    """Do all this to the list, and return the rows that are left by (c, a, o, delay), by age."""
+    """Apply the events; return the remaining rows by (c, a, o, delay), oldest first."""
     left = {}
     for event, what in events:
         if event == "add":

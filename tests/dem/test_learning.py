@@ -1,4 +1,4 @@
-"""Stories of learning: what is created, what is strengthened, what is weakened."""
+"""Learning in the whole model: hypotheses created, strengthened and weakened."""
 
 import pytest
 from hypothesis import given, settings
@@ -75,7 +75,7 @@ def test_an_action_that_changes_nothing_is_learned_like_any_other(make_model):
 
 
 def test_standing_still_is_not_an_action(make_model):
-    """Tokens may change while nothing is done: nothing explains it and nothing is judged."""
+    """Tokens may change while nothing is done: no hypothesis is created and none is tested."""
     model = follow(make_model(), [(A, "E"), (B, None), (A, None)])
     sensed = model.sense(B)
     assert (sensed.succeeded, sensed.failed, sensed.created) == (0, 0, 0)
@@ -107,7 +107,7 @@ def test_a_delayed_prediction_is_settled_in_the_cycle_it_is_due_and_no_other(mak
 
 
 def test_a_hypothesis_is_not_created_twice(make_model):
-    """In cycle 3 A is unexpected, though A ∧ N → A after 2 was made in cycle 2 already."""
+    """In cycle 3 A is unexpected, although A ∧ N → A after 2 exists since cycle 2."""
     model = follow(make_model(reach=2), [(A, "N"), (A, "E"), (A, "N"), (B, "N"), (A, "N")])
     model.sense(A)
     assert len(set(causes(model))) == len(causes(model))
@@ -121,7 +121,7 @@ def test_with_learning_probability_0_no_hypothesis_is_created(make_model, grid, 
 
 
 def test_learning_probability_is_the_fraction_of_opportunities_taken(make_model):
-    """400 places in a row, each a surprise once, so 399 opportunities."""
+    """400 places in a row, each novel once, so 399 opportunities."""
     model = make_model(learning_probability=0.25)
     follow(model, [([f"at:{place}"], "E") for place in range(400)])
     assert 60 < model.hypothesis_count < 140
@@ -153,7 +153,7 @@ def test_counts_and_mean_describe_the_lists(make_model, grid, tour):
 
 
 def plain_learning(stream, reach, alpha, beta):
-    """The rules in their plainest form: look at everything in every cycle, forget nothing."""
+    """The rules in their plainest form: examine everything in every cycle, remove nothing."""
     cm, born = {}, {}
     known = set()
     for now, (tokens, _) in enumerate(stream):
@@ -179,7 +179,7 @@ def plain_learning(stream, reach, alpha, beta):
 @settings(max_examples=200)
 @given(stream=streams, reach=st.integers(1, 3), alpha=st.floats(0, 1), beta=st.floats(0, 1))
 def test_learning_follows_the_plain_rules_of_the_seed(make_model, stream, reach, alpha, beta):
-    """Those of the seed, that is: without credit, differentiation and removal; see `test_plain`."""
+    """Without credit, differentiation and removal, that is; for these see `test_plain`."""
     seed_rules = {"own_credit": False, "differentiation": False, "removal": False}
     model = follow(make_model(reach=reach, alpha=alpha, beta=beta, **seed_rules), stream)
     assert cm_of(model) == pytest.approx(plain_learning(stream, reach, alpha, beta))

@@ -1,4 +1,4 @@
-"""A model is saved, and taken up again as if nothing had been."""
+"""A loaded model continues exactly as the one that was saved."""
 
 import struct
 import zlib
@@ -19,7 +19,7 @@ from farside.dem import (
 HEADER = struct.Struct("<8sHQI")
 KINDS = ["MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64"]
 
-# Goals of the robot's own, two of them the same, that are set and reached besides.
+# Goals of the robot's own, two of them the same, which are also set and reached otherwise.
 RULES = [
     InherentGoal(when=("a",), goal=("b",), priority=1),
     InherentGoal(when=("c",), goal=("b",), priority=2),

@@ -91,7 +91,7 @@ def test_the_reason_has_no_rival_where_no_other_action_leads_to_the_goal(lists):
 
 
 def test_to_reach_a_compound_is_to_reach_its_parts(lists):
-    """Here a → {b, c} at 1, and b → d at 2: b is reached with {b, c}, and acted from."""
+    """Here a → {b, c} costs 1 and b → d costs 2: reaching {b, c} is reaching b."""
     whole = lists.know(("b", "c"))
     to_whole, onward = lists.link(A, whole), lists.link(B, D, 2.0)
     policy = lists.map(D)
@@ -129,7 +129,7 @@ def test_a_compound_loses_its_value_with_its_part(lists):
 
 
 def test_a_compound_loses_the_value_of_a_part_that_was_removed(lists):
-    """All of {a, b, c} that leads to d is what {a, b} knows; both go before the map hears."""
+    """{a, b, c} reaches d only through {a, b}; arc and part are removed before the update."""
     part, whole = lists.know(("a", "b")), lists.know(("a", "b", "c"))
     onward = lists.link(part, D)
     policy = lists.map(D, Persistent(lists.hypotheses, lists.signs))
@@ -141,7 +141,7 @@ def test_a_compound_loses_the_value_of_a_part_that_was_removed(lists):
 
 
 def test_costs_that_vanish_beside_a_value_do_not_make_the_walk_loop(lists):
-    """Here a → b and b → a cost 1 beside 10³⁰⁰, so that both ends tie; only b → d leads out."""
+    """Here a → b and b → a cost 1 beside 10³⁰⁰, so a and b tie; only b → d leads out."""
     there, _, out = lists.link(A, B, cm=1.0), lists.link(B, A, cm=1.0), lists.link(B, D, 1e300)
     policy = lists.map(D)
     assert policy.value[A] == policy.value[B] == 1e300
@@ -149,7 +149,7 @@ def test_costs_that_vanish_beside_a_value_do_not_make_the_walk_loop(lists):
 
 
 def test_among_equal_values_the_walk_takes_the_nearest_way_out(lists):
-    """Here c → a → b → d: surer ways lead back from a to c and from c to itself, all at 10³⁰⁰."""
+    """The way is c → a → b → d; arcs of higher C_m lead from a to c and c to c, all at 10³⁰⁰."""
     lists.link(A, C, cm=1.0)
     lists.link(C, C, cm=1.0)
     walk = [lists.link(C, A, cm=0.5), lists.link(A, B, cm=0.25), lists.link(B, D, 1e300)]
@@ -179,7 +179,7 @@ def test_an_arc_that_grew_cheaper_is_useless_without_what_it_led_to(lists):
 
 @pytest.mark.parametrize("cost", [1.0, 9.0, math.inf])
 def test_a_change_reaches_every_sign_even_if_the_repair_gives_up(cost):
-    """Of six Signs one may lose its value, and two may spread, before the map is made anew."""
+    """Of six Signs, one may lose its value and two may spread before a new map is built."""
     lists = Lists("abcdef")
     *_, last = [lists.link(sign, sign + 1, 5.0) for sign in range(5)]
     policy = lists.map(5)
@@ -189,7 +189,7 @@ def test_a_change_reaches_every_sign_even_if_the_repair_gives_up(cost):
 
 
 def test_a_removed_arc_whose_row_was_reused_is_gone(lists):
-    """Here a → d is removed and c → d takes its row at the same cost before the map hears."""
+    """Here a → d is removed, and c → d takes its row at the same cost, before the update."""
     gone = lists.link(A, D)
     policy = lists.map(D, Persistent(lists.hypotheses, lists.signs))
     lists.cut(gone)

@@ -10,8 +10,8 @@ from policy_lists import TOKENS, Lists, Persistent, by_scipy
 
 from farside.dem.policy.spread import Spread
 
-# Integers produce exact ties. The others vanish beside each other, and an infinite cost is that of
-# a hypothesis that never came true.
+# Integers produce exact ties. 1e-300 and 1e300 vanish or dominate beside others, and an infinite
+# cost is that of a hypothesis that never came true.
 COSTS = [1.0, 2.0, 3.0, 1e-300, 1e300, math.inf]
 
 costs = st.sampled_from(COSTS)
@@ -19,8 +19,8 @@ cms = st.sampled_from([0.25, 0.5, 1.0])
 compounds = st.sets(st.sampled_from(TOKENS), min_size=2, max_size=3).map(sorted).map(tuple)
 
 
-class LearningChangesTheMap(RuleBasedStateMachine):
-    """Whatever comes, changes and goes, the map is that of the definition, to the last bit."""
+class RepairedMap(RuleBasedStateMachine):
+    """After any changes the map equals its definition, to the last bit."""
 
     spread = Persistent
 
@@ -85,7 +85,7 @@ class LearningChangesTheMap(RuleBasedStateMachine):
         self.check_table()
 
     def check_way(self, sign, value):
-        """The best by rank is taken, unless it leads round in circles; and the walk arrives."""
+        """The best arc by rank is taken unless it could loop, and the walk reaches the goal."""
         lists, policy = self.lists, self.policy
         best = policy.best(sign)
         ways = lists.ways(policy, sign)
@@ -113,13 +113,13 @@ class LearningChangesTheMap(RuleBasedStateMachine):
         assert table.depth.tolist() == [policy.depth(sign) for sign in signs]
 
 
-class LearningChangesTheMapOrMakesItAnew(LearningChangesTheMap):
-    """The same where a large change makes the map anew halfway through a repair."""
+class RepairedOrNewMap(RepairedMap):
+    """The same where a large change leads to a new map halfway through a repair."""
 
     spread = Spread
 
 
-TestRepairedMap = LearningChangesTheMap.TestCase
+TestRepairedMap = RepairedMap.TestCase
 TestRepairedMap.settings = settings(max_examples=100, stateful_step_count=40, deadline=None)
-TestRepairedOrNewMap = LearningChangesTheMapOrMakesItAnew.TestCase
+TestRepairedOrNewMap = RepairedOrNewMap.TestCase
 TestRepairedOrNewMap.settings = settings(max_examples=50, stateful_step_count=40, deadline=None)

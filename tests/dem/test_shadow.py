@@ -1,4 +1,4 @@
-"""A shadow is told what happens to a model's lists, and holds the same."""
+"""A shadow is sent the changes of a model's lists, and holds the same lists."""
 
 from collections import Counter
 
@@ -25,12 +25,12 @@ cuts = st.sampled_from(["delta", "whole", "nothing", "nothing"])
 
 
 def sent(delta):
-    """What arrives of a delta that crossed a link."""
+    """A delta as it arrives after crossing a link."""
     return msgspec.msgpack.decode(msgspec.msgpack.encode(delta), type=Delta)
 
 
 def lists(model):
-    """Everything that a shadow has to hold too, floats to the last bit."""
+    """Everything that a shadow has to hold too, with floats equal to the last bit."""
     return model.signs, model.hypotheses, model.goals, model.policy_map()
 
 
@@ -74,7 +74,7 @@ def test_over_a_long_stream_a_shadow_holds_the_same_lists(eventful, live, cycles
         assert lists(shadow) == lists(model)
         assert shadow._hypotheses.cm_sum == model._hypotheses.cm_sum
         suspensions += any(goal.suspended for goal in shadow.goals)
-    assert suspensions or cycles_per_delta > 1, "a goal is suspended, if not for long"
+    assert suspensions or cycles_per_delta > 1, "a goal is suspended, if only briefly"
 
 
 def test_that_long_stream_exercises_every_kind_of_change(eventful, live):

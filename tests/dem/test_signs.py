@@ -89,7 +89,7 @@ def test_adding_or_sensing_a_known_sign_changes_nothing(signs):
 
 
 def test_conjunctions_are_indexed_under_their_rarest_tokens(signs):
-    """With a Token that is in every conjunction, the watches fall on the others."""
+    """A Token that is part of every conjunction is not the one they are found by."""
     for place in range(100):
         signs.add(to_sign([f"at:{place}", "battery:ok"]))
     assert max(len(indexed) for indexed in signs._indexed.values()) == 1
@@ -97,7 +97,7 @@ def test_conjunctions_are_indexed_under_their_rarest_tokens(signs):
 
 @given(events)
 def test_exactly_the_signs_whose_tokens_are_all_sensed_are_active_in_order_of_age(events):
-    """Beside the list runs a plain one: Signs, the oldest first, and whether each was active."""
+    """Against a plain list of Signs, oldest first, and whether each was ever active."""
     signs, plain = SignList(), {}
     for event, what in events:
         if event == "sense":

@@ -1,4 +1,4 @@
-"""Stories of whole worlds, with numbers."""
+"""The model in whole worlds, measured."""
 
 from itertools import pairwise
 
@@ -31,7 +31,7 @@ def test_tokens_sensed_everywhere_do_not_lead_to_phantom_shortcuts(seed):
 
 
 def test_a_path_seen_once_can_be_repeated_among_tokens_that_are_active_everywhere(make_model):
-    """One trial is enough: no second visit is needed to tell the cause from the bystanders."""
+    """One trial is enough: no second visit is needed to separate cause from bystanders."""
     everywhere = {"battery:ok", "mode:nominal"}
     model = make_model()
     for place in range(6):
@@ -111,7 +111,7 @@ def test_curiosity_tries_everything_sooner_than_random_exploration(make_model, g
 
 
 def test_curiosity_crosses_known_ground_to_what_was_never_tried(make_model, corridor):
-    """All is known but for the far end of a corridor of six places."""
+    """Everything is known except the far end of a corridor of six places."""
     model = make_model(curiosity=Curiosity())
     for action in "EWEEWWEEEWWWEEEEWWWW":
         model.sense(corridor.tokens())
