@@ -1,4 +1,4 @@
-"""The peers are worth a comparison: they reach the figures that are known for them."""
+"""The peers are valid references: they reach their published figures."""
 
 import numpy as np
 import pytest
