@@ -1,4 +1,4 @@
-"""`farside dem`: the Dynamic Expectancy Model without a mission around it."""
+"""`farside dem`: the Dynamic Expectancy Model without a mission."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -16,7 +16,7 @@ from farside.missions.commands.dem_stream import RecordedCycle, StreamError, rea
 from farside.missions.figure1.example import GOALS, SEED, Figure1, run_figure1
 
 _DEFAULTS = Parameters()
-_UNSTATED_COST = 1.0
+_DEFAULT_COST = 1.0
 _ROWS = 30
 
 dem_app = typer.Typer(
@@ -25,14 +25,14 @@ dem_app = typer.Typer(
 
 
 class GoalPolicy(msgspec.Struct, frozen=True):
-    """A goal and the policy values towards it, the goal first and the farthest last."""
+    """A goal and the policy values towards it, the goal first and the farthest Sign last."""
 
     goal: Sign
     values: tuple[PolicyValue, ...]
 
 
 class LearnedLists(msgspec.Struct, frozen=True):
-    """What a stream taught: the object that `farside dem learn --json` prints."""
+    """The lists learned from a stream: the object that `farside dem learn --json` prints."""
 
     signs: tuple[Sign, ...]
     hypotheses: tuple[Hypothesis, ...]
@@ -75,8 +75,8 @@ def learn(
         str,
         typer.Argument(
             metavar="STREAM.jsonl",
-            help='Recorded cycles, {"tokens": ["at:0,0"], "action": "N"} a line: the Tokens '
-            "sensed and the action then performed, null for none. '-' is standard input.",
+            help='Recorded cycles, one {"tokens": ["at:0,0"], "action": "N"} per line: the '
+            "Tokens sensed and the action then performed, null for none. '-' is standard input.",
         ),
     ],
     goals: Annotated[
@@ -85,13 +85,13 @@ def learn(
             "--goal",
             parser=_goal,
             metavar="TOKENS",
-            help="Show the policy towards this Sign: its Tokens, separated by blanks. Repeatable.",
+            help="Show the policy towards this Sign: its Tokens, separated by spaces. Repeatable.",
         ),
     ] = None,
     alpha: Annotated[float, typer.Option(help="α, gain of C_m on success.")] = _DEFAULTS.alpha,
     beta: Annotated[float, typer.Option(help="β, loss of C_m on failure.")] = _DEFAULTS.beta,
     learning_probability: Annotated[
-        float, typer.Option(help="λ, chance that an opportunity to learn is taken.")
+        float, typer.Option(help="λ, probability that an opportunity to learn is taken.")
     ] = _DEFAULTS.learning_probability,
     initial_cm: Annotated[
         float, typer.Option(help="C_m of a new hypothesis.")
@@ -105,22 +105,22 @@ def learn(
             "--action-cost",
             parser=_action_cost,
             metavar="ACTION=COST",
-            help=f"Cost of an action, {_UNSTATED_COST:g} where not stated. Repeatable.",
+            help=f"Cost of an action, {_DEFAULT_COST:g} by default. Repeatable.",
         ),
     ] = None,
     no_differentiation: Annotated[
-        bool, typer.Option("--no-differentiation", help="Make no conjunctions of Tokens.")
+        bool, typer.Option("--no-differentiation", help="Do not form conjunctions of Tokens.")
     ] = False,
     no_removal: Annotated[
         bool, typer.Option("--no-removal", help="Keep ineffective hypotheses.")
     ] = False,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of what chance decides.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random generator.")] = 0,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Feed recorded cycles to the model and print its lists.
 
-    The goals are on the Goal List from the first cycle on, so that a goal of several Tokens is a
-    Sign that the model can learn about.
+    The goals are on the Goal List from the first cycle on, so that the model can learn about a
+    goal of several Tokens.
 
     \b
     farside dem learn drive.jsonl
@@ -140,10 +140,10 @@ def learn(
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     cycles = read_stream(stream)
-    costs = dict.fromkeys((c.action for c in cycles if c.action is not None), _UNSTATED_COST)
+    costs = dict.fromkeys((c.action for c in cycles if c.action is not None), _DEFAULT_COST)
     costs |= dict(action_costs or ())
     if not costs:
-        raise StreamError(f"{stream}: expected an action in one cycle at least, found none")
+        raise StreamError(f"{stream}: expected an action in at least one cycle, found none")
     model = DynamicExpectancyModel(costs, parameters, rng=np.random.default_rng(seed))
     learned = _learn(model, cycles, [goal.sign for goal in goals or ()])
     if json:
@@ -216,7 +216,7 @@ def _words(sign: Sign) -> str:
 def _show_table(
     console: Console, title: str, columns: Sequence[str], rows: Sequence[tuple[str, ...]]
 ) -> None:
-    """Print the first rows, and how many more there are."""
+    """Print the first rows, and the number of further ones."""
     console.print(Text.assemble((title, "bold"), f"  {len(rows)}"))
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
     for column in columns:
@@ -239,8 +239,8 @@ def figure1(
 ) -> None:
     """The worked example of the model: a yard of 74 places, learned by 2000 random actions.
 
-    Three goals are set in turn. For each the height of a column at every place is its policy
-    value: how far the goal is. The pictures need Farside's extra `figures`.
+    Three goals are set one after another. For each, the height of a column is the policy value of
+    its place: the expected cost to reach the goal. Requires Farside's extra `figures`.
 
     \b
     farside dem figure1
@@ -251,7 +251,7 @@ def figure1(
         from farside.missions.figure1.png import write_png  # noqa: PLC0415
     except ModuleNotFoundError as error:
         raise typer.BadParameter(
-            f"expected plotly and Pillow for the pictures, found no {error.name}: "
+            f"expected plotly and Pillow to draw the pictures, found no {error.name}: "
             "pip install 'farside[figures]'"
         ) from error
     figure = run_figure1(seed)
@@ -270,7 +270,7 @@ def _show_figure1(figure: Figure1, console: Console) -> None:
     )
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
     table.add_column("goal")
-    table.add_column("map made in")
+    table.add_column("map built in")
     named = [name for name in (*GOALS, "D", "8,4") if f"at:{name}" in figure.chart.cells]
     for name in named:
         table.add_column(f"P_v at {name}")

@@ -28,7 +28,7 @@ def farside(monkeypatch, capsys, tmp_path):
 
 
 def lines(cycles):
-    """A stream of cycles, each a place and the action performed there."""
+    """A stream of cycles, each given as a place and the action performed there."""
     return "".join(
         json.dumps({"tokens": [f"at:{place}"], "action": action}) + "\n" for place, action in cycles
     )
@@ -135,7 +135,7 @@ def test_ineffective_hypotheses_are_removed_unless_removal_is_off(farside, tmp_p
 
 
 def test_conjunctions_are_made_unless_differentiation_is_off(farside, tmp_path):
-    """Where the same action ends depends on place and light together; neither alone tells."""
+    """The outcome of E depends on place and light together; neither predicts it alone."""
     rng = np.random.default_rng(1)
     cycles = []
     for place, light in zip(rng.integers(2, size=600), rng.integers(2, size=600), strict=True):
@@ -231,8 +231,8 @@ def test_an_invalid_line_is_reported_by_number_and_nothing_is_printed(
     ("content", "found"),
     [
         (None, "nowhere.jsonl: expected a file of cycles, found: No such file or directory"),
-        ("", "expected an action in one cycle at least, found none"),
-        (lines([("a", None)]), "expected an action in one cycle at least, found none"),
+        ("", "expected an action in at least one cycle, found none"),
+        (lines([("a", None)]), "expected an action in at least one cycle, found none"),
     ],
 )
 def test_a_file_without_cycles_is_refused(farside, tmp_path, content, found):
@@ -277,4 +277,4 @@ def test_help_teaches_by_example(farside):
     status, out, _ = farside("learn", "--help")
     assert status == 0
     assert "farside dem learn drive.jsonl" in out
-    assert "separated by blanks" in " ".join(out.replace("│", " ").split())
+    assert "separated by spaces" in " ".join(out.replace("│", " ").split())
