@@ -196,8 +196,8 @@ class DynamicExpectancyModel:
         satisfied at the next `sense`.
 
         Raises:
-            ValueError: if there are no Tokens, `priority` is not finite, or `source` is that of
-                the robot's own rules.
+            ValueError: if there are no Tokens, `priority` is not finite, or `source` is `"rule"`,
+                which stands for the robot's own rules.
             TypeError: if `tokens` is a string.
         """
         self._goals.set(to_sign(tokens), priority, source)
