@@ -1,17 +1,18 @@
-"""The Dynamic Expectancy Model (after M. Witkowski): learns what follows from what is done.
+"""The Dynamic Expectancy Model (after M. Witkowski): learns what follows from each action.
 
 It needs no reward. Every prediction `context ∧ action → outcome` is tested against what happens,
-whoever chose the action, and when a goal is set, a policy value from every known Sign to it
-follows at once from what was learned.
+whoever chose the action. Once a goal is set, the policy value of every known Sign follows at once
+from what was learned.
 """
 
+from farside.dem.cycle import Choice, Sensed
 from farside.dem.lists.goals import Goal, InherentGoal
 from farside.dem.lists.hypotheses import Hypothesis
 from farside.dem.lists.signs import Sign
 from farside.dem.memory import UnreadableMemoryError
-from farside.dem.model import Choice, DynamicExpectancyModel, Sensed
+from farside.dem.model import DynamicExpectancyModel
 from farside.dem.parameters import Curiosity, Parameters
-from farside.dem.policy.planning import PathStep, PolicyValue, Why
+from farside.dem.policy.planning import PolicyStep, PolicyValue, Why
 from farside.dem.shadow import Delta, DeltaError, ShadowModel
 
 __all__ = [
@@ -24,7 +25,7 @@ __all__ = [
     "Hypothesis",
     "InherentGoal",
     "Parameters",
-    "PathStep",
+    "PolicyStep",
     "PolicyValue",
     "Sensed",
     "ShadowModel",

@@ -1,11 +1,11 @@
-"""The learning rules as pure functions of numbers.
+"""The equations of the model as pure functions.
 
 | symbol | here | meaning |
 |---|---|---|
 | C_m | `cm` | corroboration measure of a µ-hypothesis, 0 to 1 |
-| α | `alpha` | how far a success takes C_m towards 1, 0 to 1 |
-| β | `beta` | how far a failure takes C_m towards 0, 0 to 1 |
-| C_e | result of `cost_estimate` | what a µ-hypothesis is expected to cost until it comes true |
+| α | `alpha` | gain of C_m on success, as a fraction of its distance to 1, 0 to 1 |
+| β | `beta` | loss of C_m on failure, as a fraction of its value, 0 to 1 |
+| C_e | result of `cost_estimate` | expected cost until a µ-hypothesis comes true |
 """
 
 import math
@@ -30,9 +30,9 @@ def weakened(cm: float, beta: float) -> float:
 
 
 def cost_estimate(action_cost: float, cm: float) -> float:
-    """Cost of an action that has to be repeated until its outcome comes about.
+    """Expected cost of an action that is repeated until its outcome occurs.
 
     C_e = action_cost / C_m, in the unit of `action_cost`. Infinite, which makes the hypothesis
-    unusable, where C_m is 0 or so small that the quotient is. Source: seed, equation 4.
+    unusable, if C_m is 0 or so small that the quotient overflows. Source: seed, equation 4.
     """
     return action_cost / cm if cm else math.inf

@@ -1,15 +1,15 @@
-"""The model in worlds of other people: gymnasium environments with discrete actions.
+"""The model in gymnasium environments with discrete actions.
 
     env = gymnasium.make("FrozenLake-v1", is_slippery=False)
     model = DynamicExpectancyModel(action_costs(env), rng=numpy.random.default_rng(7))
-    for episode in islice(play(model, env, lambda place: [f"at:{place}"]), 100):
+    for episode in islice(play(model, env, lambda state: [f"at:{state}"]), 100):
         print(episode.steps, episode.reached)
 
-Needs Farside's extra `gymnasium`; nothing else in `farside.dem` does.
+Requires Farside's extra `gymnasium`; nothing else in `farside.dem` does.
 
-A reward teaches the model nothing, but it can be sensed: the Token `rewarded` is active in the
-cycle after a reward, and set as a goal it makes the model look for whatever brings rewards,
-without knowing where that is. Penalties are not sensed: the model has no aversion.
+The model does not learn from rewards, but it can sense them: the Token `rewarded` is active in the
+cycle after a reward. With this Token as its goal, the model seeks whatever leads to a reward,
+without being told where that is. Penalties are not sensed: the model has no aversion.
 """
 
 from collections.abc import Callable, Iterable, Iterator
@@ -21,18 +21,18 @@ from farside.dem.lists.signs import to_sign
 from farside.dem.model import DynamicExpectancyModel
 
 REWARDED = "rewarded"
-"""The Token sensed together with what followed a reward."""
+"""The Token sensed with the observation that came with a reward."""
 
 _Observation = TypeVar("_Observation")
 
 
 class Episode(NamedTuple):
-    """How an episode went.
+    """The result of an episode.
 
     Attributes:
-        steps: actions performed.
+        steps: number of actions performed.
         reward: sum of the rewards.
-        reached: how often the goal was reached.
+        reached: number of times that the goal was reached.
     """
 
     steps: int
@@ -41,7 +41,7 @@ class Episode(NamedTuple):
 
 
 def action_costs(env: gymnasium.Env[Any, Any]) -> dict[str, float]:
-    """The actions of `env`, named by their numbers, at a cost of 1 each.
+    """The actions of `env`, named by their numbers, each at a cost of 1.
 
     Raises:
         TypeError: if the actions of `env` are not `gymnasium.spaces.Discrete`.
@@ -61,20 +61,20 @@ def play(
     reward_above: float = 0.0,
     seed: int | None = None,
 ) -> Iterator[Episode]:
-    """Let the model act and learn, episode after episode, for as long as the caller asks.
+    """Let the model act and learn, episode after episode, for as long as the caller iterates.
 
-    The goal is set anew whenever it has been reached. From where an episode terminated, whatever
-    the model does leads to the start of the next; it learns that as it learns all else, so that
-    it has no reason to be curious of the place for ever. Across the jump that follows a time
-    limit it learns nothing.
+    The goal is set again each time it is reached. From the terminal state of an episode, every
+    action leads to the start of the next one. The model learns this like anything else, or else
+    curiosity would draw it back to that state for ever. From a truncation at a time limit it
+    learns nothing.
 
     Args:
-        model: with the actions that `action_costs` names; between two of its cycles.
-        env: the world.
-        tokens: what is sensed of an observation.
+        model: a model with the actions of `action_costs`, between two cycles.
+        env: the environment.
+        tokens: gives the Tokens of an observation.
         goal: a Sign of these Tokens, or of `REWARDED`.
-        reward_above: a reward is one that is greater than this.
-        seed: of the first reset; the later ones go on from there.
+        reward_above: only a greater reward counts as a reward.
+        seed: seed of the first reset.
     """
     wanted = to_sign(goal)
     model.set_goal(wanted, priority=1.0)

@@ -1,14 +1,14 @@
-"""A model as bytes: everything that shapes its future, to be kept and taken up again.
+"""A model as bytes: its whole state, to be saved and loaded.
 
-| offset | bytes | what |
+| offset | bytes | content |
 |---|---|---|
-| 0 | 8 | `FARSIDE` and a zero: a model's memory |
-| 8 | 2 | version of the format, least significant byte first, as all numbers here |
-| 10 | 8 | length of the rest, below |
-| 18 | 4 | CRC-32 of the rest |
-| 22 | | `ModelState` as MessagePack, structs as arrays, compressed by zlib |
+| 0 | 8 | magic number: `FARSIDE` and a zero byte |
+| 8 | 2 | version of the format; this and all other numbers are little-endian |
+| 10 | 8 | length of the body |
+| 18 | 4 | CRC-32 of the body |
+| 22 | | body: `ModelState` as MessagePack, structs as arrays, compressed with zlib |
 
-Nothing in it is ever run: it holds numbers and names.
+Loading never executes anything from the data, which holds only numbers and names.
 """
 
 import json
@@ -24,8 +24,8 @@ from farside.dem.learning.learner import LearnerState
 from farside.dem.lists.goals import GoalsState, InherentGoal
 from farside.dem.parameters import Parameters
 
-FORMAT = 1
-"""Version of the format that is written, and the only one that is read."""
+FORMAT = 2
+"""Version of the format that is written; no other is read."""
 
 _MAGIC = b"FARSIDE\0"
 _HEADER = struct.Struct("<8sHQI")
@@ -44,15 +44,15 @@ _T = TypeVar("_T")
 
 
 class UnreadableMemoryError(ValueError):
-    """What should be a model's memory is damaged, cut short, of another version, or foreign."""
+    """The data is not a saved model, or is damaged, truncated, or of another version."""
 
 
 class ModelState(msgspec.Struct, frozen=True, array_like=True):
-    """All that a model is: how it was made, the lists, and where in its cycle it stands.
+    """The state of a model: its constructor's arguments, its lists, and its point in the cycle.
 
     Attributes:
-        random: state of its bit generator.
-        active, awaits_action, chosen, on_course: as the model keeps them.
+        random: state of the random generator, see `random_state`.
+        active, awaits_action, chosen, on_course: the private attributes of these names.
     """
 
     action_costs: dict[str, float]
@@ -68,23 +68,23 @@ class ModelState(msgspec.Struct, frozen=True, array_like=True):
 
 
 def random_state(rng: Generator) -> bytes:
-    """The state of a generator that is one of numpy's own.
+    """The state of a random generator, as bytes.
 
     Raises:
-        TypeError: if it is not.
+        TypeError: if its bit generator is not one of numpy's own.
     """
     state = rng.bit_generator.state
     if state["bit_generator"] not in _GENERATORS:
         raise TypeError(
-            f"a model is saved with its generator: expected one of {', '.join(_GENERATORS)}, "
-            f"found {state['bit_generator']}"
+            "a model is saved with its random generator: expected one of "
+            f"{', '.join(_GENERATORS)}, found {state['bit_generator']}"
         )
-    # Some states hold integers of 128 bits, which MessagePack has not.
+    # Some states hold 128-bit integers, which MessagePack does not support.
     return json.dumps(state, default=np.ndarray.tolist, sort_keys=True).encode()
 
 
 def restored_generator(state: bytes) -> Generator:
-    """A generator of the same kind that goes on as the one of `random_state` would have."""
+    """A generator that continues the stream of the one that `random_state` was given."""
     saved: dict[str, Any] = json.loads(state)
     bits: Any = _GENERATORS[saved["bit_generator"]](0)
     bits.state = saved
@@ -93,8 +93,8 @@ def restored_generator(state: bytes) -> Generator:
 
 def compress(value: object) -> bytes:
     """A struct as compressed MessagePack."""
-    # A whole number where a fraction is meant takes the form of a fraction when it is read. So
-    # that what is read and written again stays the same, that is done beforehand.
+    # An int in a float field becomes a float on decoding. It is converted before encoding too, so
+    # that a value that is decoded and encoded again gives the same bytes.
     plain = msgspec.msgpack.encode(value)
     return zlib.compress(msgspec.msgpack.encode(msgspec.msgpack.decode(plain, type=type(value))))
 
@@ -103,7 +103,7 @@ def decompress(data: bytes, kind: type[_T]) -> _T:
     """The struct that `compress` was given.
 
     Raises:
-        UnreadableMemoryError: if `data` is anything else.
+        UnreadableMemoryError: if `data` is not such a struct.
     """
     try:
         return msgspec.msgpack.decode(zlib.decompress(data), type=kind)
@@ -123,7 +123,7 @@ def read(data: bytes) -> ModelState:
     """The model that was `written`.
 
     Raises:
-        UnreadableMemoryError: if `data` is anything else, or not all of it.
+        UnreadableMemoryError: if `data` is not the whole of such a model.
     """
     return decompress(_checked_body(data), ModelState)
 
@@ -136,7 +136,7 @@ def _checked_body(data: bytes) -> bytes:
         )
     if len(data) < _HEADER.size:
         raise UnreadableMemoryError(
-            f"a model's memory: expected {_HEADER.size} bytes at least, found {len(data)}"
+            f"a model's memory: expected at least {_HEADER.size} bytes, found {len(data)}"
         )
     _, version, length, check = _HEADER.unpack_from(data)
     body = data[_HEADER.size :]

@@ -2,79 +2,36 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 
-import msgspec
 from numpy.random import Generator
 
+from farside.dem.cycle import Choice, Sensed
 from farside.dem.learning.learner import Learner
-from farside.dem.lists.goals import Goal, GoalList, InherentGoal, Outlook
-from farside.dem.lists.hypotheses import ActionList, Hypothesis
+from farside.dem.lists.actions import ActionList
+from farside.dem.lists.goals import OPERATOR, Goal, GoalList, InherentGoal, Outlook
+from farside.dem.lists.hypotheses import Hypothesis
 from farside.dem.lists.signs import Sign, to_sign
 from farside.dem.memory import ModelState, random_state, read, restored_generator, written
 from farside.dem.parameters import Parameters
 from farside.dem.policy.curiosity import CuriousMap
-from farside.dem.policy.planning import PathStep, Planner, PolicyValue, Why
-from farside.dem.shadow import Delta, Recorder
+from farside.dem.policy.planning import Planner, PolicyStep, PolicyValue, Why
+from farside.dem.shadow import ChangeFeed, Delta
 
 _DEFAULTS = Parameters()
 
 
-class Sensed(msgspec.Struct, frozen=True):
-    """What a cycle sensed and learned.
-
-    Attributes:
-        tokens: what was sensed, sorted.
-        active: the active Signs S*, in order of age, as all Signs here.
-        novel: those active for the first time ever.
-        unexpected: those others that no due prediction with credit named, see
-            `farside.dem.learning.credit`; all of them where none was due.
-        succeeded, failed: how many due predictions came true, or did not.
-        created, removed: how many hypotheses were made, or removed as ineffective.
-        reached: goals satisfied and removed, highest first.
-        suspended, recovered: goals that passed their break point, or are tried again.
-    """
-
-    tokens: Sign
-    active: tuple[Sign, ...]
-    novel: tuple[Sign, ...]
-    unexpected: tuple[Sign, ...]
-    succeeded: int
-    failed: int
-    created: int
-    removed: int
-    reached: tuple[Goal, ...]
-    suspended: tuple[Sign, ...]
-    recovered: tuple[Sign, ...]
-
-
-class Choice(msgspec.Struct, frozen=True):
-    """The action that the model would take, and why.
-
-    Attributes:
-        action: its name.
-        goal: the top-goal's Sign, `None` where the choice is exploratory.
-        sign: the active Sign that it acts from, `None` where exploratory.
-        cost_to_go: policy value P_v of `sign`, `None` where exploratory.
-    """
-
-    action: str
-    goal: Sign | None = None
-    sign: Sign | None = None
-    cost_to_go: float | None = None
-
-
 class DynamicExpectancyModel:
-    """Learns what follows from what is done, and how to reach goals by it.
+    """Learns what follows from each action, and how to reach goals.
 
-    A cycle is `sense`, then `choose` where the model is to choose, then `perform` with the action
-    that was really performed. Learning takes the action from `perform` alone, so it is the same
-    whoever chose it. Goals may be set and withdrawn at any point.
+    A cycle is `sense`, then `choose` if the model is to choose, then `perform` with the action
+    that was really performed. Learning depends on that action alone, not on who chose it. Goals
+    may be set and withdrawn at any time.
 
     Args:
-        action_costs: cost of each action, above 0, in one unit (s, J).
-        parameters: how to learn.
-        rng: the only source of randomness: one draw for each opportunity to create a hypothesis
-            and one for each exploratory choice among equals.
-        inherent: goals of the robot's own.
+        action_costs: cost of each action, above 0, all in the same unit (s, J).
+        parameters: how to learn and act.
+        rng: the only source of randomness: one draw for each opportunity to create a hypothesis,
+            and one for each exploratory choice between equals.
+        inherent: the robot's own goals.
 
     Raises:
         ValueError: if there is no action, or a cost is not finite and above 0.
@@ -101,25 +58,25 @@ class DynamicExpectancyModel:
         self._awaits_action = False
         self._chosen: str | None = None
         self._on_course = False
-        self._recorder: Recorder | None = None
+        self._feed: ChangeFeed | None = None
 
     # --- the cycle -----------------------------------------------------------------------------
 
     def sense(self, tokens: Iterable[str]) -> Sensed:
-        """Begin a cycle: take in `tokens`, learn from them, drop the goals they satisfy.
+        """Begin a cycle: sense `tokens`, learn from them, drop the goals they satisfy.
 
-        Predictions due now strengthen or weaken their hypotheses. Every novel or unexpected Sign
-        gets hypotheses that end in it, one from each Sign active at each lag within reach with
-        the action performed then (source: seed; which candidates: project default).
+        Predictions due now strengthen or weaken their hypotheses. Hypotheses are created for
+        every novel or unexpected Sign as outcome, one from each Sign in the activation traces
+        with the action performed then (source: seed; the choice of candidates: project default).
 
         Raises:
-            RuntimeError: if the last cycle was not ended by `perform`.
+            RuntimeError: if `perform` has not ended the last cycle.
             TypeError: if `tokens` is a string.
         """
         if self._awaits_action:
             raise RuntimeError(
-                "sense() twice in a cycle: end it with perform(action), or with perform(None) "
-                "if nothing was done"
+                "sense() twice in one cycle: end the cycle with perform(action), or with "
+                "perform(None) if nothing was done"
             )
         sensed = to_sign(tokens)
         learned = self._learner.sense(sensed, self._needed())
@@ -149,14 +106,14 @@ class DynamicExpectancyModel:
         )
 
     def choose(self) -> Choice:
-        """The action to take now; it is not yet performed.
+        """The action to take now; `perform` is still to be called.
 
-        Goal-directed where the top-goal's DPM holds an active Sign: the best action of the one
-        with the least policy value. Otherwise exploratory, any action with the same chance; also
-        where the top-goal is active already, having been set since `sense`.
+        Goal-directed if any active Sign is on the top-goal's DPM: the best action of the one with
+        the least policy value. Otherwise exploratory, each action with equal probability; also if
+        the top-goal was set after `sense` and is active already.
 
         Raises:
-            RuntimeError: if nothing was sensed since the last `perform`.
+            RuntimeError: if `sense` was not called since the last `perform`.
         """
         self._expect_sensed("choose")
         choice = self._curious() if self._parameters.curiosity else self._goal_directed()
@@ -169,11 +126,11 @@ class DynamicExpectancyModel:
         """End a cycle with the action really performed, `None` if there was none.
 
         Every hypothesis whose context and action are active makes its prediction. Standing still
-        is not an action: nothing is predicted from it and nothing is learned of it.
+        is not an action: it leads to no predictions and no hypotheses.
 
         Raises:
-            RuntimeError: if nothing was sensed since the last `perform`.
-            ValueError: if there is no such action. The message names the known ones.
+            RuntimeError: if `sense` was not called since the last `perform`.
+            ValueError: if the action is unknown. The message names the known ones.
         """
         self._expect_sensed("perform")
         performed = None if action is None else self._actions.id_of(action)
@@ -185,8 +142,8 @@ class DynamicExpectancyModel:
     def _expect_sensed(self, wanted: str) -> None:
         if not self._awaits_action:
             raise RuntimeError(
-                f"{wanted}() before sense(): the order of a cycle is sense, choose if the model "
-                "is to choose, perform"
+                f"{wanted}() before sense(): the order of a cycle is sense, choose (optional), "
+                "perform"
             )
 
     def _goal_directed(self) -> Choice | None:
@@ -202,7 +159,7 @@ class DynamicExpectancyModel:
         )
 
     def _curious(self) -> Choice | None:
-        assert self._parameters.curiosity is not None  # noqa: S101 - the caller sees to it
+        assert self._parameters.curiosity is not None  # noqa: S101 - checked by the caller
         top = self._goals.top
         goal = None if top is None else self._signs.find(top)
         curious = CuriousMap(self._learner, self._parameters.curiosity, goal, self._active)
@@ -217,67 +174,77 @@ class DynamicExpectancyModel:
         )
 
     def _needed(self) -> list[int]:
-        """The Signs that goals need, those of the robot's own rules too."""
+        """The Signs that are goals now, or may become goals by a rule."""
         wanted = [goal.tokens for goal in self._goals.ordered]
         wanted += [rule.goal for rule in self._inherent]
         return [sign for sign in map(self._signs.find, wanted) if sign is not None]
 
     def _know_goals(self) -> None:
-        # A Sign of one Token becomes known by itself, when it is first sensed.
+        # A Sign of one Token becomes known when it is first sensed.
         for goal in self._goals.ordered:
             if len(goal.tokens) > 1:
                 self._learner.know(goal.tokens)
 
     # --- goals and the policy ------------------------------------------------------------------
 
-    def set_goal(self, tokens: Iterable[str], priority: float) -> None:
-        """Put a Sign on the Goal List, or change its priority. Higher priorities come first.
+    def set_goal(self, tokens: Iterable[str], priority: float, source: str = OPERATOR) -> None:
+        """Put a Sign on the Goal List, or change the priority that `source` gives it.
 
-        A Sign of several Tokens becomes known by this. One of a single Token that was never
-        sensed is a goal that no map reaches until it is. A goal whose Sign is active already is
+        Several sources may want the same Sign; the highest of their priorities counts. A Sign of
+        several Tokens becomes known by being set. A single Token that was never sensed can be a
+        goal too, though no path leads to it until it is sensed. A goal that is active already is
         satisfied at the next `sense`.
 
         Raises:
-            ValueError: if there are no Tokens or `priority` is not finite.
+            ValueError: if there are no Tokens, `priority` is not finite, or `source` is `"rule"`,
+                which stands for the robot's own rules.
             TypeError: if `tokens` is a string.
         """
-        self._goals.set(to_sign(tokens), priority)
+        self._goals.set(to_sign(tokens), priority, source)
         self._know_goals()
 
-    def withdraw_goal(self, tokens: Iterable[str]) -> bool:
-        """Take back `set_goal`. False if there is nothing to take back.
+    def withdraw_goal(self, tokens: Iterable[str], source: str = OPERATOR) -> bool:
+        """Take back what `source` set; False if it set no such goal.
 
-        The Sign stays on the Goal List while a rule of the robot's own wants it. With removal on, a
-        Sign of several Tokens that nothing refers to any more is forgotten.
+        The goal stays as long as another source, or a rule of the robot's own, wants it. With
+        removal on, a Sign of several Tokens that nothing refers to any more is removed.
         """
         sign = to_sign(tokens)
-        withdrawn, known = self._goals.withdraw(sign), self._signs.find(sign)
+        withdrawn, known = self._goals.withdraw(sign, source), self._signs.find(sign)
         if withdrawn and known is not None:
             self._learner.forget(known, [*self._needed(), *self._active])
         return withdrawn
 
     @property
     def goals(self) -> tuple[Goal, ...]:
-        """The Goal List: highest priority first, ties to the older. The first is the top-goal."""
+        """The Goal List, the top-goal first, ties to the older; suspended goals come last."""
         return self._goals.ordered
+
+    def goal_priorities(self, tokens: Iterable[str]) -> Mapping[str, float]:
+        """The priority that each source gives a Sign; empty if it is not on the Goal List.
+
+        Raises:
+            TypeError: if `tokens` is a string.
+        """
+        return self._goals.priorities(to_sign(tokens))
 
     def policy_map(self) -> tuple[PolicyValue, ...]:
         """The top-goal's DPM, ordered by value, then Sign. Empty without a known top-goal."""
         self._aim()
         return self._planner.table()
 
-    def policy_path(self) -> tuple[PathStep, ...]:
+    def policy_path(self) -> tuple[PolicyStep, ...]:
         """The best-estimate walk from what was last sensed to the top-goal.
 
-        Empty where no known path leads there. The goal itself is not a step.
+        Empty if no known path leads there. The goal itself is not a step.
         """
         self._aim()
         return self._planner.path(self._active)
 
     def why(self) -> Why | None:
-        """What speaks for the goal-directed choice now, and the runner-up.
+        """The hypothesis behind the goal-directed choice now, and the runner-up.
 
-        `None` where `choose` would explore.
+        `None` if `choose` would explore.
         """
         self._aim()
         return self._planner.why(self._active)
@@ -293,13 +260,13 @@ class DynamicExpectancyModel:
         self._planner.aim(goal)
         return self._planner.detour(self._active)
 
-    # --- keeping and shadowing -----------------------------------------------------------------
+    # --- saving and shadowing ------------------------------------------------------------------
 
     def save(self) -> bytes:
-        """Everything that shapes the future, as bytes; see `farside.dem.memory` for the format.
+        """The whole state as bytes; see `farside.dem.memory` for the format.
 
-        The model of `load` goes on from here exactly as this one does. It may be saved at any
-        point of a cycle. What was recorded for a shadow is not in it.
+        The model that `load` returns continues exactly as this one does. A model can be saved at
+        any point of a cycle. Changes recorded for a shadow are not saved.
 
         Raises:
             TypeError: if the random generator is not one of numpy's own.
@@ -321,11 +288,11 @@ class DynamicExpectancyModel:
 
     @classmethod
     def load(cls, data: bytes) -> "DynamicExpectancyModel":
-        """The model that was saved, with a random generator of its own that goes on as well.
+        """The model that was saved, with its own copy of the random generator.
 
         Raises:
-            UnreadableMemoryError: if `data` is damaged, cut short, of another version, or no
-                model at all.
+            UnreadableMemoryError: if `data` is damaged, truncated, of another version, or not a
+                saved model.
         """
         state = read(data)
         model = cls(
@@ -342,43 +309,41 @@ class DynamicExpectancyModel:
         return model
 
     def record_changes(self) -> None:
-        """From now on, keep what happens to the lists until `take_delta`, for a `ShadowModel`."""
-        if self._recorder is None:
-            self._recorder = Recorder(
-                self._actions, self._parameters, self._signs, self._hypotheses
-            )
+        """From now on, record the changes of the lists for a `ShadowModel`; see `take_delta`."""
+        if self._feed is None:
+            self._feed = ChangeFeed(self._actions, self._parameters, self._signs, self._hypotheses)
 
     def take_delta(self) -> Delta:
-        """What happened to the lists since the last delta. The first one is a whole.
+        """The changes of the lists since the last delta. The first delta is a whole.
 
         Raises:
             RuntimeError: if changes are not recorded.
         """
-        return self._recording().delta(self._goals.ordered)
+        return self._open_feed().delta(self._goals.ordered)
 
     def whole(self) -> Delta:
-        """All lists as they are, in place of the next delta, for a shadow that has missed one.
+        """All lists as they are, in place of the next delta, for a shadow that missed one.
 
         Raises:
             RuntimeError: if changes are not recorded.
         """
-        return self._recording().whole(self._goals.ordered)
+        return self._open_feed().whole(self._goals.ordered)
 
-    def _recording(self) -> Recorder:
-        if self._recorder is None:
+    def _open_feed(self) -> ChangeFeed:
+        if self._feed is None:
             raise RuntimeError("no changes are recorded: call record_changes() first")
-        return self._recorder
+        return self._feed
 
-    # --- looking at the lists ------------------------------------------------------------------
+    # --- the lists -----------------------------------------------------------------------------
 
     @property
     def signs(self) -> tuple[Sign, ...]:
-        """The Sign List, in order of age."""
+        """The Sign List, oldest first."""
         return self._named(self._signs.by_age())
 
     @property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
-        """The Hypothesis List, in order of age."""
+        """The Hypothesis List, oldest first."""
         return self._hypotheses.named(self._signs.names)
 
     @property
@@ -393,7 +358,7 @@ class DynamicExpectancyModel:
 
     @property
     def mean_cm(self) -> float:
-        """Mean C_m of all hypotheses, 0 without any."""
+        """Mean C_m of all hypotheses, 0 if there are none."""
         return self._hypotheses.cm_sum / self._hypotheses.count if self._hypotheses.count else 0.0
 
     def _named(self, signs: Sequence[int]) -> tuple[Sign, ...]:

@@ -1,94 +1,106 @@
-"""The numbers that shape learning and acting."""
+"""The parameters of learning and acting, and the range of each."""
+
+import math
+from typing import Annotated, get_args
 
 import msgspec
+from msgspec import Meta
+
+Fraction = Annotated[float, Meta(ge=0, le=1)]
+Count = Annotated[int, Meta(ge=1)]
 
 
-class Curiosity(msgspec.Struct, frozen=True, kw_only=True):
-    """Exploration through the map: what was never tried, or long ago, is worth a way.
+class _Checked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
+    """Fields that are checked however they are set: msgspec by itself checks only on decoding."""
 
-    While the map is built, every known Sign has an arc straight to the goal for each action not
-    tried there, at cost `optimistic_cost`; for an action tried n cycles ago the same arc costs
-    `optimistic_cost + restlessness / n`. Without a goal the arcs lead to the frontier. Source:
+    def __post_init__(self) -> None:
+        for field in msgspec.structs.fields(self):
+            value = getattr(self, field.name)
+            try:
+                msgspec.convert(value, field.type)
+            except msgspec.ValidationError as error:
+                expected = _in_words(field.type)
+                raise ValueError(f"{field.name}: expected {expected}, found {value}") from error
+
+
+def _in_words(kind: object) -> str:
+    """The values that a field takes, such as "a number >= 0 and <= 1"."""
+    match get_args(kind):
+        case (number, Meta() as meta):
+            bounds = ((">", meta.gt), (">=", meta.ge), ("<=", meta.le))
+            limits = [f"{sign} {limit:g}" for sign, limit in bounds if limit is not None]
+            return f"{'a whole number' if number is int else 'a number'} {' and '.join(limits)}"
+        case _:
+            return getattr(kind, "__name__", str(kind))
+
+
+class Curiosity(_Checked, frozen=True):
+    """Exploration through the map: what was never tried, or not for long, is worth a detour.
+
+    The curious map gives every known Sign an arc straight to the goal for each action: at
+    `optimistic_cost` if the action was never tried there, at `optimistic_cost + restlessness / n`
+    if it was last tried n cycles ago. Without a goal the arcs lead to the frontier. Source:
     project default, not in the seed.
 
     Attributes:
-        optimistic_cost: what trying something new is expected to cost, above 0, in the unit of
-            action costs.
-        restlessness: cost times cycles, 0 or more; the greater it is, the longer what was tried
-            stays tried.
+        optimistic_cost: the cost that trying something new is expected to have, finite and above
+            0, in the unit of the action costs.
+        restlessness: in units of cost times cycles, finite and 0 or more. The greater it is, the
+            longer an action counts as recently tried.
 
     Raises:
-        ValueError: if one is outside its range. The message names it.
+        ValueError: if a value is out of range. The message names it.
     """
 
-    optimistic_cost: float = 10.0
-    restlessness: float = 2e4
+    optimistic_cost: Annotated[float, Meta(gt=0)] = 10.0
+    restlessness: Annotated[float, Meta(ge=0)] = 2e4
 
     def __post_init__(self) -> None:
-        if not 0.0 < self.optimistic_cost < float("inf"):
-            raise ValueError(f"optimistic_cost: expected above 0, found {self.optimistic_cost}")
-        if not 0.0 <= self.restlessness < float("inf"):
-            raise ValueError(f"restlessness: expected 0 or more, found {self.restlessness}")
+        super().__post_init__()
+        for name in ("optimistic_cost", "restlessness"):
+            if math.isinf(getattr(self, name)):
+                raise ValueError(f"{name}: expected a finite number, found inf")
 
 
-class Parameters(msgspec.Struct, frozen=True, kw_only=True):
+class Parameters(_Checked, frozen=True):
     """How a model learns and acts. Every default is a project default: the seed leaves them open.
 
     Attributes:
-        alpha: α, how far a success takes C_m towards 1; 0 to 1.
-        beta: β, how far a failure takes C_m towards 0; 0 to 1.
-        learning_probability: λ, chance that an opportunity to create a hypothesis is taken;
-            0 to 1.
+        alpha: α, the gain of C_m on success, as a fraction of its distance to 1; 0 to 1.
+        beta: β, the loss of C_m on failure, as a fraction of its value; 0 to 1.
+        learning_probability: λ, the probability that an opportunity to create a hypothesis is
+            taken; 0 to 1.
         initial_cm: C_m of a new hypothesis; 0 to 1.
-        reach: how many cycles the activation traces go back, so the longest delay of a
+        reach: length of the activation traces in cycles, and so the longest delay of a
             hypothesis; 1 or more.
-        own_credit: reckon costs with what a hypothesis foretells that no better one does, and not
-            with C_m; see `farside.dem.learning.credit`. Off: the seed's costs.
+        own_credit: base cost estimates on credit instead of C_m; see
+            `farside.dem.learning.credit`. Off: the seed's costs.
         differentiation: let middling hypotheses spawn copies with one more Token in the context;
             see `farside.dem.learning.differentiation`.
         removal: remove hypotheses that have proved ineffective.
-        maturity: predictions after which a hypothesis is judged for either; 1 or more. Fewer than
-            8 are too few to tell a difference from chance.
+        maturity: number of predictions after which a hypothesis may be differentiated or removed;
+            1 or more. Fewer than 8 are too few to tell a difference from chance.
         ineffective: a mature hypothesis with a C_m below this is removed; 0 to 1.
         break_multiple: a goal is suspended when its P_v has grown past this multiple of what it
-            was when set; above 1.
-        recovery: cycles after which a suspended goal is tried again; 1 or more.
-        curiosity: explore through the map instead of at random; off by default, where an operator
-            must not be surprised.
+            was when the goal was set; above 1.
+        recovery: number of cycles for which a goal stays suspended; 1 or more.
+        curiosity: explore through the map instead of at random. Off by default, so that the
+            operator is not surprised.
 
     Raises:
-        ValueError: if one is outside its range. The message names it.
+        ValueError: if a value is out of range. The message names it.
     """
 
-    alpha: float = 0.5
-    beta: float = 0.2
-    learning_probability: float = 1.0
-    initial_cm: float = 0.5
-    reach: int = 1
+    alpha: Fraction = 0.5
+    beta: Fraction = 0.2
+    learning_probability: Fraction = 1.0
+    initial_cm: Fraction = 0.5
+    reach: Count = 1
     own_credit: bool = True
     differentiation: bool = True
     removal: bool = True
-    maturity: int = 16
-    ineffective: float = 0.02
-    break_multiple: float = 4.0
-    recovery: int = 100
+    maturity: Count = 16
+    ineffective: Fraction = 0.02
+    break_multiple: Annotated[float, Meta(gt=1)] = 4.0
+    recovery: Count = 100
     curiosity: Curiosity | None = None
-
-    def __post_init__(self) -> None:
-        for name in ("alpha", "beta", "learning_probability", "initial_cm", "ineffective"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise ValueError(
-                    f"{name}: expected a number from 0 to 1, found {getattr(self, name)}"
-                )
-        for name, unit in (
-            ("reach", "cycles"),
-            ("maturity", "predictions"),
-            ("recovery", "cycles"),
-        ):
-            if not isinstance(getattr(self, name), int) or getattr(self, name) < 1:
-                raise ValueError(
-                    f"{name}: expected a whole number of {unit}, 1 or more, "
-                    f"found {getattr(self, name)}"
-                )
-        if not self.break_multiple > 1.0:
-            raise ValueError(f"break_multiple: expected above 1, found {self.break_multiple}")

@@ -1,7 +1,8 @@
-"""A shadow: the lists of a model elsewhere, kept the same by what the model tells of its changes.
+"""A shadow: the lists of a model elsewhere, kept identical by the changes that it reports.
 
-The model sends a whole first, then deltas: what happened to its lists, in order, not what came of
-it. A shadow does the same to its own lists and so computes the same numbers, to the last bit.
+The model first sends a whole, then deltas: the changes of its lists in order, not the resulting
+numbers. A shadow repeats the changes on its own lists and so computes the same numbers to the last
+bit.
 """
 
 import zlib
@@ -9,17 +10,18 @@ from collections.abc import Iterable, Mapping
 
 import msgspec
 
-from farside.dem.journal import (
-    Entry,
+from farside.dem.changes import (
     HypothesisAdded,
     HypothesisRemoved,
+    ListChange,
+    PredictionResult,
     SignAdded,
     SignRemoved,
-    Verdict,
-    judgement,
+    decoded_result,
 )
+from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import Goal
-from farside.dem.lists.hypotheses import ActionList, HypothesesState, Hypothesis, HypothesisList
+from farside.dem.lists.hypotheses import HypothesesState, Hypothesis, HypothesisList
 from farside.dem.lists.signs import Sign, SignList, SignsState, to_sign
 from farside.dem.memory import compress, decompress
 from farside.dem.parameters import Parameters
@@ -27,29 +29,29 @@ from farside.dem.policy.planning import Planner, PolicyValue
 
 
 class Delta(msgspec.Struct, frozen=True, array_like=True):
-    """What happened to a model's lists since the delta before. Made to be sent as MessagePack.
+    """The changes of a model's lists since the previous delta, to be sent as MessagePack.
 
     Attributes:
-        number: counts from 1.
-        follows: `check` of the delta before; `None` for a whole, which follows anything.
-        check: CRC-32 of the delta and all before it, back to the last whole.
-        entries: what happened, in order.
-        goals: the Goal List where it is another than before, else `None`.
-        whole: the lists, compressed, where this is a whole; else `None`.
+        number: sequence number, from 1.
+        follows: `check` of the previous delta; `None` for a whole, which may follow any.
+        check: CRC-32 of this delta and of all before it, back to the last whole.
+        changes: the changes, in order.
+        goals: the Goal List if it changed, else `None`.
+        whole: the compressed lists if this is a whole, else `None`.
     """
 
     number: int
     follows: int | None
     check: int
-    entries: tuple[Entry, ...]
+    changes: tuple[ListChange, ...]
     goals: tuple[Goal, ...] | None
     whole: bytes | None
 
 
 class DeltaError(ValueError):
-    """A delta that cannot be applied: one before is missing, or it is of another model.
+    """A delta that cannot be applied: an earlier one is missing, or it is of another model.
 
-    The shadow is as it was. Only a whole, see `DynamicExpectancyModel.whole`, gets it going again.
+    The shadow is unchanged. To continue, it needs a whole; see `DynamicExpectancyModel.whole`.
     """
 
 
@@ -60,12 +62,12 @@ class _Whole(msgspec.Struct, frozen=True, array_like=True):
     hypotheses: HypothesesState
 
 
-class Recorder:
-    """Makes the deltas of a model's lists.
+class ChangeFeed:
+    """Collects the changes of a model's lists into numbered deltas for a shadow.
 
     Args:
         actions, parameters: those of the model.
-        signs, hypotheses: its lists, which write down what happens to them from now on.
+        signs, hypotheses: its lists, whose changes are recorded from now on.
     """
 
     def __init__(
@@ -79,21 +81,21 @@ class Recorder:
         self._parameters = parameters
         self._signs = signs
         self._hypotheses = hypotheses
-        self._journal: list[Entry] = []
-        signs.journal = hypotheses.journal = self._journal
+        self._changes: list[ListChange] = []
+        signs.recorded = hypotheses.recorded = self._changes
         self._number = 0
         self._check: int | None = None
         self._goals: tuple[Goal, ...] = ()
 
     def delta(self, goals: tuple[Goal, ...]) -> Delta:
-        """What happened since the last delta; a whole, where this is the first."""
+        """The changes since the last delta; a whole if this is the first."""
         if self._check is None:
             return self.whole(goals)
         return self._next(goals if goals != self._goals else None, goals)
 
     def whole(self, goals: tuple[Goal, ...]) -> Delta:
         """All lists as they are, in place of the next delta."""
-        self._journal.clear()
+        self._changes.clear()
         self._check = None
         whole = _Whole(
             action_costs=dict(zip(self._actions.names, self._actions.costs, strict=True)),
@@ -107,17 +109,17 @@ class Recorder:
         self, changed: tuple[Goal, ...] | None, goals: tuple[Goal, ...], whole: bytes | None = None
     ) -> Delta:
         self._number += 1
-        delta = Delta(self._number, self._check, 0, tuple(self._journal), changed, whole)
+        delta = Delta(self._number, self._check, 0, tuple(self._changes), changed, whole)
         self._check = zlib.crc32(msgspec.msgpack.encode(delta))
-        self._journal.clear()
+        self._changes.clear()
         self._goals = goals
         return msgspec.structs.replace(delta, check=self._check)
 
 
 class ShadowModel:
-    """The lists of a model elsewhere, and its policy map. It learns nothing of its own.
+    """The lists of a model elsewhere, and its policy map. It learns nothing by itself.
 
-    It knows nothing until a whole is applied, which the first delta of any model is.
+    It is empty until a whole is applied; the first delta of any model is one.
 
     Args:
         action_costs, parameters: those of the model.
@@ -132,22 +134,22 @@ class ShadowModel:
         self._goals: tuple[Goal, ...] = ()
         self._number = 0
         self._check: int | None = None
-        self._begin_anew()
+        self._clear()
 
     def apply(self, delta: Delta) -> None:
-        """Take in the next delta, or a whole.
+        """Apply the next delta, or a whole.
 
         Raises:
-            DeltaError: if it is not the one that comes next, or a whole of a model with other
-                actions or parameters. The message says what was expected.
+            DeltaError: if it is not the next one, or is a whole of a model with other actions or
+                parameters. The message says what was expected.
             UnreadableMemoryError: if the lists of a whole are damaged.
         """
         if delta.whole is not None:
             self._restore(delta.whole)
         else:
             self._expect_next(delta)
-        for entry in delta.entries:
-            self._replay(entry)
+        for change in delta.changes:
+            self._repeat(change)
         if delta.goals is not None:
             self._goals = delta.goals
         self._number, self._check = delta.number, delta.check
@@ -159,17 +161,17 @@ class ShadowModel:
 
     @property
     def signs(self) -> tuple[Sign, ...]:
-        """The Sign List, in order of age."""
+        """The Sign List, oldest first."""
         return tuple(self._signs.names[sign] for sign in self._signs.by_age())
 
     @property
     def hypotheses(self) -> tuple[Hypothesis, ...]:
-        """The Hypothesis List, in order of age."""
+        """The Hypothesis List, oldest first."""
         return self._hypotheses.named(self._signs.names)
 
     @property
     def goals(self) -> tuple[Goal, ...]:
-        """The Goal List, as that of the model."""
+        """The Goal List of the model, the top-goal first."""
         return self._goals
 
     def policy_map(self) -> tuple[PolicyValue, ...]:
@@ -178,7 +180,7 @@ class ShadowModel:
         return self._planner.table()
 
     def value(self, tokens: Iterable[str]) -> float:
-        """P_v of a Sign towards the top-goal; infinite where no path is known, or the Sign is not.
+        """P_v of a Sign towards the top-goal; infinite if the Sign or a path is not known.
 
         Raises:
             TypeError: if `tokens` is a string.
@@ -191,7 +193,7 @@ class ShadowModel:
         top = self._goals[0] if self._goals and not self._goals[0].suspended else None
         self._planner.aim(None if top is None else top.tokens)
 
-    def _begin_anew(self) -> None:
+    def _clear(self) -> None:
         self._signs = SignList()
         self._hypotheses = HypothesisList(self._actions, self._parameters)
         self._planner = Planner(self._signs, self._hypotheses, self._actions)
@@ -204,7 +206,7 @@ class ShadowModel:
                 f"the lists of another model: expected action costs {costs} and "
                 f"{self._parameters}, found {whole.action_costs} and {whole.parameters}"
             )
-        self._begin_anew()
+        self._clear()
         self._signs.restore(whole.signs)
         self._hypotheses.restore(whole.hypotheses)
 
@@ -221,10 +223,10 @@ class ShadowModel:
                 f"{self._check:08x}, found that it follows {delta.follows:08x}: ask for a whole"
             )
 
-    def _replay(self, entry: Entry) -> None:
-        match entry:
+    def _repeat(self, change: ListChange) -> None:
+        match change:
             case int():
-                self._judge(entry)
+                self._settle(change)
             case SignAdded(sign):
                 self._signs.add(sign)
             case SignRemoved(sign_id):
@@ -234,9 +236,9 @@ class ShadowModel:
             case HypothesisRemoved(hypothesis):
                 self._hypotheses.remove(hypothesis)
 
-    def _judge(self, entry: int) -> None:
-        hypothesis, verdict = judgement(entry)
-        if verdict is Verdict.FAILED:
+    def _settle(self, change: int) -> None:
+        hypothesis, result = decoded_result(change)
+        if result is PredictionResult.FAILED:
             self._hypotheses.fail(hypothesis)
         else:
-            self._hypotheses.succeed(hypothesis, alone=verdict is Verdict.ALONE)
+            self._hypotheses.succeed(hypothesis, alone=result is PredictionResult.ALONE)

@@ -1,10 +1,7 @@
 """The `[rover]` table of a mission file. Defaults without another source are project defaults."""
 
-from typing import Annotated
-
-from msgspec import Meta
-
-from farside.settings import Count, Fraction, NonNegative, PlaceName, Positive, Section
+from farside.dem import Parameters
+from farside.settings import Fraction, NonNegative, PlaceName, Positive, Section
 
 
 class BodyConfig(Section, frozen=True):
@@ -40,12 +37,14 @@ class DriveConfig(Section, frozen=True):
         turn_rate_rad_s: maximum yaw rate.
         tolerance_m: distance to the middle of a place that counts as arrived.
         give_up_s: time after which a move ends where the rover stands, as blocked.
+        move_cost_s: action cost of every move, for the Dynamic Expectancy Model (seed: 2.66).
     """
 
     speed_m_s: Positive = 0.9
     turn_rate_rad_s: Positive = 1.9
     tolerance_m: Positive = 0.05
     give_up_s: Positive = 20.0
+    move_cost_s: Positive = 2.66
 
 
 class SensorConfig(Section, frozen=True):
@@ -113,20 +112,6 @@ class FailsafeConfig(Section, frozen=True):
             )
 
 
-class DemConfig(Section, frozen=True):
-    """Parameters of the Dynamic Expectancy Model; see `farside.dem.Parameters`.
-
-    `move_cost` is the action cost of every move, in seconds (seed: 2.66).
-    """
-
-    alpha: Fraction = 0.5
-    beta: Fraction = 0.2
-    learning_probability: Fraction = 1.0
-    initial_cm: Annotated[float, Meta(gt=0, le=1)] = 0.5
-    reach: Count = 1
-    move_cost: Positive = 2.66
-
-
 class MissionGoal(Section, frozen=True):
     """A goal loaded before the start, pursued when the link is lost."""
 
@@ -140,6 +125,7 @@ class RoverConfig(Section, frozen=True):
     Attributes:
         start: the place where the rover starts, such as `D` or `3,4`.
         goals: mission goals, pursued when the link is lost.
+        dem: parameters of the Dynamic Expectancy Model.
     """
 
     start: PlaceName
@@ -149,4 +135,4 @@ class RoverConfig(Section, frozen=True):
     sensors: SensorConfig = SensorConfig()
     battery: BatteryConfig = BatteryConfig()
     failsafe: FailsafeConfig = FailsafeConfig()
-    dem: DemConfig = DemConfig()
+    dem: Parameters = Parameters()

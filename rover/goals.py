@@ -10,10 +10,10 @@ from farside.topics import ROVER_GOAL, GoalChange, GoalEntry, GoalSource
 
 
 class Goals:
-    """Keeps the DEM's Goal List for all who may want something.
+    """Puts Signs on the DEM's Goal List for each source, and records every change.
 
-    A Sign is a goal as long as anyone wants it, with the highest priority that anyone gives it.
-    Mission goals are on the list only while the rover is alone, each until it was reached once.
+    The DEM knows which source wants a Sign, and which priority counts. Mission goals are on the
+    list only while the rover is alone, each until it was reached once.
     """
 
     def __init__(
@@ -26,7 +26,6 @@ class Goals:
         self._model = model
         self._mission = dict(mission)
         self._journal, self._events = journal, events
-        self._wanted: dict[Tokens, dict[GoalSource, float]] = {}
 
     @property
     def listed(self) -> tuple[Tokens, ...]:
@@ -36,36 +35,29 @@ class Goals:
     @property
     def any_for_alone(self) -> bool:
         """Whether there is any goal to pursue without the operator."""
-        return bool(self._wanted or self._mission)
+        return bool(self._model.goals or self._mission)
 
     def want(self, tokens: Tokens, priority: float, source: GoalSource) -> None:
         """Put a Sign on the list for `source`, or change the priority that it gives."""
-        owners = self._wanted.setdefault(tokens, {})
-        new = source not in owners
-        owners[source] = priority
-        self._model.set_goal(tokens, max(owners.values()))
+        new = not self.wants(tokens, source)
+        self._model.set_goal(tokens, priority, source.value)
         if new:
             self._note(tokens, GoalChange.SET, priority, source)
 
     def give_up(self, tokens: Tokens, source: GoalSource) -> None:
         """Take a Sign off the list for `source`; it stays while others want it."""
-        owners = self._wanted[tokens]
-        priority = owners.pop(source)
-        if owners:
-            self._model.set_goal(tokens, max(owners.values()))
-        else:
-            del self._wanted[tokens]
-            self._model.withdraw_goal(tokens)
+        priority = self._model.goal_priorities(tokens)[source]
+        self._model.withdraw_goal(tokens, source.value)
         self._note(tokens, GoalChange.WITHDRAWN, priority, source)
 
     def wants(self, tokens: Tokens, source: GoalSource) -> bool:
         """Whether `source` has this Sign on the list."""
-        return source in self._wanted.get(tokens, {})
+        return source in self._model.goal_priorities(tokens)
 
     def reached(self, goal: Goal) -> None:
         """The DEM found a goal satisfied and took it off its list."""
-        for source, priority in self._wanted.pop(goal.tokens).items():
-            self._note(goal.tokens, GoalChange.REACHED, priority, source)
+        for source, priority in goal.priorities.items():
+            self._note(goal.tokens, GoalChange.REACHED, priority, GoalSource(source))
         self._mission.pop(goal.tokens, None)
         self._events.tell(GoalReached(goal.tokens))
 

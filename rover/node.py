@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from numpy.random import Generator
 
-from farside.dem import DynamicExpectancyModel, Parameters
+from farside.dem import DynamicExpectancyModel
 from farside.link.endpoint.endpoint import LinkTerms, rover_endpoint
 from farside.messages import Command, Failsafe, FailsafeChanged, Telemetry, Tokens
 from farside.node import NS_PER_S, Frame, Journal, Step, to_ns, to_s
@@ -81,7 +81,9 @@ class Rover:
         self._estimate = PoseEstimate(start, config.sensors, tick_s, streams.sensors)
         self._battery = Battery(config.battery)
         self._failsafe = FailsafeLadder(config.failsafe, terms.light_time_ns)
-        self._model = _model(config, streams.learning)
+        self._model = DynamicExpectancyModel(
+            dict.fromkeys(ACTIONS, config.drive.move_cost_s), config.dem, rng=streams.learning
+        )
         mission: dict[Tokens, float] = {
             (place_token(goal.place),): goal.priority for goal in config.goals
         }
@@ -312,15 +314,3 @@ class Rover:
         self._move = self._doing = None
         self._cycle()
         self._telemetry_at_ns = self._now_ns
-
-
-def _model(config: RoverConfig, rng: Generator) -> DynamicExpectancyModel:
-    dem = config.dem
-    parameters = Parameters(
-        alpha=dem.alpha,
-        beta=dem.beta,
-        learning_probability=dem.learning_probability,
-        initial_cm=dem.initial_cm,
-        reach=dem.reach,
-    )
-    return DynamicExpectancyModel(dict.fromkeys(ACTIONS, dem.move_cost), parameters, rng=rng)

@@ -1,1 +1,1 @@
-"""How hypotheses are made, judged, differentiated and removed."""
+"""How hypotheses are created, tested, differentiated and removed."""

@@ -1,22 +1,23 @@
-"""Credit: what a hypothesis foretells that no better one does.
+"""Credit: how well a hypothesis predicts what no better hypothesis predicts.
 
-A Sign that is active nearly everywhere, such as `battery:ok`, comes to stand in the context of
-hypotheses to every place. Each succeeds now and then, and C_m forgets failures quickly, so
-`cost / C_m` over one such arc undercuts a long honest path: a phantom shortcut. The seed has no
-answer to this. Three rules, all project defaults, keep a second measure beside C_m, the credit,
-which the Dynamic Policy Map then reckons costs with:
+A Sign that is active almost everywhere, such as `battery:ok`, becomes the context of hypotheses
+for every place. Each of them succeeds now and then, and C_m recovers quickly from failures, so
+`cost / C_m` of a single such arc undercuts a long valid path: a phantom shortcut. The seed has no
+answer to this. Three rules, all project defaults, define a second measure beside C_m, the credit,
+on which the cost estimates of the Dynamic Policy Map are based:
 
 1. *A rare cause explains more.* When an outcome first follows several contexts and one action,
-   the context that has met that action least often gets the full first credit, and each other
-   one the less, the more often it has met the action without this outcome.
-2. *A success that was foretold better is no credit.* Credit moves as C_m does, except that a
-   success does not raise it where a hypothesis of more credit foretold the same outcome.
-3. *What nobody can believe was not expected.* A Sign counts as predicted only if a hypothesis with
-   at least half of the first C_m as credit named it; else phantoms, which name every outcome, would
-   keep the honest hypotheses from being made (`farside.dem.learning.learner`).
+   the context with the fewest trials of that action gets the full initial credit. Each other
+   context gets the less, the more trials it has had without this outcome.
+2. *Credit goes to the best predictor.* Credit changes as C_m does, except that a success does not
+   raise it if a hypothesis with more credit predicted the same outcome.
+3. *Only a credible prediction makes a Sign expected.* A Sign counts as predicted only if a
+   hypothesis with at least half the initial C_m as credit named it. Otherwise the phantoms, which
+   name every outcome, would keep valid hypotheses from being created; see
+   `farside.dem.learning.learner`.
 
-An outcome seen once from a context never tried before still has the full first credit, so one
-trial remains enough. Where no two contexts compete, credit and C_m are the same number.
+An outcome seen once after a context never tried before has the full initial credit, so one trial
+is still enough. Where no two contexts compete, credit and C_m are equal.
 """
 
 from collections.abc import Iterable, Sequence
@@ -24,26 +25,30 @@ from collections.abc import Iterable, Sequence
 from farside.dem.lists.hypotheses import HypothesisList
 
 
-def first_credit(initial_cm: float, tries: int, fewest: int) -> float:
+def initial_credit(initial_cm: float, tries: int, fewest: int) -> float:
     """Credit of a new hypothesis: c·n₀/n.
 
     Args:
-        initial_cm: c, the first C_m.
-        tries: n, how often its context has met its action, this time included; 1 or more.
-        fewest: n₀, the same for the context that met the action least often; 1 to `tries`.
+        initial_cm: c, the initial C_m.
+        tries: n, number of trials of its action in its context, the latest included; 1 or more.
+        fewest: n₀, the same for the context with the fewest trials; 1 to `tries`.
     """
     return initial_cm * fewest / tries
 
 
 def standing_alone(succeeded: Iterable[int], hypotheses: HypothesisList) -> Sequence[bool]:
-    """For hypotheses whose predictions came true together: whether none did so with more credit.
+    """For each hypothesis that succeeded: whether none with more credit had the same outcome.
 
-    Those that share the most credit for an outcome all stand alone.
+    If several hypotheses share the most credit for an outcome, all of them stand alone.
+
+    Args:
+        succeeded: hypotheses whose predictions came true in the same cycle.
+        hypotheses: the Hypothesis List.
     """
     succeeded = list(succeeded)
     outcome, credit = hypotheses.outcome, hypotheses.credit
     most: dict[int, float] = {}
     for hypothesis in succeeded:
-        of = outcome[hypothesis]
-        most[of] = max(credit[hypothesis], most.get(of, 0.0))
+        sign = outcome[hypothesis]
+        most[sign] = max(credit[hypothesis], most.get(sign, 0.0))
     return [credit[hypothesis] >= most[outcome[hypothesis]] for hypothesis in succeeded]

@@ -1,9 +1,9 @@
-"""Differentiation: a hypothesis that is right now and then looks for what tells when.
+"""Differentiation: a partly effective hypothesis gets a copy with a more specific context.
 
-A mature hypothesis of middling success is watched: for each Token that is sensed beside its
-context, how often it then came true with the Token and without. When the watch is over, the Token
-that told success from failure best, if it did so clearly and not by chance, is added to the context
-of a copy. Source: seed for the copy; the watch and its thresholds are project defaults.
+A mature hypothesis with a middling success rate is watched: for each Token that is sensed beside
+its context, successes are counted with and without the Token. At the end of the watch, the Token
+that best separates success from failure, if clearly and not by chance, is added to the context of
+a copy. Source: seed for the copy; the watch and its thresholds are project defaults.
 """
 
 import math
@@ -11,25 +11,25 @@ from collections.abc import Sequence
 
 import msgspec
 
-_MIDDLING = 0.08, 0.92
-_TELLING = 0.5
-_BEYOND_CHANCE = 10.83  # χ² with one degree of freedom: one case in a thousand
-_WATCHES = 4
+_MIDDLING = 0.08, 0.92  # success rates between which a hypothesis is watched
+_LEAST_MARGIN = 0.5  # between the success rates with and without a Token
+_CRITICAL_G = 10.83  # χ² with one degree of freedom, p = 0.001
+_WATCHES = 4  # of one hypothesis, at most
 
 
-def beyond_chance(successes: int, cases: int, other_successes: int, other_cases: int) -> float:
-    """How little two shares of success look like one: the G statistic of a 2 × 2 table.
+def g_statistic(successes: int, cases: int, other_successes: int, other_cases: int) -> float:
+    """The G statistic of two success rates, as a 2 × 2 table; large if they really differ.
 
-    G = 2 Σ O·ln(O/E) over the four counts O, with E what they would be if the shares were the same.
+    G = 2 Σ O·ln(O/E) over the four counts O, with E their expected values if the rates were equal.
     Source: Sokal and Rohlf, Biometry, ch. 17.
     """
     total = cases + other_cases
-    won = successes + other_successes
+    all_successes = successes + other_successes
     table = [
-        (successes, cases * won),
-        (cases - successes, cases * (total - won)),
-        (other_successes, other_cases * won),
-        (other_cases - other_successes, other_cases * (total - won)),
+        (successes, cases * all_successes),
+        (cases - successes, cases * (total - all_successes)),
+        (other_successes, other_cases * all_successes),
+        (other_cases - other_successes, other_cases * (total - all_successes)),
     ]
     return 2.0 * sum(
         observed * math.log(observed * total / expected) for observed, expected in table if observed
@@ -37,7 +37,7 @@ def beyond_chance(successes: int, cases: int, other_successes: int, other_cases:
 
 
 class WatchState(msgspec.Struct, frozen=True, array_like=True):
-    """A watch as it is saved: counts in all, and (Token's Sign, successes, cases) by Token."""
+    """A watch as it is saved: total counts, and (Sign of the Token, successes, cases) by Token."""
 
     hypothesis: int
     cases: int
@@ -46,14 +46,14 @@ class WatchState(msgspec.Struct, frozen=True, array_like=True):
 
 
 class DifferentiationState(msgspec.Struct, frozen=True, array_like=True):
-    """`Differentiation` as it is saved: watches, and (hypothesis, watches begun so far)."""
+    """`Differentiation` as it is saved: watches, and (hypothesis, number of watches begun)."""
 
     watches: tuple[WatchState, ...]
     watched: tuple[tuple[int, int], ...]
 
 
 class _Watch:
-    """Successes and cases of one hypothesis, in all and by Token."""
+    """Successes and cases of one hypothesis, in total and by Token."""
 
     def __init__(self) -> None:
         self.cases = 0
@@ -67,9 +67,9 @@ class _Watch:
             successes, cases = self.beside.get(token, (0, 0))
             self.beside[token] = successes + success, cases + 1
 
-    def telling(self) -> int | None:
-        """The Sign of the Token that told success from failure best, if one did clearly."""
-        best, best_margin = None, _TELLING
+    def separating(self) -> int | None:
+        """The Sign of the Token that best separates success from failure, if any does clearly."""
+        best, best_margin = None, _LEAST_MARGIN
         for token, (successes, cases) in self.beside.items():
             others = self.cases - cases
             if not others:
@@ -78,17 +78,17 @@ class _Watch:
             other_successes = self.successes - successes
             margin = successes / cases - other_successes / others
             if margin > best_margin and (
-                beyond_chance(successes, cases, other_successes, others) > _BEYOND_CHANCE
+                g_statistic(successes, cases, other_successes, others) > _CRITICAL_G
             ):
                 best, best_margin = token, margin
         return best
 
 
 class Differentiation:
-    """Watches over mature hypotheses of middling success.
+    """Watches mature hypotheses with a middling success rate.
 
     Args:
-        maturity: predictions before a watch may begin, and length of a watch.
+        maturity: number of predictions before a watch may begin, and length of a watch.
     """
 
     def __init__(self, maturity: int) -> None:
@@ -105,18 +105,17 @@ class Differentiation:
         *,
         success: bool,
     ) -> int | None:
-        """A prediction of `hypothesis` was judged.
+        """Take in the result of a prediction.
 
         Args:
-            hypothesis: its id.
-            predictions: how often it was judged, this time included.
-            successes: how often it came true, this time included.
-            beside: the Signs of single Tokens that were active with its context, but are not part
-                of it.
-            success: whether it came true.
+            hypothesis: id of the hypothesis that predicted.
+            predictions: number of its predictions that have fallen due, this one included.
+            successes: number of these that came true.
+            beside: the Signs of single Tokens that were active beside its context.
+            success: whether this prediction came true.
 
         Returns:
-            the Sign of a Token to add to the context of a copy, if the watch ended with one.
+            the Sign of a Token to add to the context of a copy, if a watch ended with one.
         """
         watch = self._watches.get(hypothesis)
         if watch is None:
@@ -127,10 +126,10 @@ class Differentiation:
         if watch.cases < self._maturity:
             return None
         del self._watches[hypothesis]
-        return watch.telling()
+        return watch.separating()
 
     def forget(self, hypothesis: int) -> None:
-        """The hypothesis is no more."""
+        """Drop a hypothesis that is being removed."""
         self._watches.pop(hypothesis, None)
         self._watched.pop(hypothesis, None)
 
@@ -150,7 +149,7 @@ class Differentiation:
         )
 
     def restore(self, state: DifferentiationState) -> None:
-        """Become what `state` was taken of. This one is new."""
+        """Become what `state` was taken from. This one must be new."""
         for saved in state.watches:
             watch = self._watches[saved.hypothesis] = _Watch()
             watch.cases, watch.successes = saved.cases, saved.successes

@@ -1,4 +1,4 @@
-"""Learning: what a cycle's Signs do to the lists, whoever chose the action before."""
+"""The learner: how a cycle changes the lists, whoever chose the action before it."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -7,55 +7,26 @@ from typing import NamedTuple
 import msgspec
 from numpy.random import Generator
 
-from farside.dem.learning.credit import first_credit, standing_alone
+from farside.dem.learning.credit import initial_credit, standing_alone
 from farside.dem.learning.differentiation import Differentiation, DifferentiationState
-from farside.dem.lists.hypotheses import ActionList, HypothesesState, HypothesisList
+from farside.dem.lists.actions import ActionList
+from farside.dem.lists.hypotheses import HypothesesState, HypothesisList
+from farside.dem.lists.predictions import PredictionList
 from farside.dem.lists.signs import Sign, SignList, SignsState
 from farside.dem.lists.trials import Trials, TrialsState
 from farside.dem.parameters import Parameters
 
-_GAIN = 0.25
-_SURE = 0.9
+_GAIN = 0.25  # the least fraction of a part's failures that a conjunction must avoid
+_SURE = 0.9  # the C_m above which a Token predicts well enough alone
 
 
-class PredictionList:
-    """P, the hypotheses that have predicted, by the cycle in which their outcome is due."""
-
-    def __init__(self, reach: int) -> None:
-        self._due: deque[list[int]] = deque([] for _ in range(reach))
-
-    def add(self, hypothesis: int, delay: int) -> None:
-        """Note that `hypothesis` predicts its outcome `delay` cycles from now."""
-        self._due[delay - 1].append(hypothesis)
-
-    def take_due(self) -> list[int]:
-        """Move on by one cycle and take P*, the predictions due in it."""
-        due = self._due.popleft()
-        self._due.append([])
-        return due
-
-    def forget(self, hypothesis: int) -> None:
-        """Drop the predictions of a hypothesis that is no more."""
-        for due in self._due:
-            while hypothesis in due:
-                due.remove(hypothesis)
-
-    def state(self) -> tuple[tuple[int, ...], ...]:
-        """Everything that `restore` needs: the hypotheses by cycles until they are due."""
-        return tuple(tuple(due) for due in self._due)
-
-    def restore(self, state: tuple[tuple[int, ...], ...]) -> None:
-        """Become the list that `state` was taken of. This one is new and empty yet."""
-        self._due = deque(list(due) for due in state)
-
-
-class Learned(NamedTuple):
-    """What came of a cycle, as ids in order of age.
+class CycleResult(NamedTuple):
+    """What was sensed and learned in a cycle.
 
     Attributes:
-        active, novel, unexpected: Signs; see `farside.dem.Sensed`.
-        succeeded, failed, created, removed: how many predictions came true or did not, and how
-            many hypotheses came or went.
+        active, novel, unexpected: ids of Signs, oldest first; see `farside.dem.Sensed`.
+        succeeded, failed: number of due predictions that came true, or did not.
+        created, removed: number of hypotheses created or removed.
     """
 
     active: list[int]
@@ -67,32 +38,32 @@ class Learned(NamedTuple):
     removed: int
 
 
-class _Past(NamedTuple):
-    """A cycle that has been: the Signs active in it, and the action performed, if any."""
+class _Trace(NamedTuple):
+    """The activation trace of a past cycle: its active Signs, and the action performed, if any."""
 
     active: list[int]
     action: int | None
 
 
 class LearnerState(msgspec.Struct, frozen=True, array_like=True):
-    """All lists as they are saved. `past` is the traces, one cycle ago first."""
+    """All lists as they are saved, and the activation traces, the latest first."""
 
     signs: SignsState
     hypotheses: HypothesesState
     trials: TrialsState
     predictions: tuple[tuple[int, ...], ...]
     differentiation: DifferentiationState
-    past: tuple[tuple[tuple[int, ...], int | None], ...]
+    traces: tuple[tuple[tuple[int, ...], int | None], ...]
     probation: tuple[int, ...]
     cycle: int
 
 
 class Learner:
-    """Keeps the lists that learning changes: Signs, hypotheses, predictions, trials.
+    """Changes the lists of Signs, hypotheses, predictions and trials, cycle by cycle.
 
     Attributes:
         signs, actions, hypotheses, trials: the lists.
-        cycle: how many cycles have been ended.
+        cycle: number of completed cycles.
     """
 
     def __init__(self, actions: ActionList, parameters: Parameters, rng: Generator) -> None:
@@ -105,17 +76,18 @@ class Learner:
         self._rng = rng
         self._predictions = PredictionList(parameters.reach)
         self._differentiation = Differentiation(parameters.maturity)
-        self._gone: set[int] = set()
+        # Hypotheses removed in the current call.
+        self._removed: set[int] = set()
         self._probation: set[int] = set()
-        # One cycle ago first.
-        self._past: deque[_Past] = deque(maxlen=parameters.reach)
+        # The latest first.
+        self._traces: deque[_Trace] = deque(maxlen=parameters.reach)
 
-    def sense(self, tokens: Sign, needed: Sequence[int]) -> Learned:
-        """Take in what is sensed: settle, create, differentiate, remove.
+    def sense(self, tokens: Sign, needed: Sequence[int]) -> CycleResult:
+        """Begin a cycle: settle predictions, differentiate, remove and create hypotheses.
 
         Args:
             tokens: what is sensed.
-            needed: Signs that goals need, of which the last hypothesis is never removed.
+            needed: goals. The last hypothesis with one of these outcomes is never removed.
         """
         active, novel = self.signs.sense(tokens)
         due = self._predictions.take_due()
@@ -129,7 +101,7 @@ class Learner:
         removed = grown - self.hypotheses.count
         self._end_probation(due)
         self._create(novel + unexpected)
-        return Learned(
+        return CycleResult(
             active=active,
             novel=novel,
             unexpected=unexpected,
@@ -144,8 +116,8 @@ class Learner:
 
         Args:
             active: the active Signs.
-            action: what was performed, if anything.
-            needed: Signs that goals need.
+            action: the action performed, if any.
+            needed: goals.
         """
         if action is not None:
             delay = self.hypotheses.delay
@@ -153,22 +125,22 @@ class Learner:
                 self.trials.count(self.hypotheses.cause(context, action), self.cycle)
                 for hypothesis in self.hypotheses.of_cause(context, action):
                     self._predictions.add(hypothesis, delay[hypothesis])
-        gone = self._past[-1].active if len(self._past) == self._past.maxlen else []
-        self._past.appendleft(_Past(active, action))
-        self._gone.clear()
-        for sign in gone if self._parameters.removal else ():
+        expired = self._traces[-1].active if len(self._traces) == self._traces.maxlen else []
+        self._traces.appendleft(_Trace(active, action))
+        self._removed.clear()
+        for sign in expired if self._parameters.removal else ():
             self._forget_sign(sign, needed)
         self.cycle += 1
 
     def forget(self, sign: int, needed: Sequence[int]) -> None:
-        """Remove a conjunction that a goal no longer needs, unless anything else refers to it.
+        """Remove a conjunction that is no longer a goal, unless anything else refers to it.
 
         Args:
             sign: the conjunction.
-            needed: Signs that goals need, and those active.
+            needed: goals and active Signs.
         """
         if self._parameters.removal:
-            self._gone.clear()
+            self._removed.clear()
             self._forget_sign(sign, needed)
 
     def state(self) -> LearnerState:
@@ -179,31 +151,31 @@ class Learner:
             trials=self.trials.state(),
             predictions=self._predictions.state(),
             differentiation=self._differentiation.state(),
-            past=tuple((tuple(past.active), past.action) for past in self._past),
+            traces=tuple((tuple(trace.active), trace.action) for trace in self._traces),
             probation=tuple(sorted(self._probation)),
             cycle=self.cycle,
         )
 
     def restore(self, state: LearnerState) -> None:
-        """Become the learner that `state` was taken of. This one is new."""
+        """Become the learner that `state` was taken from. This one must be new."""
         self.signs.restore(state.signs)
         self.hypotheses.restore(state.hypotheses)
         self.trials.restore(state.trials)
         self._predictions.restore(state.predictions)
         self._differentiation.restore(state.differentiation)
-        self._past.extend(_Past(list(active), action) for active, action in state.past)
+        self._traces.extend(_Trace(list(active), action) for active, action in state.traces)
         self._probation.update(state.probation)
         self.cycle = state.cycle
 
     @property
     def last_action(self) -> int | None:
-        """The action performed in the cycle before, if any."""
-        return self._past[0].action if self._past else None
+        """The action performed in the last cycle, if any."""
+        return self._traces[0].action if self._traces else None
 
     # --- settling ------------------------------------------------------------------------------
 
     def _predicted(self, due: list[int]) -> set[int]:
-        """The Signs that P* names, as far as it can be believed."""
+        """The Signs that credible predictions in P* name."""
         outcome, credit = self.hypotheses.outcome, self.hypotheses.credit
         if not self._parameters.own_credit:
             return {outcome[hypothesis] for hypothesis in due}
@@ -211,7 +183,7 @@ class Learner:
         return {outcome[hypothesis] for hypothesis in due if credit[hypothesis] >= credible}
 
     def _settle(self, due: list[int], active: list[int]) -> int:
-        """Judge P*, and let what is mature spawn: how many predictions came true."""
+        """Settle P* and differentiate; return the number of predictions that came true."""
         hypotheses = self.hypotheses
         came_true = [one for one in due if hypotheses.outcome[one] in active]
         alone = dict(zip(came_true, standing_alone(came_true, hypotheses), strict=True))
@@ -227,11 +199,11 @@ class Learner:
 
     def _differentiate(self, hypothesis: int, *, success: bool) -> None:
         hypotheses = self.hypotheses
-        past = self._past[hypotheses.delay[hypothesis] - 1]
+        trace = self._traces[hypotheses.delay[hypothesis] - 1]
         context = self.signs.names[hypotheses.context[hypothesis]]
         beside = [
             sign
-            for sign in past.active
+            for sign in trace.active
             if not self.signs.is_compound(sign) and self.signs.names[sign][0] not in context
         ]
         token = self._differentiation.note(
@@ -241,11 +213,11 @@ class Learner:
             beside,
             success=success,
         )
-        if token is not None and not self._tells_alone(token, hypothesis):
+        if token is not None and not self._predicts_alone(token, hypothesis):
             self._spawn(hypothesis, tuple(sorted((*context, *self.signs.names[token]))))
 
-    def _tells_alone(self, token: int, hypothesis: int) -> bool:
-        """Whether a Token's own Sign foretells the outcome as well as any conjunction could."""
+    def _predicts_alone(self, token: int, hypothesis: int) -> bool:
+        """Whether a Token by itself predicts the outcome as well as any conjunction could."""
         hypotheses = self.hypotheses
         action, outcome = hypotheses.action[hypothesis], hypotheses.outcome[hypothesis]
         same = hypotheses.find(token, action, outcome, hypotheses.delay[hypothesis])
@@ -264,25 +236,25 @@ class Learner:
     # --- conjunctions on probation -------------------------------------------------------------
 
     def know(self, sign: Sign) -> None:
-        """Make a Sign known, or end its probation if it was spawned."""
+        """Add a Sign, or end its probation if it was spawned."""
         self._probation.discard(self.signs.add(sign))
 
     def _end_probation(self, due: list[int]) -> None:
-        """Let those conjunctions into further hypotheses that have proved good for one.
+        """Admit the conjunctions that have proved themselves to further hypotheses.
 
-        A conjunction that was spawned belongs to one hypothesis at first. Chance makes such too,
-        and if each became outcome and context of everything, the lists would grow for ever in a
-        noisy world. So it has to be right a quarter of maturity without a failure, or to be kept
-        when mature (project default).
+        A spawned conjunction is at first the context of one hypothesis only. Some arise by
+        chance, and if each of them became outcome and context of everything, the lists would grow
+        without limit in a noisy world. Probation ends after a quarter of maturity without a
+        failure, or when the mature hypothesis is not removed (project default).
         """
         if not self._probation:
             return
         hypotheses, maturity = self.hypotheses, self._parameters.maturity
         for hypothesis in due:
-            judged = hypotheses.predictions[hypothesis]
-            never_failed = hypotheses.successes[hypothesis] == judged
-            if hypothesis not in self._gone and (
-                judged >= maturity or (never_failed and judged >= maturity // 4)
+            predictions = hypotheses.predictions[hypothesis]
+            never_failed = hypotheses.successes[hypothesis] == predictions
+            if hypothesis not in self._removed and (
+                predictions >= maturity or (never_failed and predictions >= maturity // 4)
             ):
                 self._probation.discard(hypotheses.context[hypothesis])
 
@@ -292,27 +264,27 @@ class Learner:
         for outcome in outcomes:
             if outcome in self._probation:
                 continue
-            for delay, past in enumerate(self._past, start=1):
-                if past.action is not None:
-                    self._take_opportunities(past, outcome, delay)
+            for delay, trace in enumerate(self._traces, start=1):
+                if trace.action is not None:
+                    self._take_opportunities(trace, outcome, delay)
 
-    def _take_opportunities(self, past: _Past, outcome: int, delay: int) -> None:
-        hypotheses, action = self.hypotheses, past.action
-        assert action is not None  # noqa: S101 - the caller sees to it
-        contexts = [context for context in past.active if context not in self._probation]
+    def _take_opportunities(self, trace: _Trace, outcome: int, delay: int) -> None:
+        hypotheses, action = self.hypotheses, trace.action
+        assert action is not None  # noqa: S101 - checked by the caller
+        contexts = [context for context in trace.active if context not in self._probation]
         tries = [self.trials.tried(hypotheses.cause(context, action)) for context in contexts]
         for context, tried in zip(contexts, tries, strict=True):
             if hypotheses.holds(context, action, outcome, delay):
                 continue
             if self._rng.random() < self._parameters.learning_probability:
-                credit = first_credit(self._parameters.initial_cm, tried, min(tries))
+                credit = initial_credit(self._parameters.initial_cm, tried, min(tries))
                 hypotheses.add(context, action, outcome, delay, credit)
 
     def _remove(self, due: list[int], needed: list[int]) -> None:
-        """Remove what has just proved ineffective or redundant; then what hangs on it."""
-        self._gone.clear()
+        """Remove the hypotheses that have just proved useless, and what depends on them."""
+        self._removed.clear()
         for hypothesis in due:
-            if hypothesis not in self._gone and self._is_useless(hypothesis, needed):
+            if hypothesis not in self._removed and self._is_useless(hypothesis, needed):
                 self._forget(hypothesis, needed)
 
     def _is_useless(self, hypothesis: int, needed: Sequence[int]) -> bool:
@@ -324,46 +296,46 @@ class Learner:
         return hypotheses.cm[hypothesis] < parameters.ineffective or self._is_redundant(hypothesis)
 
     def _is_redundant(self, hypothesis: int) -> bool:
-        """Whether a conjunction tells no better than one of its parts does.
+        """Whether a conjunction predicts no better than one of its parts.
 
-        It must tell at least a quarter of the part's failures away. Asked each time that as many
-        predictions as make it mature have been judged (project default).
+        It must avoid at least a quarter of the part's failures. Checked whenever the number of
+        predictions is a multiple of maturity (project default).
         """
         hypotheses, maturity = self.hypotheses, self._parameters.maturity
         if hypotheses.predictions[hypothesis] % maturity:
             return False
         action, outcome = hypotheses.action[hypothesis], hypotheses.outcome[hypothesis]
-        delay, share = hypotheses.delay[hypothesis], hypotheses.success_share(hypothesis)
+        delay, rate = hypotheses.delay[hypothesis], hypotheses.success_rate(hypothesis)
         for part in self.signs.parts(hypotheses.context[hypothesis]):
             rival = hypotheses.find(part, action, outcome, delay)
             if rival is not None and hypotheses.predictions[rival] >= maturity:
-                rival_share = hypotheses.success_share(rival)
-                if share <= rival_share + _GAIN * (1.0 - rival_share):
+                rival_rate = hypotheses.success_rate(rival)
+                if rate <= rival_rate + _GAIN * (1.0 - rival_rate):
                     return True
         return False
 
     def _forget(self, hypothesis: int, needed: Sequence[int]) -> None:
         hypotheses = self.hypotheses
         hypotheses.remove(hypothesis)
-        self._gone.add(hypothesis)
+        self._removed.add(hypothesis)
         self._predictions.forget(hypothesis)
         self._differentiation.forget(hypothesis)
         self._forget_sign(hypotheses.context[hypothesis], needed)
 
     def _forget_sign(self, sign: int, needed: Sequence[int]) -> None:
-        """Remove a conjunction that is no hypothesis's context, and no goal needs, or trace holds.
+        """Remove a conjunction that is no context, is not needed, and is in no activation trace.
 
-        A conjunction is there to be a context: what ends in it goes with it.
+        A conjunction exists to be a context. Hypotheses with it as outcome are removed with it.
         """
         if (
             not self.signs.is_compound(sign)
             or sign in needed
             or self.hypotheses.is_context(sign)
-            or any(sign in past.active for past in self._past)
+            or any(sign in trace.active for trace in self._traces)
         ):
             return
         for hypothesis in list(self.hypotheses.of_outcome(sign)):
-            if hypothesis not in self._gone:
+            if hypothesis not in self._removed:
                 self._forget(hypothesis, needed)
         if self.signs.is_compound(sign):
             first = self.hypotheses.cause(sign, 0)

@@ -1,1 +1,1 @@
-"""The lists of the model: Signs, actions and hypotheses, goals, and counts of trials."""
+"""The lists of the model: Signs, actions, hypotheses, predictions, goals, and trial counts."""

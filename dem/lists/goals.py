@@ -1,34 +1,46 @@
-"""G, the Goal List: what is wanted, how much, and what is out of reach for now."""
+"""G, the Goal List: the Signs that are wanted, by whom, and how much."""
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from typing import NamedTuple
 
 import msgspec
 
 from farside.dem.lists.signs import Sign, to_sign
 
+OPERATOR = "operator"
+"""The source of a goal that is set without naming one."""
+
+RULE = "rule"
+"""The source of the goals of `InherentGoal` rules; no goal can be set in its name."""
+
 
 class Goal(msgspec.Struct, frozen=True):
-    """A Sign to be made active.
+    """A Sign to be made active, wanted by one source or more.
 
     Attributes:
         tokens: the Sign.
-        priority: how much that matters beside other goals; any scale.
-        suspended: whether its break point was passed, so that it waits to be tried again.
+        priorities: the priority that each source gives the goal, on any scale; one at least. The
+            source that wanted it first comes first.
+        suspended: whether the goal passed its break point and waits to recover.
     """
 
     tokens: Sign
-    priority: float
+    priorities: Mapping[str, float]
     suspended: bool = False
+
+    @property
+    def priority(self) -> float:
+        """The priority that counts: the highest that any source gives."""
+        return max(self.priorities.values())
 
 
 class InherentGoal(msgspec.Struct, frozen=True):
     """A rule of the robot's own: while the Sign `when` is active, `goal` is wanted.
 
-    Several rules may have one goal; the highest priority of those that hold counts. While `when`
-    and `goal` are both active, the goal is off the list, and it is reached but once. Source: seed
-    for such goals; how they go together is a project default.
+    Where several active rules share a goal, the highest of their priorities counts. The goal is
+    reached once: it leaves the list, and returns only after it was inactive. Source: seed for
+    goals of the robot's own; the rest is a project default.
 
     Raises:
         ValueError: if `goal` has no Tokens or `priority` is not finite.
@@ -49,25 +61,24 @@ class GoalState(msgspec.Struct, frozen=True, array_like=True):
     """A goal as it is saved; see `_Entry`."""
 
     tokens: Sign
-    given: float | None
-    inherent: float | None
+    priorities: dict[str, float]
     value_at_start: float
     suspended_until: int | None
 
 
 class GoalsState(msgspec.Struct, frozen=True, array_like=True):
-    """A Goal List as it is saved, the oldest goal first, and what rules want but have."""
+    """A Goal List as it is saved: its goals, the oldest first, and the goals that rules hold."""
 
     goals: tuple[GoalState, ...]
-    had: tuple[Sign, ...]
+    held: tuple[Sign, ...]
 
 
 class Outlook(NamedTuple):
-    """What a situation promises for a goal.
+    """The prospects of a goal in the present situation.
 
     Attributes:
         value: least policy value P_v of the active Signs, infinite where no path is known.
-        planned: cost of the best path's actions if each succeeds at once.
+        planned: cost of the actions on the best path if each succeeds at the first attempt.
     """
 
     value: float
@@ -75,22 +86,18 @@ class Outlook(NamedTuple):
 
 
 class _Entry:
-    """A goal: who wants it, and the memory that its break point needs.
+    """A goal on the list: who wants it, and the state of its break point.
 
     Attributes:
-        given: the priority it was set with, `None` if it was not set.
-        inherent: the priority that the robot's own rules give it, `None` if none wants it.
+        priorities: priority by source, in the order in which the sources came to want it.
+        value_at_start: policy value from which growth is measured, infinite until there is one.
+        suspended_until: cycle in which it recovers, `None` unless suspended.
     """
 
     def __init__(self) -> None:
-        self.given: float | None = None
-        self.inherent: float | None = None
+        self.priorities: dict[str, float] = {}
         self.value_at_start = math.inf
         self.suspended_until: int | None = None
-
-    @property
-    def priorities(self) -> list[float]:
-        return [one for one in (self.given, self.inherent) if one is not None]
 
 
 def _check(sign: Sign, priority: float) -> None:
@@ -101,20 +108,23 @@ def _check(sign: Sign, priority: float) -> None:
 
 
 class GoalList:
-    """G, the goals: those that are not suspended first, by priority, ties to the older.
+    """G, the goals: active ones before suspended ones, by priority, ties to the older.
 
-    A goal is there while it was set or a rule of the robot's own wants it, with the higher of the
-    two priorities.
+    A Sign is a goal as long as any source wants it, at the highest priority that any source gives
+    it. When the Sign becomes active, the goal is satisfied for all of them.
 
-    A goal has a *break point*: when its policy value has grown past a multiple of what it was
-    when the goal was set, and past the same multiple of what the best path would cost if all went
-    as planned, it is suspended for a while, so that something else is tried. After that it
-    recovers by itself, and is measured anew. Source: seed for breaking and recovering; the
-    numbers, and that a long way round is no block, are project defaults.
+    A goal has a *break point*. It is suspended when its policy value has grown past a multiple of
+    its value when set, and past the same multiple of what the best path costs if all goes as
+    planned. Another goal is then pursued, or exploration. After a number of cycles the goal
+    recovers, and its value is measured anew. Source: seed for break point and recovery; the
+    numbers, and that a long detour is no block, are project defaults.
 
     Args:
         break_multiple: the multiple, above 1.
-        recovery: cycles of a suspension.
+        recovery: number of cycles that a suspension lasts.
+
+    Attributes:
+        ordered: the goals, the top-goal first.
     """
 
     def __init__(self, break_multiple: float, recovery: int) -> None:
@@ -122,8 +132,8 @@ class GoalList:
         self._break_multiple = break_multiple
         self._recovery = recovery
         self._entries: dict[Sign, _Entry] = {}
-        # What rules want but have: reached, and active ever since.
-        self._had: set[Sign] = set()
+        # Goals of rules that were reached and have been active ever since.
+        self._held: set[Sign] = set()
 
     @property
     def top(self) -> Sign | None:
@@ -133,43 +143,52 @@ class GoalList:
     def __contains__(self, sign: Sign) -> bool:
         return sign in self._entries
 
-    def set(self, sign: Sign, priority: float) -> None:
-        """Add a goal, or change its priority, which leaves it its age.
+    def set(self, sign: Sign, priority: float, source: str = OPERATOR) -> None:
+        """Want a Sign on behalf of `source`, or change the priority that the source gives it.
+
+        The goal keeps its age.
 
         Raises:
-            ValueError: if `sign` has no Tokens or `priority` is not finite.
+            ValueError: if `sign` has no Tokens, `priority` is not finite, or `source` is `RULE`.
         """
         _check(sign, priority)
-        self._entries.setdefault(sign, _Entry()).given = priority
+        if source == RULE:
+            raise ValueError(f"source of goal {sign}: expected any but {RULE!r}, found {RULE!r}")
+        self._entries.setdefault(sign, _Entry()).priorities[source] = priority
         self._order()
 
-    def withdraw(self, sign: Sign) -> bool:
-        """Remove a goal that was set. False if none was of this Sign.
+    def withdraw(self, sign: Sign, source: str = OPERATOR) -> bool:
+        """Take back what `source` set; False if it set no such goal.
 
-        While a rule wants it, it stays, with the priority that the rule gives it.
+        The goal stays as long as another source wants it.
         """
         entry = self._entries.get(sign)
-        if entry is None or entry.given is None:
+        if source == RULE or entry is None or source not in entry.priorities:
             return False
-        entry.given = None
+        del entry.priorities[source]
         self._order()
         return True
 
-    def follow(self, rules: Iterable[InherentGoal], tokens: Sign) -> None:
-        """Want what the rules want when `tokens` are sensed, and no longer what they wanted before.
+    def priorities(self, sign: Sign) -> Mapping[str, float]:
+        """The priority that each source gives a Sign; empty if it is no goal."""
+        return dict(self._entries[sign].priorities) if sign in self._entries else {}
 
-        What was reached is wanted again only after it was inactive.
+    def follow(self, rules: Iterable[InherentGoal], tokens: Sign) -> None:
+        """Want exactly the goals of those rules that are active when `tokens` are sensed.
+
+        A goal that was reached is wanted again only after it was inactive.
         """
         wanted: dict[Sign, float] = {}
         for rule in rules:
             if set(rule.when).issubset(tokens):
                 wanted[rule.goal] = max(rule.priority, wanted.get(rule.goal, rule.priority))
-        self._had = {sign for sign in self._had if sign in wanted and set(sign).issubset(tokens)}
-        for entry in self._entries.values():
-            entry.inherent = None
+        self._held = {sign for sign in self._held if sign in wanted and set(sign).issubset(tokens)}
+        for sign, entry in self._entries.items():
+            if sign not in wanted:
+                entry.priorities.pop(RULE, None)
         for sign, priority in wanted.items():
-            if sign not in self._had:
-                self._entries.setdefault(sign, _Entry()).inherent = priority
+            if sign not in self._held:
+                self._entries.setdefault(sign, _Entry()).priorities[RULE] = priority
         self._order()
 
     def take_satisfied(self, tokens: Sign) -> tuple[Goal, ...]:
@@ -178,14 +197,15 @@ class GoalList:
             return ()
         satisfied = tuple(goal for goal in self.ordered if set(goal.tokens).issubset(tokens))
         for goal in satisfied:
-            if self._entries.pop(goal.tokens).inherent is not None:
-                self._had.add(goal.tokens)
+            del self._entries[goal.tokens]
+            if RULE in goal.priorities:
+                self._held.add(goal.tokens)
         if satisfied:
             self._order()
         return satisfied
 
     def recover(self, cycle: int) -> tuple[Sign, ...]:
-        """End the suspensions that are over by `cycle`: the goals to be tried again."""
+        """End the suspensions that are over by `cycle`, and return those goals."""
         recovered = []
         for sign, entry in self._entries.items():
             if entry.suspended_until is not None and entry.suspended_until <= cycle:
@@ -204,17 +224,17 @@ class GoalList:
         *,
         on_course: bool,
     ) -> tuple[Sign, ...]:
-        """Suspend top-goals one after the other as long as they are past their break points.
+        """Suspend one top-goal after another while each is past its break point.
 
         Args:
-            cycle: now.
-            outlook_of: what the present situation promises for a goal. One that no known path
-                leads to is not suspended: it waits to be explored for.
-            detour_of: what it would promise without the step to be taken next. A goal that has a
-                detour that can be trusted, by the same multiple, is not suspended either: the
-                step has only to fail a few times more to be dearer than the way round.
-            on_course: whether the policy map's own choice was performed last. A value that grew
-                because somebody led the robot away says nothing of a block.
+            cycle: the current cycle.
+            outlook_of: the outlook of a goal. A goal that no known path leads to is not
+                suspended: exploration may find one.
+            detour_of: its outlook without the hypothesis to act on next. A goal with a reliable
+                detour, by the same multiple, is not suspended either: after a few more failures
+                of that hypothesis the detour will be the best path.
+            on_course: whether the action performed last was the policy map's own choice. A value
+                that grew because somebody led the robot away is no sign of a block.
         """
         suspended = []
         while (sign := self.top) is not None:
@@ -238,28 +258,26 @@ class GoalList:
     def state(self) -> GoalsState:
         """Everything that `restore` needs."""
         goals = tuple(
-            GoalState(
-                sign, entry.given, entry.inherent, entry.value_at_start, entry.suspended_until
-            )
+            GoalState(sign, dict(entry.priorities), entry.value_at_start, entry.suspended_until)
             for sign, entry in self._entries.items()
         )
-        return GoalsState(goals, tuple(sorted(self._had)))
+        return GoalsState(goals, tuple(sorted(self._held)))
 
     def restore(self, state: GoalsState) -> None:
-        """Become the list that `state` was taken of. This one is new and has no goals yet."""
+        """Become the list that `state` was taken from. This one must be new."""
         for saved in state.goals:
             entry = self._entries[saved.tokens] = _Entry()
-            entry.given, entry.inherent = saved.given, saved.inherent
+            entry.priorities.update(saved.priorities)
             entry.value_at_start = saved.value_at_start
             entry.suspended_until = saved.suspended_until
-        self._had.update(state.had)
+        self._held.update(state.held)
         self._order()
 
     def _order(self) -> None:
-        """Drop what nobody wants any more, and put the rest in order."""
+        """Drop the goals that no source wants any more, and sort the others."""
         self._entries = {sign: entry for sign, entry in self._entries.items() if entry.priorities}
         goals = (
-            Goal(sign, max(entry.priorities), entry.suspended_until is not None)
+            Goal(sign, dict(entry.priorities), entry.suspended_until is not None)
             for sign, entry in self._entries.items()
         )
         self.ordered = tuple(sorted(goals, key=lambda goal: (goal.suspended, -goal.priority)))

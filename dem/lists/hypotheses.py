@@ -1,24 +1,30 @@
-"""H, the Hypothesis List, and A, the Action List.
+"""H, the Hypothesis List.
 
 A hypothesis is a row across typed columns: it takes tens of bytes, and numpy can view a column
-without copying it. Two chains run through the rows, one of the same context and action, one of the
-same outcome, each in order of age.
+without a copy. Each row is on two chains, that of its context and action and that of its outcome,
+both in order of age.
 """
 
 import math
 from array import array
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import msgspec
 
+from farside.dem.changes import (
+    HypothesisAdded,
+    HypothesisRemoved,
+    ListChange,
+    PredictionResult,
+    encoded_result,
+)
 from farside.dem.equations import cost_estimate, reinforced, weakened
-from farside.dem.journal import Entry, HypothesisAdded, HypothesisRemoved, Verdict, judged
+from farside.dem.lists.actions import ActionList
+from farside.dem.lists.chains import Chains
 from farside.dem.lists.packing import packed, unpack_into
 from farside.dem.lists.signs import Sign
 from farside.dem.parameters import Parameters
-
-_NONE = -1
 
 
 class Hypothesis(msgspec.Struct, frozen=True):
@@ -26,13 +32,13 @@ class Hypothesis(msgspec.Struct, frozen=True):
 
     Attributes:
         context, outcome: Signs.
-        action: an Action's name.
+        action: name of the Action.
         delay: cycles from context and action to outcome, 1 or more.
         cm: corroboration measure C_m, 0 to 1.
-        credit: the same for what no better hypothesis foretold, 0 to 1; see
-            `farside.dem.learning.credit`.
-        predictions: how often it predicted and was judged.
-        successes: how many of these predictions came true.
+        credit: the same measure without the successes that a better hypothesis predicted too,
+            0 to 1; see `farside.dem.learning.credit`.
+        predictions: number of its predictions that have fallen due.
+        successes: number of these that came true.
     """
 
     context: Sign
@@ -45,13 +51,13 @@ class Hypothesis(msgspec.Struct, frozen=True):
     successes: int
 
 
-class Change(NamedTuple):
-    """A hypothesis was made or removed, or its cost changed.
+class CostChange(NamedTuple):
+    """A hypothesis was created or removed, or its cost estimate changed.
 
     Attributes:
-        hypothesis: its row. It may have been used again since.
-        context, outcome: Signs at its ends.
-        old_cost: cost estimate C_e before; infinite if it was made.
+        hypothesis: its id, which may have been reused since.
+        context, outcome: its Signs.
+        old_cost: the cost estimate C_e before; infinite if the hypothesis was created.
     """
 
     hypothesis: int
@@ -60,102 +66,8 @@ class Change(NamedTuple):
     old_cost: float
 
 
-class ActionList:
-    """A, what can be done and what it costs, ordered by name.
-
-    Raises:
-        ValueError: if there is no action, or a cost is not finite and above 0. A free action
-            would make endless walks as good as short ones.
-    """
-
-    def __init__(self, costs: Mapping[str, float]) -> None:
-        if not costs:
-            raise ValueError("expected the cost of one action at least, found none")
-        self.names = tuple(sorted(costs))
-        self.costs = tuple(costs[name] for name in self.names)
-        self._ids = {name: action for action, name in enumerate(self.names)}
-        for name, cost in zip(self.names, self.costs, strict=True):
-            if not 0.0 < cost < math.inf:
-                raise ValueError(f"cost of action {name!r}: expected above 0, found {cost}")
-
-    def __len__(self) -> int:
-        return len(self.names)
-
-    def id_of(self, name: str) -> int:
-        """The id of an action.
-
-        Raises:
-            ValueError: if there is none of this name.
-        """
-        if name not in self._ids:
-            raise ValueError(
-                f"unknown action {name!r}: expected one of {', '.join(map(repr, self.names))}"
-            )
-        return self._ids[name]
-
-
-class Chains:
-    """Rows that belong together, each chain in order of being added.
-
-    Attributes:
-        first: first row by key, -1 for none; may be shorter than there are keys.
-        following: next row by row, -1 at the end.
-    """
-
-    def __init__(self) -> None:
-        self.first = array("i")
-        self.following = array("i")
-        self._last = array("i")
-
-    def of(self, key: int) -> Iterator[int]:
-        """The rows of a chain."""
-        row = self.first[key] if key < len(self.first) else _NONE
-        while row != _NONE:
-            yield row
-            row = self.following[row]
-
-    def append(self, key: int, row: int) -> None:
-        """Put a row at the end of a chain."""
-        _extend(self.first, key)
-        _extend(self._last, key)
-        _extend(self.following, row)
-        self.following[row] = _NONE
-        last = self._last[key]
-        if last == _NONE:
-            self.first[key] = row
-        else:
-            self.following[last] = row
-        self._last[key] = row
-
-    def remove(self, key: int, row: int) -> None:
-        """Take a row out of its chain."""
-        before, here = _NONE, self.first[key]
-        while here != row:
-            before, here = here, self.following[here]
-        after = self.following[row]
-        if before == _NONE:
-            self.first[key] = after
-        else:
-            self.following[before] = after
-        if after == _NONE:
-            self._last[key] = before
-
-    def is_empty(self, key: int) -> bool:
-        """Whether the chain has no row."""
-        return key >= len(self.first) or self.first[key] == _NONE
-
-    def is_single(self, key: int) -> bool:
-        """Whether the chain has one row."""
-        return not self.is_empty(key) and self.first[key] == self._last[key]
-
-
-def _extend(column: "array[int]", key: int) -> None:
-    if key >= len(column):
-        column.extend([_NONE] * (key + 1 - len(column)))
-
-
 class HypothesesState(msgspec.Struct, frozen=True, array_like=True):
-    """A Hypothesis List as it is saved: `packed` columns, and what else it needs."""
+    """A Hypothesis List as it is saved: `packed` columns, and what does not follow from them."""
 
     columns: tuple[bytes, ...]
     free: tuple[int, ...]
@@ -163,18 +75,18 @@ class HypothesesState(msgspec.Struct, frozen=True, array_like=True):
 
 
 class HypothesisList:
-    """H, every µ-hypothesis, by ids that count from 0 and are used again after a removal.
+    """H, every µ-hypothesis. The id of a hypothesis is its row; ids of removed ones are reused.
 
     Attributes:
         context, action, outcome, delay, cm, credit, predictions, successes: see `Hypothesis`;
-            what they hold of a removed row means nothing.
-        cost: cost estimate C_e, kept up; infinite for a removed row.
-        born: a number that grows with every hypothesis made: the order of age.
-        structure: moves on whenever a row is added or removed.
-        cm_sum: sum of all C_m, kept up with each change.
-        changes: what the policy map must take in since it was last cleared.
-        by_outcome: rows by outcome, for loops that a generator would slow.
-        journal: where all that happens to the list is written down, if anywhere.
+            undefined for a free row.
+        cost: the current cost estimate C_e; infinite for a free row.
+        born: serial number of creation, which gives the order of age.
+        structure: incremented whenever a hypothesis is created or removed.
+        cm_sum: the current sum of all C_m.
+        cost_changes: changes for the policy map, since the list was last cleared.
+        by_outcome: the chains by outcome, for loops that a generator would slow down.
+        recorded: where all changes are recorded for a shadow; `None` if they are not.
     """
 
     def __init__(self, actions: ActionList, parameters: Parameters) -> None:
@@ -190,8 +102,8 @@ class HypothesisList:
         self.born = array("q")
         self.structure = 0
         self.cm_sum = 0.0
-        self.changes: list[Change] = []
-        self.journal: list[Entry] | None = None
+        self.cost_changes: list[CostChange] = []
+        self.recorded: list[ListChange] | None = None
         self._actions = actions
         self._parameters = parameters
         self._measure = self.credit if parameters.own_credit else self.cm
@@ -201,29 +113,29 @@ class HypothesisList:
         self._births = 0
 
     def __len__(self) -> int:
-        """How many rows there are, with those that are free to be used again."""
+        """Number of rows, free ones included."""
         return len(self.cm)
 
     @property
     def count(self) -> int:
-        """How many hypotheses there are."""
+        """Number of hypotheses."""
         return len(self.cm) - len(self._free)
 
     def cause(self, context: int, action: int) -> int:
-        """The number of a pair of context and action."""
+        """The index of a pair of context and action."""
         return context * len(self._actions) + action
 
     def of_cause(self, context: int, action: int) -> Iterator[int]:
-        """The hypotheses that `context` and `action` make active, in order of age."""
+        """The hypotheses with this context and action, oldest first."""
         return self._of_cause.of(self.cause(context, action))
 
     def from_context(self, context: int) -> Iterator[int]:
-        """The hypotheses of a context with any action."""
+        """The hypotheses with this context and any action."""
         for action in range(len(self._actions)):
             yield from self.of_cause(context, action)
 
     def of_outcome(self, outcome: int) -> Iterator[int]:
-        """The hypotheses that end in `outcome`, in order of age."""
+        """The hypotheses with this outcome, oldest first."""
         return self.by_outcome.of(outcome)
 
     def is_last_of(self, hypothesis: int) -> bool:
@@ -231,35 +143,35 @@ class HypothesisList:
         return self.by_outcome.is_single(self.outcome[hypothesis])
 
     def is_context(self, sign: int) -> bool:
-        """Whether any hypothesis has this Sign for its context."""
+        """Whether any hypothesis has this Sign as its context."""
         return any(
             not self._of_cause.is_empty(self.cause(sign, action))
             for action in range(len(self._actions))
         )
 
     def find(self, context: int, action: int, outcome: int, delay: int) -> int | None:
-        """This very hypothesis, `None` where there is none."""
+        """The id of this very hypothesis, `None` if there is none."""
         for same in self.of_cause(context, action):
             if self.outcome[same] == outcome and self.delay[same] == delay:
                 return same
         return None
 
     def holds(self, context: int, action: int, outcome: int, delay: int) -> bool:
-        """Whether there is this very hypothesis."""
+        """Whether this very hypothesis exists."""
         return self.find(context, action, outcome, delay) is not None
 
-    def success_share(self, hypothesis: int) -> float:
-        """Which share of its predictions came true; it was judged once at least."""
+    def success_rate(self, hypothesis: int) -> float:
+        """The fraction of its predictions that came true. One at least must have fallen due."""
         return self.successes[hypothesis] / self.predictions[hypothesis]
 
     def by_age(self) -> list[int]:
-        """All ids, in order of age."""
+        """All ids, oldest first."""
         free = set(self._free)
         living = (hypothesis for hypothesis in range(len(self)) if hypothesis not in free)
         return sorted(living, key=self.born.__getitem__)
 
     def add(self, context: int, action: int, outcome: int, delay: int, credit: float) -> int:
-        """Make a new hypothesis with the first C_m: its id. The caller knows that it is new."""
+        """Create a hypothesis with the initial C_m, and return its id. It must not exist yet."""
         cm = self._parameters.initial_cm
         measure = credit if self._parameters.own_credit else cm
         cost = cost_estimate(self._actions.costs[action], measure)
@@ -277,49 +189,53 @@ class HypothesisList:
                 column.append(value)  # type: ignore[arg-type]
         self._of_cause.append(self.cause(context, action), added)
         self.by_outcome.append(outcome, added)
-        self.changes.append(Change(added, context, outcome, math.inf))
-        if self.journal is not None:
-            self.journal.append(HypothesisAdded(context, action, outcome, delay, credit))
+        self.cost_changes.append(CostChange(added, context, outcome, math.inf))
+        if self.recorded is not None:
+            self.recorded.append(HypothesisAdded(context, action, outcome, delay, credit))
         return added
 
     def remove(self, hypothesis: int) -> None:
-        """Forget a hypothesis."""
+        """Remove a hypothesis."""
         context, action = self.context[hypothesis], self.action[hypothesis]
         self._of_cause.remove(self.cause(context, action), hypothesis)
         self.by_outcome.remove(self.outcome[hypothesis], hypothesis)
-        self._note_change(hypothesis)
+        self._note_cost_change(hypothesis)
         self.cost[hypothesis] = math.inf
         self.cm_sum -= self.cm[hypothesis]
         self.structure += 1
         self._free.append(hypothesis)
-        if self.journal is not None:
-            self.journal.append(HypothesisRemoved(hypothesis))
+        if self.recorded is not None:
+            self.recorded.append(HypothesisRemoved(hypothesis))
 
     def succeed(self, hypothesis: int, *, alone: bool) -> None:
-        """A prediction came true; `alone` if no hypothesis of more credit made the same one."""
+        """A prediction came true; `alone` if no hypothesis with more credit predicted the same."""
         alpha = self._parameters.alpha
         self.successes[hypothesis] += 1
         credit = self.credit[hypothesis]
-        self._judge(
+        self._settle(
             hypothesis,
             reinforced(self.cm[hypothesis], alpha),
             reinforced(credit, alpha) if alone else credit,
         )
-        if self.journal is not None:
-            verdict = Verdict.ALONE if alone else Verdict.ACCOMPANIED
-            self.journal.append(judged(hypothesis, verdict))
+        if self.recorded is not None:
+            result = PredictionResult.ALONE if alone else PredictionResult.ACCOMPANIED
+            self.recorded.append(encoded_result(hypothesis, result))
 
     def fail(self, hypothesis: int) -> None:
-        """A prediction did not come true."""
+        """A prediction failed."""
         beta = self._parameters.beta
-        self._judge(
+        self._settle(
             hypothesis, weakened(self.cm[hypothesis], beta), weakened(self.credit[hypothesis], beta)
         )
-        if self.journal is not None:
-            self.journal.append(judged(hypothesis, Verdict.FAILED))
+        if self.recorded is not None:
+            self.recorded.append(encoded_result(hypothesis, PredictionResult.FAILED))
 
     def named(self, names: Sequence[Sign]) -> tuple[Hypothesis, ...]:
-        """All hypotheses in order of age, for people. `names` are the Signs by id."""
+        """All hypotheses with their Signs and actions by name, oldest first.
+
+        Args:
+            names: the Signs by id.
+        """
         return tuple(
             Hypothesis(
                 context=names[self.context[hypothesis]],
@@ -340,13 +256,13 @@ class HypothesisList:
         return HypothesesState(columns, tuple(self._free), self.cm_sum)
 
     def restore(self, state: HypothesesState) -> None:
-        """Become the list that `state` was taken of. This one is new and has no rows yet."""
+        """Become the list that `state` was taken from. This one must be new."""
         own = (column for column in self._columns() if column is not self.cost)
         for column, data in zip(own, state.columns, strict=True):
             unpack_into(column, data)
         self._free += state.free
         self.cm_sum = state.cm_sum
-        # A removed row's number stays until it is used again: the greatest is the last given.
+        # A free row keeps its serial number, so the greatest is the last that was assigned.
         self._births = max(self.born, default=0)
         costs = self._actions.costs
         for action, measure in zip(self.action, self._measure, strict=True):
@@ -358,8 +274,8 @@ class HypothesisList:
             self._of_cause.append(cause, hypothesis)
             self.by_outcome.append(self.outcome[hypothesis], hypothesis)
 
-    def _judge(self, hypothesis: int, cm: float, credit: float) -> None:
-        self._note_change(hypothesis)
+    def _settle(self, hypothesis: int, cm: float, credit: float) -> None:
+        self._note_cost_change(hypothesis)
         self.predictions[hypothesis] += 1
         self.cm_sum += cm - self.cm[hypothesis]
         self.cm[hypothesis] = cm
@@ -368,9 +284,9 @@ class HypothesisList:
             self._actions.costs[self.action[hypothesis]], self._measure[hypothesis]
         )
 
-    def _note_change(self, hypothesis: int) -> None:
-        self.changes.append(
-            Change(
+    def _note_cost_change(self, hypothesis: int) -> None:
+        self.cost_changes.append(
+            CostChange(
                 hypothesis,
                 self.context[hypothesis],
                 self.outcome[hypothesis],

@@ -1,4 +1,4 @@
-"""Columns of numbers as bytes that compress well, the same on every machine."""
+"""Columns of numbers as bytes that compress well and are the same on every machine."""
 
 from array import array
 
@@ -6,10 +6,10 @@ import numpy as np
 
 
 def packed(column: "array[int] | array[float]") -> bytes:
-    """The numbers of a column, least significant bytes first.
+    """The numbers of a column, transposed by byte, least significant byte first.
 
-    First come the first bytes of all numbers, then the second bytes of all, and so on: in most
-    columns the higher bytes hardly differ.
+    The first bytes of all numbers come first, then all second bytes, and so on: in most columns
+    the higher bytes hardly differ.
     """
     numbers = np.asarray(column)
     little = numbers.astype(numbers.dtype.newbyteorder("<"))
@@ -20,7 +20,7 @@ def unpack_into(column: "array[int] | array[float]", data: bytes) -> None:
     """Append the numbers that were `packed` from a column of the same type.
 
     Raises:
-        ValueError: if `data` does not hold whole numbers of this type.
+        ValueError: if the length of `data` is not a multiple of the item size.
     """
     if len(data) % column.itemsize:
         raise ValueError(f"expected numbers of {column.itemsize} bytes, found {len(data)} bytes")

@@ -1,4 +1,4 @@
-"""S, the Sign List: every known conjunction of Tokens, and how Signs contain each other."""
+"""S, the Sign List: the known conjunctions of Tokens, and which contains which."""
 
 from array import array
 from collections.abc import Iterable, Sequence
@@ -6,33 +6,33 @@ from typing import NamedTuple
 
 import msgspec
 
-from farside.dem.journal import Entry, SignAdded, SignRemoved
+from farside.dem.changes import ListChange, SignAdded, SignRemoved
 from farside.dem.lists.packing import packed, unpack_into
 
 Sign = tuple[str, ...]
-"""A conjunction of Tokens: each of them once, sorted."""
+"""A conjunction of Tokens, sorted and without duplicates."""
 
 
 def to_sign(tokens: Iterable[str]) -> Sign:
-    """The Sign of `tokens`, in whatever order they come and however often.
+    """The Sign of `tokens`, in any order and with any duplicates.
 
     Raises:
-        TypeError: if `tokens` is a string, whose letters would pass for Tokens.
+        TypeError: if `tokens` is a string, whose letters would pass as Tokens.
     """
     if isinstance(tokens, str):
         raise TypeError(f"expected Tokens, found the string {tokens!r}: write [{tokens!r}]")
     return tuple(sorted(set(tokens)))
 
 
-class Sensing(NamedTuple):
-    """What `SignList.sense` found, in order of age: the active Signs, and the novel among them."""
+class ActiveSigns(NamedTuple):
+    """The active Signs, and the novel ones among them, as ids in order of age."""
 
     active: list[int]
     novel: list[int]
 
 
 class SignsState(msgspec.Struct, frozen=True, array_like=True):
-    """A Sign List as it is saved: names and `packed` order of age by id, and what else it needs."""
+    """A Sign List as it is saved: by id the names and the `packed` order of age, and the rest."""
 
     names: tuple[Sign, ...]
     born: bytes
@@ -41,18 +41,18 @@ class SignsState(msgspec.Struct, frozen=True, array_like=True):
 
 
 class SignList:
-    """S, every known Sign, by ids that count from 0 and are used again after a removal.
+    """S, every known Sign, by ids that count from 0; those of removed Signs are reused.
 
-    A Token makes its own Sign when it is first sensed. A conjunction of several is watched under
-    one of its Tokens only, the least watched, so that finding the active Signs costs what is
-    sensed and not what is known.
+    A Token becomes a Sign when it is first sensed. A conjunction is indexed under one of its
+    Tokens only, the one with the fewest conjunctions, so that the time to find the active Signs
+    depends on how many Tokens are sensed and not on how many Signs are known.
 
     Attributes:
-        names: Tokens by id, empty where there is no Sign.
-        born: a number that grows with every Sign made, by id: the order of age.
-        structure: moves on whenever Signs come or go.
-        changed: ids that came or went since this was last cleared, for the policy map.
-        journal: where Signs that come and go are written down, if anywhere.
+        names: Tokens by id, empty for a free id.
+        born: serial number of creation by id, which gives the order of age.
+        structure: incremented whenever a Sign is added or removed.
+        changed: ids of Signs that the policy map must look at, since the list was last cleared.
+        recorded: where all changes are recorded for a shadow; `None` if they are not.
     """
 
     def __init__(self) -> None:
@@ -60,9 +60,9 @@ class SignList:
         self.born = array("q")
         self.structure = 0
         self.changed: list[int] = []
-        self.journal: list[Entry] | None = None
+        self.recorded: list[ListChange] | None = None
         self._ids: dict[Sign, int] = {}
-        self._watched: dict[str, list[int]] = {}
+        self._indexed: dict[str, list[int]] = {}
         self._compounds: dict[str, list[int]] = {}
         self._never_active: set[int] = set()
         self._free: list[int] = []
@@ -72,44 +72,44 @@ class SignList:
         return len(self._ids)
 
     def find(self, sign: Sign) -> int | None:
-        """The id of `sign`, `None` where it is not known."""
+        """The id of `sign`, `None` if it is not known."""
         return self._ids.get(sign)
 
     def by_age(self) -> list[int]:
-        """All ids, in order of age."""
+        """All ids, oldest first."""
         return sorted(self._ids.values(), key=self.born.__getitem__)
 
     def add(self, sign: Sign) -> int:
-        """Make `sign` known, if it is not yet: its id."""
+        """Add `sign` unless it is known, and return its id."""
         known = self._ids.get(sign)
         if known is not None:
             return known
         known = self._take_id(sign)
         if len(sign) > 1:
             self._never_active.add(known)
-            self._watch(known)
+            self._index(known)
         return known
 
     def remove(self, sign: int) -> None:
-        """Forget a Sign. The caller makes sure that nothing refers to it."""
+        """Remove a Sign. The caller makes sure that nothing refers to it."""
         self.changed += self.wholes(sign)
         name = self.names[sign]
         if len(name) > 1:
             for token in name:
                 self._compounds[token].remove(sign)
-                if sign in self._watched.get(token, ()):
-                    self._watched[token].remove(sign)
+                if sign in self._indexed.get(token, ()):
+                    self._indexed[token].remove(sign)
         self._never_active.discard(sign)
         del self._ids[name]
         self.names[sign] = ()
         self._free.append(sign)
         self.structure += 1
         self.changed.append(sign)
-        if self.journal is not None:
-            self.journal.append(SignRemoved(sign))
+        if self.recorded is not None:
+            self.recorded.append(SignRemoved(sign))
 
-    def sense(self, tokens: Sign) -> Sensing:
-        """Find the active Signs, making one for each new Token."""
+    def sense(self, tokens: Sign) -> ActiveSigns:
+        """Find the active Signs, adding one for each new Token."""
         active, novel = [], []
         for token in tokens:
             sign = self._ids.get((token,))
@@ -117,15 +117,15 @@ class SignList:
                 sign = self.add((token,))
                 novel.append(sign)
             active.append(sign)
-        if self._watched:
+        if self._indexed:
             conjunctions = self._active_conjunctions(tokens)
             active += conjunctions
             novel += self._never_active.intersection(conjunctions)
             self._never_active.difference_update(conjunctions)
-        return Sensing(self._aged(active), self._aged(novel))
+        return ActiveSigns(self._oldest_first(active), self._oldest_first(novel))
 
     def parts(self, sign: int) -> list[int]:
-        """Known Signs that `sign` implies: those whose Tokens are some of its own, not all."""
+        """The known Signs that `sign` implies: those of a proper subset of its Tokens."""
         tokens = self.names[sign]
         if len(tokens) < 2:
             return []
@@ -142,7 +142,7 @@ class SignList:
         return single + list(compounds)
 
     def wholes(self, sign: int) -> list[int]:
-        """Known Signs that imply `sign`: those that hold all its Tokens and more."""
+        """The known Signs that imply `sign`: those of a proper superset of its Tokens."""
         tokens = self.names[sign]
         if not tokens or not self._compounds:
             return []
@@ -153,7 +153,7 @@ class SignList:
         return [other for other in candidates if other != sign and mine.issubset(self.names[other])]
 
     def is_compound(self, sign: int) -> bool:
-        """Whether the Sign has several Tokens."""
+        """Whether the Sign has more than one Token."""
         return len(self.names[sign]) > 1
 
     def state(self) -> SignsState:
@@ -166,26 +166,26 @@ class SignList:
         )
 
     def restore(self, state: SignsState) -> None:
-        """Become the list that `state` was taken of. This one is new and has no Signs yet."""
+        """Become the list that `state` was taken from. This one must be new."""
         self.names += state.names
         unpack_into(self.born, state.born)
         self._free += state.free
         self._never_active.update(state.never_active)
-        # A removed Sign's number stays until its id is used again: the greatest is the last given.
+        # A free id keeps its serial number, so the greatest is the last that was assigned.
         self._births = max(self.born, default=0)
         self._ids.update((name, sign) for sign, name in enumerate(self.names) if name)
         for sign in self.by_age():
             if self.is_compound(sign):
-                self._watch(sign)
+                self._index(sign)
 
-    def _watch(self, compound: int) -> None:
+    def _index(self, compound: int) -> None:
         tokens = self.names[compound]
-        watches = [self._watched.setdefault(token, []) for token in tokens]
-        min(watches, key=len).append(compound)
+        indexes = [self._indexed.setdefault(token, []) for token in tokens]
+        min(indexes, key=len).append(compound)
         for token in tokens:
             self._compounds.setdefault(token, []).append(compound)
 
-    def _aged(self, signs: Sequence[int]) -> list[int]:
+    def _oldest_first(self, signs: Sequence[int]) -> list[int]:
         return sorted(signs, key=self.born.__getitem__) if len(signs) > 1 else list(signs)
 
     def _active_conjunctions(self, tokens: Sign) -> list[int]:
@@ -193,7 +193,7 @@ class SignList:
         return [
             sign
             for token in tokens
-            for sign in self._watched.get(token, ())
+            for sign in self._indexed.get(token, ())
             if sensed.issuperset(self.names[sign])
         ]
 
@@ -210,6 +210,6 @@ class SignList:
             self.born.append(self._births)
         self._ids[sign] = known
         self.changed.append(known)
-        if self.journal is not None:
-            self.journal.append(SignAdded(sign))
+        if self.recorded is not None:
+            self.recorded.append(SignAdded(sign))
         return known

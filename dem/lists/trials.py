@@ -1,4 +1,4 @@
-"""How often, and how long ago, each Action was performed where each Sign was active."""
+"""How often, and how long ago, each Action was performed while each Sign was active."""
 
 from array import array
 
@@ -15,11 +15,11 @@ class TrialsState(msgspec.Struct, frozen=True, array_like=True):
 
 
 class Trials:
-    """Counts by pair of context and action; see `HypothesisList.cause` for its number.
+    """Trials of each pair of context and action, by the index of `HypothesisList.cause`.
 
     Attributes:
-        tries: how often the action was performed while the context was active.
-        last: the cycle of the last time, -1 for never.
+        tries: number of times that the action was performed while the context was active.
+        last: cycle of the last time, -1 for never.
     """
 
     def __init__(self) -> None:
@@ -27,7 +27,7 @@ class Trials:
         self.last = array("q")
 
     def count(self, cause: int, cycle: int) -> None:
-        """The action was performed in `cycle` while the context was active."""
+        """Count a trial in `cycle`."""
         if cause >= len(self.tries):
             missing = cause + 1 - len(self.tries)
             self.tries.extend([0] * missing)
@@ -36,15 +36,15 @@ class Trials:
         self.last[cause] = cycle
 
     def tried(self, cause: int) -> int:
-        """How often it was tried."""
+        """The number of trials."""
         return self.tries[cause] if cause < len(self.tries) else 0
 
     def last_tried(self, cause: int) -> int:
-        """The cycle in which it was last tried, -1 for never."""
+        """The cycle of the last trial, -1 for never."""
         return self.last[cause] if cause < len(self.last) else -1
 
     def forget(self, causes: range) -> None:
-        """The Sign of these causes is no more."""
+        """Reset the trials of a Sign that is being removed."""
         for cause in causes:
             if cause < len(self.tries):
                 self.tries[cause] = 0
@@ -55,6 +55,6 @@ class Trials:
         return TrialsState(packed(self.tries), packed(self.last))
 
     def restore(self, state: TrialsState) -> None:
-        """Become what `state` was taken of. This one is new."""
+        """Become what `state` was taken from. This one must be new."""
         unpack_into(self.tries, state.tries)
         unpack_into(self.last, state.last)

@@ -1,1 +1,1 @@
-"""From hypotheses to what to do: the Dynamic Policy Map, its paths, and curiosity."""
+"""How the model acts: the Dynamic Policy Map, the policy path, and curiosity."""

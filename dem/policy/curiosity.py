@@ -1,7 +1,7 @@
-"""Curiosity: the policy map with a way into the unknown from everywhere.
+"""Curiosity: a policy map with an arc into the unknown from every Sign.
 
-See `farside.dem.Curiosity` for the rule. The map made here is apart from the Dynamic Policy Map,
-which never holds an arc that is not a hypothesis.
+See `farside.dem.Curiosity` for the rule. This map is separate from the Dynamic Policy Map, whose
+arcs are hypotheses only.
 """
 
 from collections.abc import Sequence
@@ -17,13 +17,13 @@ from farside.dem.policy.spread import relax
 
 
 class Lead(NamedTuple):
-    """What curiosity would do.
+    """The action that curiosity would take.
 
     Attributes:
         sign: the active Sign to act from.
         action: the Action.
-        cost: expected cost to the goal or to something new, whichever is cheaper to reach.
-        tries: whether the action is taken to try it, and not for what it is known to do.
+        cost: expected cost to the goal or the frontier, whichever is less.
+        tries: whether the action is taken to try it out, and not for a known outcome.
     """
 
     sign: int
@@ -33,16 +33,16 @@ class Lead(NamedTuple):
 
 
 class CuriousMap:
-    """Least cost to the goal or the frontier, whichever is cheaper to reach.
+    """Least cost from each Sign to the goal or the frontier, whichever is less.
 
-    It is made for one choice, as what was tried long ago grows more tempting with every cycle, and
-    only as far as that choice needs: the values of the active Signs and of what is no farther.
+    A map serves one choice only, because the costs of trying fall with every cycle. It is computed
+    only as far as that choice needs: for the active Signs and those with lesser values.
 
     Args:
         learner: the lists.
-        curiosity: what the unknown is worth.
-        goal: the goal's Sign; `None` where there is none, or it is not known.
-        active: the Signs to choose an action for.
+        curiosity: the costs of trying.
+        goal: the goal's Sign; `None` if there is no goal, or it is not known.
+        active: the active Signs.
     """
 
     def __init__(
@@ -59,15 +59,15 @@ class CuriousMap:
             self._relax(cost)
 
     def lead(self, last_action: int | None, rng: Generator) -> Lead | None:
-        """What to do with these Signs active, `None` without any.
+        """The action to take, `None` if no Sign is active.
 
-        Least cost first; ties to the older Sign, then to what is known over what is to be tried.
-        Of actions that it would as soon try, the one just performed goes on; without that, one of
-        them at random.
+        The active Sign with the least value decides, ties to the older. A known arc is preferred
+        to a trial at the same cost. Of equally cheap trials, the last action is repeated; if it
+        is not among them, one is drawn at random.
 
         Args:
-            last_action: what was performed in the cycle before, if anything.
-            rng: drawn from once where several actions tie and none of them goes on.
+            last_action: the action performed in the last cycle, if any.
+            rng: drawn from once if several trials tie and the last action is not among them.
         """
         if not self._active:
             return None
@@ -76,9 +76,9 @@ class CuriousMap:
         return self._known(sign) or self._untried(sign, last_action, rng)
 
     def _try_costs(self) -> NDArray[np.float64]:
-        """The least cost of trying anything, by Sign: of what was tried longest ago or never.
+        """The least cost of trying any action, by Sign: that of the action tried longest ago.
 
-        An id without a Sign has one as well, but nothing leads there.
+        Free ids have a cost too, but no arc leads to them.
         """
         learner, curiosity = self._learner, self._curiosity
         sign_count, action_count = len(learner.signs.names), len(learner.actions)
@@ -96,7 +96,7 @@ class CuriousMap:
         relax(self._value, frontier, lists.hypotheses, lists.signs, until=frozenset(self._active))
 
     def _known(self, sign: int) -> Lead | None:
-        """The hypothesis that the Sign owes its value to: its own, or one of a part of it."""
+        """The hypothesis behind the value of a Sign: one of its own, or of one of its parts."""
         hypotheses, value = self._learner.hypotheses, self._value[sign]
         arcs = [
             arc
@@ -124,7 +124,7 @@ class CuriousMap:
         return Lead(sign, action, least, tries=True)
 
     def _cost_of_trying(self, sign: int, action: int) -> float:
-        """Optimistic cost c of an action never tried here, c + r/n of one tried n cycles ago."""
+        """C for an action never tried here, c + r/n for one last tried n cycles ago."""
         learner = self._learner
         last = learner.trials.last_tried(learner.hypotheses.cause(sign, action))
         if last < 0:

@@ -1,27 +1,28 @@
-"""Planning: which goal, which map, which way, and why."""
+"""Planning: the map of the top-goal, and what to read from it: action, path and reason."""
 
 import math
 from collections.abc import Iterator, Sequence
 
 import msgspec
 
+from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import Outlook
-from farside.dem.lists.hypotheses import ActionList, HypothesisList
+from farside.dem.lists.hypotheses import HypothesisList
 from farside.dem.lists.signs import Sign, SignList
-from farside.dem.policy.map import PolicyMap
+from farside.dem.policy.policy_map import PolicyMap
 from farside.dem.policy.spread import Spread
 
-_NO_WAY = Outlook(math.inf, math.inf)
+_NO_PATH = Outlook(math.inf, math.inf)
 
 
 class PolicyValue(msgspec.Struct, frozen=True):
-    """What the DPM knows of a Sign.
+    """A Sign on the DPM.
 
     Attributes:
         sign: the Sign.
-        value: policy value P_v, least total cost estimate from here to the goal.
-        action: best Action here, `None` where the goal is reached.
-        depth: valence depth, steps from here to the goal on the best path.
+        value: policy value P_v, the least total cost estimate from here to the goal.
+        action: the best Action here, `None` at the goal.
+        depth: valence depth, the number of steps on the best path to the goal.
     """
 
     sign: Sign
@@ -30,15 +31,15 @@ class PolicyValue(msgspec.Struct, frozen=True):
     depth: int
 
 
-class PathStep(msgspec.Struct, frozen=True):
+class PolicyStep(msgspec.Struct, frozen=True):
     """One step of the policy path.
 
     Attributes:
-        sign: the context that the step begins from.
-        action: what to do there.
-        cost_to_go: policy value P_v at `sign`.
-        cm: C_m of the hypothesis behind the step.
-        probability: that all goes as planned up to the end of this step, the product of C_m.
+        sign: context of the hypothesis behind the step.
+        action: its Action.
+        cost_to_go: policy value P_v of `sign`.
+        cm: C_m of the hypothesis.
+        probability: that this and all earlier steps succeed at once, the product of their C_m.
     """
 
     sign: Sign
@@ -49,12 +50,12 @@ class PathStep(msgspec.Struct, frozen=True):
 
 
 class Why(msgspec.Struct, frozen=True):
-    """The hypothesis behind an action, and the best one that speaks for another action.
+    """The hypothesis behind an action, and the best one for another action.
 
     Attributes:
         context, action, outcome: the hypothesis.
-        cost_to_go: C_e of the hypothesis and P_v of its outcome together.
-        runner_up: the same for the best other action, `None` where there is none.
+        cost_to_go: C_e of the hypothesis plus P_v of its outcome.
+        runner_up: the same for the best other action, `None` if there is none.
     """
 
     context: Sign
@@ -77,41 +78,41 @@ class Planner:
         self._map: PolicyMap | None = None
 
     def aim(self, goal: Sign | None) -> None:
-        """Bring the map of the top-goal up to date; of a new one, if it is another.
+        """Bring the map up to date, or build a new one if the top-goal has changed.
 
-        There is no map without a top-goal, or towards a Sign that is not known.
+        There is no map without a top-goal, or if its Sign is not known.
         """
         known = None if goal is None else self._signs.find(goal)
         if known is None:
             self._map = None
         elif self._map is None or self._map.goal != known or known in self._signs.changed:
             self._map = PolicyMap(known, self._spread)
-        elif self._hypotheses.changes or self._signs.changed:
-            self._map.update(self._hypotheses.changes, self._signs.changed)
-        self._hypotheses.changes.clear()
+        elif self._hypotheses.cost_changes or self._signs.changed:
+            self._map.update(self._hypotheses.cost_changes, self._signs.changed)
+        self._hypotheses.cost_changes.clear()
         self._signs.changed.clear()
 
     def entry(self, active: Sequence[int]) -> int | None:
-        """The active Sign to act from, `None` where there is nothing to do for the top-goal."""
+        """The active Sign to act from, `None` if the map suggests no action."""
         return None if self._map is None else self._map.entry(active)
 
     def value(self, sign: int) -> float:
-        """P_v of a Sign towards the top-goal, infinite without a map."""
+        """P_v of a Sign towards the top-goal; infinite without a map."""
         return math.inf if self._map is None else self._map.value[sign]
 
     def action(self, sign: int) -> str:
-        """The best action at a Sign that `entry` gave."""
+        """The best action at the Sign that `entry` returned."""
         return self._action_of(next(self._walk(sign)))
 
     def outlook(self, active: Sequence[int]) -> Outlook:
-        """What the situation promises for the top-goal."""
-        return _NO_WAY if self._map is None else self._outlook(self._map, active)
+        """The outlook of the top-goal with these Signs active."""
+        return _NO_PATH if self._map is None else self._outlook(self._map, active)
 
     def detour(self, active: Sequence[int]) -> Outlook:
-        """What it would promise if the hypothesis to act on now never came true again."""
+        """The outlook if the hypothesis to act on next never came true again."""
         entry = self.entry(active)
         if entry is None or self._map is None:
-            return _NO_WAY
+            return _NO_PATH
         cost, blocked = self._hypotheses.cost, next(self._walk(entry))
         held, cost[blocked] = cost[blocked], math.inf
         try:
@@ -122,13 +123,13 @@ class Planner:
     def _outlook(self, policy: PolicyMap, active: Sequence[int]) -> Outlook:
         entry = policy.entry(active)
         if entry is None:
-            return _NO_WAY
+            return _NO_PATH
         costs, action = self._actions.costs, self._hypotheses.action
         planned = sum(costs[action[arc]] for arc in policy.walk(entry))
         return Outlook(policy.value[entry], planned)
 
-    def path(self, active: Sequence[int]) -> tuple[PathStep, ...]:
-        """The best-estimate walk from the situation to the top-goal."""
+    def path(self, active: Sequence[int]) -> tuple[PolicyStep, ...]:
+        """The best-estimate walk from the active Signs to the top-goal."""
         entry = self.entry(active)
         if entry is None:
             return ()
@@ -137,7 +138,7 @@ class Planner:
             context, cm = self._hypotheses.context[arc], self._hypotheses.cm[arc]
             probability *= cm
             steps.append(
-                PathStep(
+                PolicyStep(
                     sign=self._signs.names[context],
                     action=self._action_of(arc),
                     cost_to_go=self.value(context),
@@ -148,7 +149,7 @@ class Planner:
         return tuple(steps)
 
     def why(self, active: Sequence[int]) -> Why | None:
-        """What speaks for the best action in the situation, `None` where there is none."""
+        """The hypothesis behind the best action, and the runner-up; `None` without an action."""
         entry = self.entry(active)
         reason = None if entry is None or self._map is None else self._map.why(entry)
         if reason is None:
@@ -174,7 +175,7 @@ class Planner:
         return tuple(sorted(rows, key=lambda row: (row.value, row.sign)))
 
     def _walk(self, entry: int) -> Iterator[int]:
-        assert self._map is not None  # noqa: S101 - an entry comes from a map
+        assert self._map is not None  # noqa: S101 - there is an entry only with a map
         return self._map.walk(entry)
 
     def _why(self, arc: int, total: float) -> Why:

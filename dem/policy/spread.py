@@ -1,8 +1,8 @@
-"""Spreading activation: least total costs to a goal over the hypotheses, whole or from a frontier.
+"""Spreading activation: least total costs to a goal, computed in full or from a frontier.
 
-Costs are added in floating point, where `a + b` never falls when `a` or `b` rises. So least total
-costs do not depend on the order in which Signs are visited: the heap here, scipy and the repair
-in `policy` agree to the last bit.
+In floating point too, `a + b` never decreases when `a` or `b` increases. So the least total costs
+do not depend on the order in which Signs are visited: the priority queue here, scipy, and the
+repair in `policy_map` agree to the last bit.
 """
 
 import math
@@ -17,12 +17,12 @@ from farside.dem.lists.hypotheses import HypothesisList
 from farside.dem.lists.signs import SignList
 
 FEW_ARCS = 50_000
-"""Below this the heap is used (project default): importing scipy takes 0.7 s, once, and the heap
-needs 25 ms for so many arcs."""
+"""The number of arcs from which scipy is used (project default): importing scipy takes 0.7 s,
+once, and the priority queue 25 ms for so many arcs."""
 
 
 def implications(signs: SignList) -> NDArray[np.int64]:
-    """Every pair of a Sign and a Sign that it implies, a row each."""
+    """All pairs of a Sign and a Sign that it implies, one in each row."""
     pairs = [
         (whole, part)
         for whole, tokens in enumerate(signs.names)
@@ -41,22 +41,22 @@ def relax(
     limit: float = math.inf,
     until: Container[int] = (),
 ) -> bool:
-    """Lower `value` until nothing is gained any more, beginning at `frontier`.
+    """Relax arcs from `frontier` on until no value can be lowered any more.
 
-    The seed spreads activation breadth-first and re-activates what a cheaper path reaches. Taking
-    the cheapest Sign first (Dijkstra) gives the same values and hardly ever re-activates.
+    The seed spreads activation breadth-first, and again from each Sign that a cheaper path
+    reaches. Cheapest first (Dijkstra) gives the same values with hardly any repetition.
 
     Args:
-        value: total cost from each Sign, changed in place.
-        frontier: heap of (value, Sign) whose values were lowered; used up.
+        value: total cost from each Sign to the goal, changed in place.
+        frontier: heap of (value, Sign) with the values that were lowered; emptied.
         hypotheses: arcs from context to outcome, at their cost estimates.
         signs: arcs from whole to part, at no cost.
-        limit: number of Signs to spread from.
-        until: the nearest of these Signs ends it, once all as near as it have their values. What
-            is farther may be left too high, but above the value of that Sign.
+        limit: greatest number of Signs to spread from.
+        until: stop at the nearest of these Signs, when it and all Signs at the same value are
+            final. Values of Signs farther from the goal may then be too high.
 
     Returns:
-        False if `limit` was reached, with `value` halfway.
+        False if `limit` was exceeded, in which case `value` is only partly relaxed.
     """
     context, cost, wholes = hypotheses.context, hypotheses.cost, signs.wholes
     first, following = hypotheses.by_outcome.first, hypotheses.by_outcome.following
@@ -72,7 +72,7 @@ def relax(
         spread_from += 1
         if spread_from > limit:
             return False
-        # Walked in place: a generator would take half as long again.
+        # Not `of_outcome`: a generator would take half as long again.
         arc = first[sign] if sign < len(first) else -1
         while arc >= 0:
             # P_v(s) = min over (s ∧ a → s′) of C_e + P_v(s′)
@@ -90,10 +90,10 @@ def relax(
 
 
 class Spread:
-    """Policy values of all Signs for any goal. Keeps what is the same for every goal and cost.
+    """Policy values of all Signs for any goal. Caches what does not depend on goal and costs.
 
     Attributes:
-        hypotheses, signs: the lists to spread over.
+        hypotheses, signs: the lists that give the arcs.
     """
 
     def __init__(self, hypotheses: HypothesisList, signs: SignList) -> None:
@@ -103,10 +103,10 @@ class Spread:
 
     @property
     def repairable(self) -> int:
-        """How many values may change before new ones are as quick as a repair, about.
+        """The number of changed values from which a new map is about as fast as a repair.
 
-        Project default, as measured: a repair takes 4 times as long for each Sign as the heap,
-        and 32 times as long as scipy.
+        Project default, as measured: for each Sign, a repair takes 4 times as long as a new map
+        with the priority queue, and 32 times as long as with scipy.
         """
         return len(self.signs.names) // (4 if self._is_small else 32)
 
@@ -115,9 +115,9 @@ class Spread:
         return len(self.hypotheses) < FEW_ARCS
 
     def values(self, goal: int) -> list[float]:
-        """P_v by Sign id, infinite where no path leads to `goal`. Source: seed, equations 4 and 5.
+        """P_v by Sign id, infinite if no path leads to `goal`. Source: seed, equations 4 and 5.
 
-        Dijkstra's algorithm, in Python on few arcs and by scipy on many. Both find the same.
+        Dijkstra's algorithm, in Python for few arcs and with scipy for many; the values are equal.
         """
         if self._is_small:
             value = [math.inf] * len(self.signs.names)
@@ -131,9 +131,9 @@ class Spread:
 
 
 class _Graph:
-    """The arcs as scipy takes them, from outcome to context; only their costs are taken anew.
+    """The arcs as a sparse matrix for scipy, from outcome to context; only the costs vary.
 
-    scipy is imported here, for few runs need it.
+    scipy is imported here because few runs need it.
     """
 
     def __init__(self, hypotheses: HypothesisList, signs: SignList) -> None:
@@ -147,8 +147,8 @@ class _Graph:
         self._free = np.zeros(len(implied))
         context = np.concatenate((np.asarray(hypotheses.context), implied[:, 0]))
         outcome = np.concatenate((np.asarray(hypotheses.outcome), implied[:, 1]))
-        # Arcs that lead nowhere are left out, and parallel ones take one place: the least of
-        # their costs counts, where scipy by itself would sum them.
+        # Loops are left out. Parallel arcs share one entry of the matrix, with the least of their
+        # costs: scipy by itself would add them up.
         ends = outcome * np.int64(sign_count) + context
         order = np.argsort(ends)
         self._order = order[context[order] != outcome[order]]

@@ -1,4 +1,4 @@
-"""`farside dem`: the Dynamic Expectancy Model without a mission around it."""
+"""`farside dem`: the Dynamic Expectancy Model without a mission."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,12 +11,12 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from farside.dem import DynamicExpectancyModel, Goal, Hypothesis, Parameters, PolicyValue, Sign
+from farside.dem import DynamicExpectancyModel, Hypothesis, Parameters, PolicyValue, Sign
 from farside.missions.commands.dem_stream import RecordedCycle, StreamError, read_stream
 from farside.missions.figure1.example import GOALS, SEED, Figure1, run_figure1
 
 _DEFAULTS = Parameters()
-_UNSTATED_COST = 1.0
+_DEFAULT_COST = 1.0
 _ROWS = 30
 
 dem_app = typer.Typer(
@@ -25,31 +25,37 @@ dem_app = typer.Typer(
 
 
 class GoalPolicy(msgspec.Struct, frozen=True):
-    """A goal and the policy values towards it, the goal first and the farthest last."""
+    """A goal and the policy values towards it, the goal first and the farthest Sign last."""
 
     goal: Sign
     values: tuple[PolicyValue, ...]
 
 
-class Learned(msgspec.Struct, frozen=True):
-    """What a stream taught: the object that `farside dem learn --json` prints."""
+class LearnedLists(msgspec.Struct, frozen=True):
+    """The lists learned from a stream: the object that `farside dem learn --json` prints."""
 
     signs: tuple[Sign, ...]
     hypotheses: tuple[Hypothesis, ...]
     policies: tuple[GoalPolicy, ...]
 
 
+class GoalOption(NamedTuple):
+    """A goal, as typer reads it: a bare tuple would pass for several values."""
+
+    sign: Sign
+
+
 class ActionCost(NamedTuple):
-    """What an action costs."""
+    """The cost of an action."""
 
     action: str
     cost: float
 
 
-def _goal(text: str) -> Goal:
+def _goal(text: str) -> GoalOption:
     if not text.split():
-        raise typer.BadParameter("expected Tokens separated by blanks, found none")
-    return Goal(tuple(sorted(set(text.split()))), priority=1.0)
+        raise typer.BadParameter("expected Tokens separated by spaces, found none")
+    return GoalOption(tuple(sorted(set(text.split()))))
 
 
 def _action_cost(text: str) -> ActionCost:
@@ -69,23 +75,23 @@ def learn(
         str,
         typer.Argument(
             metavar="STREAM.jsonl",
-            help='Recorded cycles, {"tokens": ["at:0,0"], "action": "N"} a line: the Tokens '
-            "sensed and the action then performed, null for none. '-' is standard input.",
+            help='Recorded cycles, one {"tokens": ["at:0,0"], "action": "N"} per line: the '
+            "Tokens sensed and the action then performed, null for none. '-' is standard input.",
         ),
     ],
     goals: Annotated[
-        list[Goal] | None,
+        list[GoalOption] | None,
         typer.Option(
             "--goal",
             parser=_goal,
             metavar="TOKENS",
-            help="Show the policy towards this Sign: its Tokens, separated by blanks. Repeatable.",
+            help="Show the policy towards this Sign: its Tokens, separated by spaces. Repeatable.",
         ),
     ] = None,
     alpha: Annotated[float, typer.Option(help="α, gain of C_m on success.")] = _DEFAULTS.alpha,
     beta: Annotated[float, typer.Option(help="β, loss of C_m on failure.")] = _DEFAULTS.beta,
     learning_probability: Annotated[
-        float, typer.Option(help="λ, chance that an opportunity to learn is taken.")
+        float, typer.Option(help="λ, probability that an opportunity to learn is taken.")
     ] = _DEFAULTS.learning_probability,
     initial_cm: Annotated[
         float, typer.Option(help="C_m of a new hypothesis.")
@@ -99,22 +105,22 @@ def learn(
             "--action-cost",
             parser=_action_cost,
             metavar="ACTION=COST",
-            help=f"Cost of an action, {_UNSTATED_COST:g} where not stated. Repeatable.",
+            help=f"Cost of an action, {_DEFAULT_COST:g} by default. Repeatable.",
         ),
     ] = None,
     no_differentiation: Annotated[
-        bool, typer.Option("--no-differentiation", help="Make no conjunctions of Tokens.")
+        bool, typer.Option("--no-differentiation", help="Do not form conjunctions of Tokens.")
     ] = False,
     no_removal: Annotated[
         bool, typer.Option("--no-removal", help="Keep ineffective hypotheses.")
     ] = False,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of what chance decides.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random generator.")] = 0,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Feed recorded cycles to the model and print its lists.
 
-    The goals are on the Goal List from the first cycle on, so that a goal of several Tokens is a
-    Sign that the model can learn about.
+    The goals are on the Goal List from the first cycle on, so that the model can learn about a
+    goal of several Tokens.
 
     \b
     farside dem learn drive.jsonl
@@ -134,12 +140,12 @@ def learn(
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     cycles = read_stream(stream)
-    costs = dict.fromkeys((c.action for c in cycles if c.action is not None), _UNSTATED_COST)
+    costs = dict.fromkeys((c.action for c in cycles if c.action is not None), _DEFAULT_COST)
     costs |= dict(action_costs or ())
     if not costs:
-        raise StreamError(f"{stream}: expected an action in one cycle at least, found none")
+        raise StreamError(f"{stream}: expected an action in at least one cycle, found none")
     model = DynamicExpectancyModel(costs, parameters, rng=np.random.default_rng(seed))
-    learned = _learn(model, cycles, goals or ())
+    learned = _learn(model, cycles, [goal.sign for goal in goals or ()])
     if json:
         print(msgspec.json.encode(learned).decode())  # noqa: T201
     else:
@@ -147,35 +153,35 @@ def learn(
 
 
 def _learn(
-    model: DynamicExpectancyModel, cycles: Sequence[RecordedCycle], goals: Sequence[Goal]
-) -> Learned:
+    model: DynamicExpectancyModel, cycles: Sequence[RecordedCycle], goals: Sequence[Sign]
+) -> LearnedLists:
     _set(model, goals)
     for cycle in cycles:
         reached = model.sense(cycle.tokens).reached
         model.perform(cycle.action)
-        _set(model, reached)
+        _set(model, [goal.tokens for goal in reached])
     for goal in goals:
-        model.withdraw_goal(goal.tokens)
-    return Learned(
+        model.withdraw_goal(goal)
+    return LearnedLists(
         signs=model.signs,
         hypotheses=model.hypotheses,
         policies=tuple(_policy(model, goal) for goal in goals),
     )
 
 
-def _set(model: DynamicExpectancyModel, goals: Sequence[Goal]) -> None:
+def _set(model: DynamicExpectancyModel, goals: Sequence[Sign]) -> None:
     for goal in goals:
-        model.set_goal(goal.tokens, goal.priority)
+        model.set_goal(goal, priority=1.0)
 
 
-def _policy(model: DynamicExpectancyModel, goal: Goal) -> GoalPolicy:
+def _policy(model: DynamicExpectancyModel, goal: Sign) -> GoalPolicy:
     _set(model, [goal])
     values = model.policy_map()
-    model.withdraw_goal(goal.tokens)
-    return GoalPolicy(goal.tokens, values)
+    model.withdraw_goal(goal)
+    return GoalPolicy(goal, values)
 
 
-def _show(learned: Learned, console: Console) -> None:
+def _show(learned: LearnedLists, console: Console) -> None:
     signs = [(str(number), _words(sign)) for number, sign in enumerate(learned.signs, start=1)]
     _show_table(console, "Signs", ("sign", "tokens"), signs)
     strongest = sorted(learned.hypotheses, key=lambda h: (-h.cm, -h.predictions))
@@ -210,7 +216,7 @@ def _words(sign: Sign) -> str:
 def _show_table(
     console: Console, title: str, columns: Sequence[str], rows: Sequence[tuple[str, ...]]
 ) -> None:
-    """Print the first rows, and how many more there are."""
+    """Print the first rows, and the number of further ones."""
     console.print(Text.assemble((title, "bold"), f"  {len(rows)}"))
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
     for column in columns:
@@ -233,8 +239,8 @@ def figure1(
 ) -> None:
     """The worked example of the model: a yard of 74 places, learned by 2000 random actions.
 
-    Three goals are set in turn. For each the height of a column at every place is its policy
-    value: how far the goal is. The pictures need Farside's extra `figures`.
+    Three goals are set one after another. For each, the height of a column is the policy value of
+    its place: the expected cost to reach the goal. Requires Farside's extra `figures`.
 
     \b
     farside dem figure1
@@ -245,7 +251,7 @@ def figure1(
         from farside.missions.figure1.png import write_png  # noqa: PLC0415
     except ModuleNotFoundError as error:
         raise typer.BadParameter(
-            f"expected plotly and Pillow for the pictures, found no {error.name}: "
+            f"expected plotly and Pillow to draw the pictures, found no {error.name}: "
             "pip install 'farside[figures]'"
         ) from error
     figure = run_figure1(seed)
@@ -264,7 +270,7 @@ def _show_figure1(figure: Figure1, console: Console) -> None:
     )
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
     table.add_column("goal")
-    table.add_column("map made in")
+    table.add_column("map built in")
     named = [name for name in (*GOALS, "D", "8,4") if f"at:{name}" in figure.chart.cells]
     for name in named:
         table.add_column(f"P_v at {name}")

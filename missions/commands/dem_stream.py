@@ -1,4 +1,4 @@
-"""Recorded cycles as JSON, an object a line: what `farside dem learn` reads."""
+"""Recorded cycles as JSON Lines: the input of `farside dem learn`."""
 
 import sys
 from collections.abc import Iterable
@@ -9,11 +9,11 @@ import msgspec
 from farside.validation import one_line
 
 STDIN = "-"
-"""The name under which `read_stream` reads standard input."""
+"""The name of standard input for `read_stream`."""
 
 
 class StreamError(Exception):
-    """No cycles can be read. Its text names file, line, what was expected and what was found."""
+    """The input is not a stream of cycles. The text says where, what was expected and found."""
 
 
 class RecordedCycle(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
@@ -35,7 +35,7 @@ def read_stream(source: str) -> list[RecordedCycle]:
     """All cycles of the file `source`, or of standard input for `-`. Blank lines are skipped.
 
     Raises:
-        StreamError: if there is no such file, or a line is no cycle.
+        StreamError: if the file cannot be read, or a line is not a cycle.
     """
     if source == STDIN:
         return _cycles("standard input", sys.stdin.buffer)

@@ -1,1 +1,1 @@
-"""The worked example of the seed's figure 1, computed and drawn."""
+"""The worked example of the seed, its figure 1: computed and drawn."""

@@ -17,25 +17,25 @@ ACTION_COST = 2.66
 """Cost of each action. Source: seed."""
 
 GOALS = ("A", "B", "C")
-"""The places that are goals, in turn. Source: seed."""
+"""The goals, one after another. Source: seed."""
 
 SEED = 3
-"""A seed with which 2000 random actions see all places; with most they miss a room."""
+"""A seed with which 2000 random actions visit all places; with most seeds they miss a room."""
 
 TALLEST = 7.0
-"""Height of the column of the greatest policy value, in cells."""
+"""Height of the highest column, in cells."""
 
 _RAMP = ("#ffd27a", "#f79a5c", "#e2606c", "#a8458a", "#65398f", "#2b2a66")  # near the goal: first
 _GOAL, _WALL, _ROCK, _UNSEEN = "#2fae72", "#cfd5dd", "#98897a", "#f3f4f6"
 
 
 class Panel(NamedTuple):
-    """What the model knows of the way to one goal.
+    """The policy map for one goal.
 
     Attributes:
         goal: the goal's name.
-        values: policy values by place; without the places that no known path leads on from.
-        build_s: wall time that making the Dynamic Policy Map took. For display only.
+        values: policy values by place, without places that have no known path to the goal.
+        build_s: wall time to build the Dynamic Policy Map. For display only.
     """
 
     goal: str
@@ -44,7 +44,7 @@ class Panel(NamedTuple):
 
 
 class Figure1(NamedTuple):
-    """The yard, the model that has learned it, and a panel for each goal."""
+    """The yard, the model that learned it, and a panel for each goal."""
 
     chart: Chart
     model: DynamicExpectancyModel
@@ -52,13 +52,13 @@ class Figure1(NamedTuple):
 
 
 class Block(NamedTuple):
-    """A box on a cell of the chart, ready to be drawn.
+    """A box that fills a cell of the chart, ready to be drawn.
 
     Attributes:
-        cell: where it stands, filling the cell.
+        cell: the cell.
         height: in cells.
         colour: as `#rrggbb`.
-        words: what there is to know of it, a line each.
+        words: lines of text about it.
     """
 
     cell: Cell
@@ -68,18 +68,20 @@ class Block(NamedTuple):
 
 
 def run_figure1(seed: int) -> Figure1:
-    """Learn the yard of the mission `blackout` by random actions, then make the three maps.
+    """Learn the yard of the mission `blackout` by random actions, then build the three maps.
 
-    A move against a wall or a rock leaves the robot where it is.
+    A move against a wall or a rock has no effect.
 
     Args:
-        seed: of the random actions.
+        seed: seed of the random actions.
     """
     chart = load_mission("blackout").mission.world.chart()
-    wander, own = (np.random.default_rng(part) for part in np.random.SeedSequence(seed).spawn(2))
-    model = DynamicExpectancyModel(dict.fromkeys(ACTIONS, ACTION_COST), rng=own)
+    action_seed, model_seed = np.random.SeedSequence(seed).spawn(2)
+    model = DynamicExpectancyModel(
+        dict.fromkeys(ACTIONS, ACTION_COST), rng=np.random.default_rng(model_seed)
+    )
     cell = chart.cells["at:D"]
-    for action in wander.choice(list(ACTIONS), CYCLES):
+    for action in np.random.default_rng(action_seed).choice(list(ACTIONS), CYCLES):
         model.sense([chart.tokens[cell]])
         model.perform(str(action))
         beside = cell.beside(action)
@@ -98,13 +100,13 @@ def _panel(chart: Chart, model: DynamicExpectancyModel, goal: str) -> Panel:
 
 
 def greatest_value(figure: Figure1) -> float:
-    """The greatest policy value of all panels, which share one scale; 0 without any."""
+    """The greatest policy value in any panel, for a common scale; 0 if there is none."""
     values = (value.value for panel in figure.panels for value in panel.values.values())
     return max(values, default=0.0)
 
 
 def blocks(figure: Figure1, panel: Panel) -> Iterator[Block]:
-    """All that one picture shows: a column for each place, walls and rocks."""
+    """The contents of one picture: a column for each place, walls and rocks."""
     chart, greatest = figure.chart, greatest_value(figure)
     rocks = set(chart.rocks)
     for row, line in enumerate(reversed(chart.rows)):
@@ -137,13 +139,13 @@ def _column(token: str, cell: Cell, value: PolicyValue | None, greatest: float) 
 
 
 def ramp(share: float) -> str:
-    """The colour of a value, given as a share of the greatest: light near the goal, dark far."""
+    """The colour of a value, given as a fraction of the greatest: light near the goal, dark far."""
     position = share * (len(_RAMP) - 1)
     lower = min(int(position), len(_RAMP) - 2)
     return mixed(_RAMP[lower], _RAMP[lower + 1], position - lower)
 
 
 def mixed(colour: str, other: str, share: float) -> str:
-    """A colour that is `share` of the way from `colour` to `other`, all as `#rrggbb`."""
+    """The colour a fraction `share` of the way from `colour` to `other`, all as `#rrggbb`."""
     pairs = zip(bytes.fromhex(colour[1:]), bytes.fromhex(other[1:]), strict=True)
     return "#" + bytes(round(a + (b - a) * share) for a, b in pairs).hex()

@@ -1,4 +1,4 @@
-"""Figure 1 as one page that needs nothing else: three yards of columns to turn and point at."""
+"""Figure 1 as one self-contained page: three yards of columns to rotate and to point at."""
 
 import html
 from pathlib import Path
@@ -21,8 +21,8 @@ from farside.missions.figure1.example import (
 )
 
 _CORNERS = tuple((east, north, up) for up in (0, 1) for north in (0, 1) for east in (0, 1))
-# Two triangles a face, their corners anticlockwise as seen from outside, and how much darker than
-# the top the face is; no floor. Light that the library itself casts fails without perspective.
+# Two triangles for each face, with corners anticlockwise from outside, and how much darker it is
+# than the top; no bottom. The library's own lighting fails with orthographic projection.
 _FACES = (
     ((4, 5, 7), (4, 7, 6), 0.0),
     ((0, 1, 5), (0, 5, 4), 0.16),
@@ -30,13 +30,13 @@ _FACES = (
     ((3, 2, 6), (3, 6, 7), 0.16),
     ((2, 0, 4), (2, 4, 6), 0.32),
 )
-_AIR = 0.04  # in cells
+_GAP = 0.04  # in cells
 _CAMERA = {
     "projection": {"type": "orthographic"},
     "eye": {"x": 0.5, "y": -1.4, "z": 1.6},
     "center": {"x": 0, "y": 0, "z": 0.01},
 }
-_ZOOM = 8.5  # cells to a unit of the scene
+_ZOOM = 8.5  # cells per unit of the scene
 
 _PAGE = Template("""<!doctype html>
 <html lang="en">
@@ -62,16 +62,16 @@ _PAGE = Template("""<!doctype html>
 </head>
 <body>
 <h1>Three goals, three policy maps</h1>
-<p>A yard of $places places, learned by $cycles random actions at a cost of $cost each. A column is
-as high as the policy value of its place: the least estimated cost from there to the goal, which is
-the green place under the pin. Drag to turn, scroll to come closer; all three turn together. Point
-at a column to read it.</p>
+<p>A yard of $places places, learned by $cycles random actions at a cost of $cost each. The height
+of a column is the policy value of its place: the least estimated cost from there to the goal, the
+green place under the pin. Drag to rotate, scroll to zoom; all three rotate together. Point at a
+column for its values.</p>
 <main>
 $yards
 </main>
 <footer><span>policy value 0</span><span class="ramp"></span><span>$greatest</span></footer>
 <script>
-// The first yard was drawn when it was alone on the page. Whoever turns one turns them all.
+// The first yard was drawn while it was alone on the page. Rotating one yard rotates all.
 const yards = [...document.querySelectorAll(".plotly-graph-div")];
 for (const yard of yards) {
   Plotly.Plots.resize(yard);
@@ -90,7 +90,7 @@ for (const yard of yards) {
 
 
 def write_page(figure: Figure1, path: Path) -> None:
-    """Write the page, the drawing library inside.
+    """Write the page, including the drawing library.
 
     Raises:
         OSError: if the file cannot be written.
@@ -165,8 +165,8 @@ def _mesh(boxes: list[Block]) -> graph_objects.Mesh3d:
 
 
 def _corner(box: Block, offset: tuple[int, int, int]) -> tuple[float, float, float]:
-    """A corner of a box that leaves a little air around it, or columns would flow together."""
+    """A corner of a box, which leaves a small gap to its neighbours so that columns stand apart."""
     east, north = (
-        place + (1 - _AIR if side else _AIR) for place, side in zip(box.cell, offset, strict=False)
+        edge + (1 - _GAP if side else _GAP) for edge, side in zip(box.cell, offset, strict=False)
     )
     return east, north, box.height * offset[2]

@@ -1,4 +1,4 @@
-"""Figure 1 as one PNG: three yards of columns side by side, drawn from the farthest column on."""
+"""Figure 1 as one PNG: three yards of columns side by side, the farthest columns drawn first."""
 
 import math
 from pathlib import Path
@@ -16,7 +16,7 @@ from farside.missions.figure1.example import (
 )
 from farside.places import Cell
 
-_SMOOTH = 2  # drawn so many times larger, then reduced
+_SMOOTH = 2  # supersampling: drawn so many times larger, then reduced
 _CELL = 40 * _SMOOTH
 _WIDTH, _HEIGHT = 880 * _SMOOTH, 700 * _SMOOTH
 _TURN, _TILT = math.radians(-20), math.radians(48)
@@ -28,7 +28,7 @@ Point = tuple[float, float]
 
 
 def write_png(figure: Figure1, path: Path) -> None:
-    """Draw all panels in one look and on one scale.
+    """Draw all panels in the same view and on the same scale.
 
     Raises:
         OSError: if the file cannot be written.
@@ -55,7 +55,7 @@ def _yard(figure: Figure1, panel: Panel) -> Image.Image:
 
 
 def _away(cell: Cell) -> float:
-    """How far a cell is from the beholder, who stands in the south."""
+    """The distance of a cell from the viewer, who looks from the south."""
     return cell.east * math.sin(_TURN) + cell.north * math.cos(_TURN)
 
 
@@ -68,7 +68,7 @@ def _project(east: float, north: float, up: float, middle: Point) -> Point:
 
 
 def _draw(drawing: ImageDraw.ImageDraw, block: Block, middle: Point) -> None:
-    """Paint the sides of a block that face the beholder, then its top."""
+    """Paint the sides of a block that face the viewer, then its top."""
     east, north = block.cell
 
     def corner(offset: tuple[int, int], up: float) -> Point:
@@ -80,7 +80,7 @@ def _draw(drawing: ImageDraw.ImageDraw, block: Block, middle: Point) -> None:
         drawing.line([*face, face[0]], fill=edge, width=_SMOOTH, joint="curve")
 
     for (start, end), shade in zip(_SIDES, _SHADE, strict=True):
-        # Corners run anticlockwise, so a side that faces the beholder runs from left to right.
+        # Corners run anticlockwise, so a side that faces the viewer runs from left to right.
         if corner(start, 0)[0] < corner(end, 0)[0] and block.height:
             rising = [corner(end, block.height), corner(start, block.height)]
             paint([corner(start, 0), corner(end, 0), *rising], shade)
@@ -88,7 +88,7 @@ def _draw(drawing: ImageDraw.ImageDraw, block: Block, middle: Point) -> None:
 
 
 def _pin(picture: Image.Image, cell: Cell, middle: Point, name: str) -> None:
-    """Mark the goal, which is flat and may lie behind columns."""
+    """Mark the goal, which has no column and may be hidden behind others."""
     foot = _project(cell.east + 0.5, cell.north + 0.5, 0, middle)
     head = _project(cell.east + 0.5, cell.north + 0.5, 4, middle)
     radius = 0.5 * _CELL

@@ -1,4 +1,4 @@
-"""The cost of a cycle, and of a hypothesis in memory, in a place world of any size."""
+"""Time of a cycle and memory of a hypothesis, in a small world and a large one."""
 
 import resource
 import statistics
@@ -12,12 +12,12 @@ from rich.table import Table
 from farside.dem import DynamicExpectancyModel
 
 ACTIONS = "NESW"
-SMALL, LARGE = 16, 500  # sides of the yards: about 1,000 and 1,000,000 hypotheses
+SMALL, LARGE = 16, 500  # sides of the squares: about 1,000 and 1,000,000 hypotheses
 CYCLES = 20_000
 
 
 class Size(NamedTuple):
-    """A model in a yard without walls, with what it knows and what it takes."""
+    """The number of hypotheses of a model, and what it costs to keep them."""
 
     hypotheses: int
     cycle_s: float
@@ -25,7 +25,7 @@ class Size(NamedTuple):
 
 
 class Torus:
-    """A square yard that goes on at the other side, so that every place is alike."""
+    """A square of places that wraps around at its sides, so that all places are alike."""
 
     def __init__(self, side: int) -> None:
         self.side = side
@@ -36,7 +36,7 @@ class Torus:
         self._east = self._north = 0
 
     def cycle(self, action: int) -> float:
-        """Live through one cycle: how long the model took."""
+        """Run one cycle and return the time that the model took."""
         tokens = self._tokens[self._north * self.side + self._east]
         began = time.perf_counter()
         self.model.sense(tokens)
@@ -58,7 +58,7 @@ class Torus:
 
 
 def measure(side: int) -> Size:
-    """Learn a yard whole, then wander about in it."""
+    """Learn the whole world, then move around in it at random."""
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     torus = Torus(side)
     torus.try_everything()
@@ -70,16 +70,16 @@ def measure(side: int) -> Size:
 
 
 def table() -> Table:
-    """Measure, and set out the figures."""
+    """Measure, and tabulate the figures."""
     small, large = measure(SMALL), measure(LARGE)
-    found = Table("what", "figure", "line")
+    found = Table("measure", "figure", "limit")
     for size in (small, large):
         found.add_row(
-            f"a cycle at {size.hypotheses:,} hypotheses (µs)", f"{1e6 * size.cycle_s:.1f}", "40"
+            f"cycle with {size.hypotheses:,} hypotheses (µs)", f"{1e6 * size.cycle_s:.1f}", "40"
         )
-    found.add_row("the second / the first", f"{large.cycle_s / small.cycle_s:.2f}", "2")
+    found.add_row("second / first", f"{large.cycle_s / small.cycle_s:.2f}", "2")
     found.add_row(
-        f"memory at {large.hypotheses:,}, Signs and all (bytes a hypothesis)",
+        f"memory with {large.hypotheses:,}, Signs included (bytes per hypothesis)",
         f"{large.byte_per_hypothesis:.0f}",
         "300",
     )

@@ -1,7 +1,7 @@
-"""`python tests/bench/dem_map.py`: the Dynamic Policy Map beside scipy's Dijkstra, as ratios.
+"""`python tests/bench/dem_map.py`: the Dynamic Policy Map compared with scipy's Dijkstra.
 
-Each figure that is a ratio is taken in one run, its two sides in turn, so that a machine whose
-speed drifts drifts for both.
+Both sides of a ratio are measured alternately in one run, so that a drift in the machine's speed
+affects both.
 """
 
 import statistics
@@ -16,10 +16,11 @@ from rich.table import Table
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
-from farside.dem.lists.hypotheses import ActionList, Change, HypothesisList
+from farside.dem.lists.actions import ActionList
+from farside.dem.lists.hypotheses import CostChange, HypothesisList
 from farside.dem.lists.signs import SignList
 from farside.dem.parameters import Parameters
-from farside.dem.policy.map import PolicyMap
+from farside.dem.policy.policy_map import PolicyMap
 from farside.dem.policy.spread import Spread
 
 ACTION_COST = 2.66
@@ -29,7 +30,7 @@ Ids = NDArray[np.int64]
 
 
 class Graph(NamedTuple):
-    """Ends and C_m of hypotheses."""
+    """Signs, actions and C_m of hypotheses, as columns."""
 
     sign_count: int
     context: Ids
@@ -39,7 +40,7 @@ class Graph(NamedTuple):
 
 
 def grid(east: int, north: int, rng: np.random.Generator) -> Graph:
-    """Places on a grid and four actions at each; at the border an action leaves one in place."""
+    """A grid of places with four actions each; an action off the grid has no effect."""
     place = np.arange(east * north)
     x, y = place % east, place // east
     beside = [(x + dx).clip(0, east - 1) + (y + dy).clip(0, north - 1) * east for dx, dy in MOVES]
@@ -56,14 +57,14 @@ MOVES = ((0, 1), (1, 0), (0, -1), (-1, 0))
 
 
 def random_graph(signs: int, hypotheses: int, rng: np.random.Generator) -> Graph:
-    """Hypotheses from anywhere to anywhere."""
+    """Hypotheses between random Signs."""
     context, outcome = rng.integers(signs, size=(2, hypotheses))
     action = rng.integers(4, size=hypotheses)
     return Graph(signs, context, outcome, action, rng.uniform(0.05, 1.0, hypotheses))
 
 
 def lists(graph: Graph) -> tuple[HypothesisList, SignList]:
-    """The lists of a model that has learned a graph."""
+    """The lists of a model that learned a graph."""
     signs = SignList()
     for sign in range(graph.sign_count):
         signs.add((f"at:{sign}",))
@@ -79,7 +80,7 @@ def lists(graph: Graph) -> tuple[HypothesisList, SignList]:
 
 
 def _plain_matrix(graph: Graph) -> csr_array:
-    """All arcs of a graph, ready for scipy: of parallel ones the least, loops and all."""
+    """The arcs of a graph as a matrix for scipy: the least of parallel ones, and all loops."""
     cost = ACTION_COST / graph.cm
     order = np.lexsort((cost, graph.context, graph.outcome))
     ends = np.stack((graph.outcome[order], graph.context[order]))
@@ -100,10 +101,10 @@ class WholeMap(NamedTuple):
     """Medians in seconds.
 
     Attributes:
-        scipy_s: scipy's Dijkstra alone, arcs ready.
-        build_s: the map for a new goal, of hypotheses that changed in cost only.
-        first_s: the map after hypotheses came or went.
-        table_s: values, best actions and depths of all Signs, read from the map.
+        scipy_s: scipy's Dijkstra alone, on a finished matrix.
+        build_s: a new map after changes of cost only.
+        first_s: a new map after hypotheses were created or removed.
+        table_s: values, best actions and depths of all Signs from an existing map.
     """
 
     scipy_s: float
@@ -113,7 +114,7 @@ class WholeMap(NamedTuple):
 
 
 def whole_map(graph: Graph) -> WholeMap:
-    """Build the map of a graph for a goal, beside scipy on the same graph."""
+    """Build the map of a graph for a goal, and run scipy on the same graph."""
     hypotheses, signs = lists(graph)
     matrix = _plain_matrix(graph)
     goal = graph.sign_count // 2
@@ -133,7 +134,7 @@ def whole_map(graph: Graph) -> WholeMap:
 
 
 class Updates(NamedTuple):
-    """Seconds that the map took to follow one change of C_m each."""
+    """Seconds to build a map, and to update it after one change of C_m."""
 
     build_s: float
     median_s: float
@@ -142,9 +143,10 @@ class Updates(NamedTuple):
 
 
 def updates(graph: Graph, rng: np.random.Generator, *, on_paths: bool = False) -> Updates:
-    """Change C_m of one random hypothesis after the other, up or down, and follow each.
+    """Change C_m of random hypotheses one by one, up or down, with an update after each.
 
-    With `on_paths`, only of such as are the best at their context: the others concern no value.
+    With `on_paths`, only of hypotheses that are the best at their context: no other change of a
+    cost affects a value, unless it makes the hypothesis the best.
     """
     hypotheses, signs = lists(graph)
     spread = Spread(hypotheses, signs)
@@ -155,9 +157,9 @@ def updates(graph: Graph, rng: np.random.Generator, *, on_paths: bool = False) -
         before, cm = hypotheses.cost[arc], hypotheses.cm[arc]
         cm = cm + 0.5 * (1.0 - cm) if rng.random() < 0.5 else 0.8 * cm
         hypotheses.cm[arc], hypotheses.cost[arc] = cm, ACTION_COST / cm
-        change = Change(arc, hypotheses.context[arc], hypotheses.outcome[arc], before)
+        change = CostChange(arc, hypotheses.context[arc], hypotheses.outcome[arc], before)
 
-        def follow(change: Change = change) -> None:
+        def follow(change: CostChange = change) -> None:
             policy.update([change])
 
         took.append(_seconds(follow))
@@ -172,29 +174,27 @@ def updates(graph: Graph, rng: np.random.Generator, *, on_paths: bool = False) -
 
 
 def seed_map_s() -> float:
-    """Seconds for the whole map at 74 Signs, as many as in the seed's example."""
+    """Seconds to build a map of 74 Signs, as many as in the seed's example."""
     graph = grid(37, 2, np.random.default_rng(0))
     spread = Spread(*lists(graph))
     return statistics.median(_seconds(lambda: PolicyMap(0, spread)) for _ in range(2000))
 
 
 def table() -> Table:
-    """Measure, and set out the figures."""
+    """Measure, and tabulate the figures."""
     rng = np.random.default_rng(0)
-    found = Table("what", "figure", "line")
+    found = Table("measure", "figure", "limit")
     for name, graph in {
         "grid": grid(400, 250, rng),
         "random": random_graph(100_000, 400_000, rng),
     }.items():
         whole = whole_map(graph)
         found.add_row(
-            f"{name}: whole map / scipy alone ({1e3 * whole.scipy_s:.1f} ms)",
+            f"{name}: new map / scipy alone ({1e3 * whole.scipy_s:.1f} ms)",
             f"{whole.build_s / whole.scipy_s:.2f}",
             "1.5",
         )
-        found.add_row(
-            f"{name}: the same, arcs put in order first", f"{whole.first_s / whole.scipy_s:.2f}"
-        )
+        found.add_row(f"{name}: the same with new arcs", f"{whole.first_s / whole.scipy_s:.2f}")
         found.add_row(
             f"{name}: best actions and depths / scipy alone",
             f"{whole.table_s / whole.scipy_s:.2f}",
@@ -208,7 +208,7 @@ def table() -> Table:
                 "100",
             )
             found.add_row(
-                f"{name}: update p99, most / build, {which}",
+                f"{name}: update p99, greatest / build, {which}",
                 f"{change.p99_s / change.build_s:.2f}, {change.most_s / change.build_s:.2f}",
             )
     found.add_row("74 Signs (µs)", f"{1e6 * seed_map_s():.0f}", "100")

@@ -1,10 +1,10 @@
-"""The model in worlds of other people, beside tabular Q-learning at the same budget of steps.
+"""The model in gymnasium worlds, compared with tabular Q-learning at the same number of steps.
 
-`python tests/bench/gym_table.py [SEEDS [PART OF A WORLD'S NAME]]` prints one table. Without SEEDS
-it takes 6, about 10 minutes' work for one processor. Needs the extra `gymnasium`, and minigrid for
-the room. Q-learning has α .1, γ .99, ε .1 while it learns and ε 0 while it is judged, starts from
-zero and breaks ties at random. It is told every reward, of which the model only senses that one was
-above 0; on the cliff, where none is, the model is told which Token is the goal.
+`python tests/bench/gym_table.py [SEEDS [PART OF A WORLD'S NAME]]` prints one table. The default of
+6 seeds takes about 10 minutes on one processor. Requires the extra `gymnasium`, and minigrid for
+the room. Q-learning has α .1, γ .99, ε .1 while it learns and ε 0 while it is evaluated; it starts
+with zeros and breaks ties at random. It receives every reward, while the model only senses that a
+reward was above 0. On the cliff no reward is, so there the model is given a Token as its goal.
 """
 
 import sys
@@ -25,15 +25,15 @@ from rich.table import Table
 from farside.dem import Curiosity, DynamicExpectancyModel, Parameters
 from farside.dem.gym import REWARDED, Episode, action_costs, play
 
-JUDGED = 100
-"""Episodes after the budget, by which the success rate is measured."""
+EVALUATED = 100
+"""Number of episodes after the budget, in which the success rate is measured."""
 
 Tokens = Callable[[Any], list[str]]
-Learner = tuple[Iterator[Episode], Callable[[], None]]  # and what makes it stop exploring
+Learner = tuple[Iterator[Episode], Callable[[], None]]  # the second makes it stop exploring
 
 
 class World(NamedTuple):
-    """An environment, what is sensed in it, and for how many steps it is learned."""
+    """An environment, the Tokens sensed in it, and the number of steps to learn it."""
 
     name: str
     env: Callable[[], gymnasium.Env[Any, Any]]
@@ -44,7 +44,7 @@ class World(NamedTuple):
 
 
 class Result(NamedTuple):
-    """What one learner did with one seed; `first` and `effort` are None without a success."""
+    """The result of one learner with one seed; `first` and `effort` are None without a success."""
 
     first: int | None
     rate: float
@@ -52,25 +52,25 @@ class Result(NamedTuple):
 
 
 def state(observation: Any) -> list[str]:
-    """One Token a state."""
+    """One Token for each state."""
     return [f"state:{observation}"]
 
 
 def taxi_parts(observation: int) -> list[str]:
-    """Place, passenger and destination apart."""
+    """Place, passenger and destination as separate Tokens."""
     rest, destination = divmod(int(observation), 4)
     place, passenger = divmod(rest, 5)
     return [f"at:{place // 5},{place % 5}", f"passenger:{passenger}", f"to:{destination}"]
 
 
 def room_state(observation: dict[str, Any]) -> list[str]:
-    """Where the agent of a MiniGrid stands and looks, as one Token."""
+    """Position and direction of the agent of a MiniGrid, as one Token."""
     (east,), (south,) = np.nonzero(observation["image"][:, :, 0] == 10)
     return [f"at:{east},{south},{observation['direction']}"]
 
 
 def room() -> gymnasium.Env[Any, Any]:
-    """An empty room of 6 x 6 places, seen from above."""
+    """An empty room of 6 × 6 places, fully observed."""
     return minigrid.wrappers.FullyObsWrapper(gymnasium.make("MiniGrid-Empty-8x8-v0"))  # type: ignore[no-untyped-call]
 
 
@@ -92,7 +92,7 @@ WORLDS = (
 
 
 def model_play(world: World, seed: int, parameters: Parameters) -> Iterator[Episode]:
-    """The episodes of a model, which learns on while it is judged."""
+    """The episodes of a model, which continues to learn while it is evaluated."""
     env = world.env()
     model = DynamicExpectancyModel(action_costs(env), parameters, rng=np.random.default_rng(seed))
     return play(model, env, world.tokens, goal=[world.goal], seed=seed)
@@ -110,8 +110,8 @@ class QLearner:
         self._q: dict[str, Any] = defaultdict(lambda: np.zeros(actions))
         self._epsilon = 0.1
 
-    def be_greedy(self) -> None:
-        """Explore no more."""
+    def stop_exploring(self) -> None:
+        """Stop exploring."""
         self._epsilon = 0.0
 
     def play(self) -> Iterator[Episode]:
@@ -141,20 +141,20 @@ class QLearner:
         return int(self._rng.choice(np.flatnonzero(values == values.max())))
 
 
-def judge(world: World, learner: str, seed: int) -> Result:
-    """Let it learn for the budget, then count successes."""
-    episodes, be_judged = LEARNERS[learner](world, seed)
+def evaluate(world: World, learner: str, seed: int) -> Result:
+    """Let a learner use up its budget, then count its successes."""
+    episodes, stop_exploring = LEARNERS[learner](world, seed)
     steps, first = 0, None
     while steps < world.budget:
         episode = next(episodes)
         steps += episode.steps
         if episode.reached and first is None:
             first = steps
-    be_judged()
-    judged = list(islice(episodes, JUDGED))
-    successes = sum(episode.reached > 0 for episode in judged)
-    effort = sum(episode.steps for episode in judged) / successes if successes else None
-    return Result(first, successes / JUDGED, effort)
+    stop_exploring()
+    evaluated = list(islice(episodes, EVALUATED))
+    successes = sum(episode.reached > 0 for episode in evaluated)
+    effort = sum(episode.steps for episode in evaluated) / successes if successes else None
+    return Result(first, successes / EVALUATED, effort)
 
 
 def _random(world: World, seed: int) -> Learner:
@@ -167,7 +167,7 @@ def _curious(world: World, seed: int) -> Learner:
 
 def _q_learning(world: World, seed: int) -> Learner:
     learner = QLearner(world, seed)
-    return learner.play(), learner.be_greedy
+    return learner.play(), learner.stop_exploring
 
 
 LEARNERS = {
@@ -191,11 +191,11 @@ def row(results: list[Result]) -> list[str]:
 
 
 def main(seeds: int, only: str = "") -> None:
-    """Measure in as many processes as there are processors, and print the table."""
+    """Measure in one process for each processor, and print the table."""
     console = Console()
     table = Table(
         "world", "budget, steps", "learner", "first success, steps", "seeds with one",
-        f"success rate, {JUDGED} episodes after", "steps per success then",
+        f"success rate, {EVALUATED} episodes after", "steps per success then",
     )  # fmt: skip
     jobs = [
         (world, learner, seed)
@@ -206,8 +206,10 @@ def main(seeds: int, only: str = "") -> None:
     ]
     results = defaultdict(list)
     with ProcessPoolExecutor() as pool:
-        judged = pool.map(_job, jobs)
-        for job, result in zip(jobs, track(judged, total=len(jobs), console=console), strict=True):
+        evaluated = pool.map(_job, jobs)
+        for job, result in zip(
+            jobs, track(evaluated, total=len(jobs), console=console), strict=True
+        ):
             results[job[:2]].append(result)
     for (world, learner), found in results.items():
         name, budget = WORLDS[world].name, f"{WORLDS[world].budget:,}"
@@ -217,7 +219,7 @@ def main(seeds: int, only: str = "") -> None:
 
 def _job(job: tuple[int, str, int]) -> Result:
     world, learner, seed = job
-    return judge(WORLDS[world], learner, seed)
+    return evaluate(WORLDS[world], learner, seed)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""The peers are worth a comparison: they reach the figures that are known for them."""
+"""The peers are valid references: they reach their published figures."""
 
 import numpy as np
 import pytest
@@ -23,7 +23,7 @@ def mean(task, make, seeds):
         (SHORTCUT[1], 10),
     ],
 )
-def test_the_shortest_paths_are_as_long_as_the_literature_has_them(maze, fewest):
+def test_the_shortest_paths_have_the_lengths_known_from_the_literature(maze, fewest):
     assert maze.distances(maze.start)[maze.goal] == fewest
 
 
@@ -39,7 +39,7 @@ def test_no_move_ends_in_a_wall_or_off_the_maze(maze):
 @pytest.mark.parametrize(
     ("planning", "known", "seeds"), [(0, 5156, 20), (5, 2147, 20), (50, 1891, 4)]
 )
-def test_dyna_q_needs_the_steps_known_for_it(planning, known, seeds):
+def test_dyna_q_needs_as_many_steps_as_published(planning, known, seeds):
     steps = mean(dyna_maze, lambda rng: DynaQ(rng, planning=planning), seeds)
     assert steps == pytest.approx(known, rel=0.2)
 
@@ -50,7 +50,7 @@ def test_dyna_q_without_planning_is_q_learning():
     assert learners[0].values == learners[1].values
 
 
-def test_dyna_q_plus_finds_the_way_round_the_block_and_dyna_q_hardly():
+def test_dyna_q_plus_finds_the_way_round_the_block_and_dyna_q_rarely_does():
     dyna = mean(blocking_maze, lambda rng: DynaQ(rng, planning=10, alpha=1.0), 8)
     plus = mean(blocking_maze, lambda rng: DynaQPlus(rng, planning=10, alpha=1.0, kappa=1e-4), 8)
     assert dyna == pytest.approx(77, rel=0.2)
@@ -64,12 +64,12 @@ def test_dyna_q_plus_finds_the_shortcut_and_dyna_q_does_not():
     assert plus == pytest.approx(367, rel=0.1)
 
 
-def test_prioritized_sweeping_gets_more_out_of_as_many_updates():
+def test_prioritized_sweeping_needs_fewer_steps_with_as_many_updates():
     dyna = mean(dyna_maze, lambda rng: DynaQ(rng, planning=5), 8)
     swept = mean(dyna_maze, lambda rng: PrioritizedSweeping(rng, planning=5), 8)
     assert swept < 0.9 * dyna
 
 
-def test_a_model_without_curiosity_goes_straight_to_a_new_goal_in_a_maze_that_it_has_learned():
+def test_in_a_learned_maze_a_model_takes_a_shortest_path_to_a_new_goal():
     player = DemPlayer(np.random.default_rng(0), Parameters())
     assert new_goal(player, seed=0) == 0

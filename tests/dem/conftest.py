@@ -1,24 +1,16 @@
-"""A grid world to learn in, and shorthands that keep the stories short.
-
-`plain` and `worlds`, which tests share, are put on the path.
-"""
-
-import sys
-from pathlib import Path
+"""A grid world to learn in, and shorthands that keep the stories short."""
 
 import numpy as np
 import pytest
 
 from farside.dem import DynamicExpectancyModel, Parameters
 
-sys.path.insert(0, str(Path(__file__).parent))
-
 MOVES = {"N": (0, 1), "E": (1, 0), "S": (0, -1), "W": (-1, 0)}
 COST = 2.66
 
 
 class Grid:
-    """Places drawn row by row, northernmost first; `.` is a place. Moves off the places fail."""
+    """Places drawn row by row, northernmost row first. A move off the places has no effect."""
 
     def __init__(self, *rows):
         self.places = {
@@ -38,7 +30,7 @@ class Grid:
         return f"at:{place[0]},{place[1]}"
 
     def beside(self, place, action):
-        """Where an action ends that begins at `place`."""
+        """The place where an action at `place` ends."""
         aside = place[0] + MOVES[action][0], place[1] + MOVES[action][1]
         return aside if aside in self.places else place
 
@@ -85,7 +77,7 @@ def make_model():
 
 @pytest.fixture(scope="session")
 def cycle():
-    """One cycle under guidance: sense `tokens`, perform `action`, return what was sensed."""
+    """Run one guided cycle and return what was sensed."""
 
     def run(model, tokens, action):
         sensed = model.sense(tokens)
@@ -97,7 +89,7 @@ def cycle():
 
 @pytest.fixture(scope="session")
 def tour():
-    """Drive a model around a world by random commands."""
+    """Drive a model around a world with random commands."""
 
     def run(model, world, cycles, seed=1):
         for action in np.random.default_rng(seed).choice(list(MOVES), cycles):
@@ -109,11 +101,11 @@ def tour():
 
 @pytest.fixture(scope="session")
 def eventful():
-    """Cycles (Tokens, action, change of goals) in which all comes about that can.
+    """Cycles (Tokens, action, change of goals) in which everything happens that can.
 
-    At first a goal of two Tokens is made known, reached, given up and no more to be had, so that
-    nothing refers to its Sign any more. Then comes noise, in which `e` follows `go` where `a` and
-    `b` are.
+    At first a goal of two Tokens is set, reached, withdrawn, and never active again, so that
+    nothing refers to its Sign any more. Then comes noise, in which `e` follows `go` whenever `a`
+    and `b` are sensed.
     """
     goal = ["a", "b"]
     forgotten = [
@@ -139,7 +131,7 @@ def eventful():
 
 @pytest.fixture(scope="session")
 def live():
-    """Let a model live through such cycles; everything that it said and chose on the way."""
+    """Run a model through such cycles and return everything that it reported and chose."""
 
     def live_through(model, cycles):
         said = []

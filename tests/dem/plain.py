@@ -1,7 +1,7 @@
-"""The learning cycle once more, as plain as it can be said.
+"""A reference implementation of the learning cycle, as plain as possible.
 
-Written from the rules and not from the code: lists of small records, searched from end to end.
-What this and the model disagree about is a mistake in one of them.
+Written from the rules and not from the code: lists of small records, searched from end to end. Any
+disagreement with the model is a fault in one of them.
 """
 
 from dataclasses import dataclass, field
@@ -10,7 +10,7 @@ from math import log
 
 @dataclass(eq=False)
 class KnownSign:
-    """A Sign, whether it was ever active, and how often each action was performed while it was."""
+    """A Sign, whether it was ever active, and the number of trials of each action in it."""
 
     tokens: tuple
     met: bool = False
@@ -20,7 +20,7 @@ class KnownSign:
 
 @dataclass(eq=False)
 class MuHypothesis:
-    """A µ-hypothesis. `watch` holds a case for each prediction judged while it is watched."""
+    """A µ-hypothesis. `watch` holds a case for each prediction settled while it is watched."""
 
     context: KnownSign
     action: str
@@ -34,7 +34,7 @@ class MuHypothesis:
     watch: list | None = None
 
     def ends(self):
-        """What tells it from any other hypothesis."""
+        """What distinguishes it from any other hypothesis."""
         return self.context, self.action, self.outcome, self.delay
 
 
@@ -51,7 +51,7 @@ class PlainModel:
         self.cycle = 0
 
     def know(self, tokens):
-        """The Sign of these Tokens, made if there is none."""
+        """The Sign of these Tokens, added if it is not known."""
         for sign in self.signs:
             if sign.tokens == tokens:
                 return sign
@@ -59,7 +59,7 @@ class PlainModel:
         return self.signs[-1]
 
     def sense(self, tokens, goals=()):
-        """Settle what was predicted, differentiate, remove, create."""
+        """Settle predictions, then differentiate, remove and create hypotheses."""
         for token in sorted(set(tokens)):
             self.know((token,))
         self.active = [sign for sign in self.signs if set(sign.tokens) <= set(tokens)]
@@ -91,34 +91,34 @@ class PlainModel:
                 if hypothesis.context == sign and hypothesis.action == action:
                     self.predictions.append((self.cycle + hypothesis.delay, hypothesis))
         self.past = [(self.active, action), *self.past]
-        gone = [sign for active, _ in self.past[self.parameters.reach :] for sign in active]
+        expired = [sign for active, _ in self.past[self.parameters.reach :] for sign in active]
         self.past = self.past[: self.parameters.reach]
-        self.forget(gone if self.parameters.removal else [], goals)
+        self.forget(expired if self.parameters.removal else [], goals)
         self.cycle += 1
 
     def is_credible(self, hypothesis):
-        """Only half the first credit or more makes a Sign expected."""
+        """Whether it has at least half the initial C_m as credit."""
         return not self.parameters.own_credit or (
             hypothesis.credit >= self.parameters.initial_cm / 2
         )
 
     def settle(self, due):
-        """C_m and credit; a success that was foretold better is no credit."""
+        """Update C_m and credit; a success that a better hypothesis predicted gives no credit."""
         alpha, beta = self.parameters.alpha, self.parameters.beta
-        foretold = [(h.outcome, h.credit) for h in due]
+        predicted = [(h.outcome, h.credit) for h in due]
         for h in due:
             h.predictions += 1
             if h.outcome in self.active:
                 h.successes += 1
                 h.cm += alpha * (1.0 - h.cm)
-                if not any(sign == h.outcome and credit > h.credit for sign, credit in foretold):
+                if not any(sign == h.outcome and credit > h.credit for sign, credit in predicted):
                     h.credit += alpha * (1.0 - h.credit)
             else:
                 h.cm -= beta * h.cm
                 h.credit -= beta * h.credit
 
     def explain(self, outcome):
-        """Hypotheses that end in `outcome` from all that was active within reach."""
+        """Create hypotheses for `outcome` from all Signs that were active within reach."""
         for delay, (then, action) in enumerate(self.past, start=1):
             contexts = [context for context in then if not context.on_probation]
             for context in contexts if action is not None else []:
@@ -130,7 +130,7 @@ class PlainModel:
                     self.create(context, action, outcome, delay, credit)
 
     def differentiate(self, h):
-        """A mature, middling hypothesis is watched; then it may spawn a copy."""
+        """Watch a mature, middling hypothesis; at the end it may spawn a copy."""
         maturity = self.parameters.maturity
         if h.watch is None:
             middling = 0.08 < h.successes / h.predictions < 0.92
@@ -142,31 +142,31 @@ class PlainModel:
         beside = [token for token in tokens if token not in h.context.tokens]
         h.watch.append((beside, h.outcome in self.active))
         if len(h.watch) == maturity:
-            token, margin = telling_token(h.watch)
+            token, margin = separating_token(h.watch)
             h.watch = None
-            if margin > 0.5 and not self.tells_alone(token, h):
+            if margin > 0.5 and not self.predicts_alone(token, h):
                 known = len(self.signs)
                 context = self.know(tuple(sorted({*h.context.tokens, token})))
                 context.on_probation |= len(self.signs) > known
                 if not self.holds(context, h.action, h.outcome, h.delay):
-                    first = self.parameters.initial_cm
-                    self.create(context, h.action, h.outcome, h.delay, first)
+                    credit = self.parameters.initial_cm
+                    self.create(context, h.action, h.outcome, h.delay, credit)
 
     def end_probation(self, h):
-        """A spawned conjunction waits until a hypothesis of it was right often, or is kept."""
-        often = h.predictions == h.successes and h.predictions >= self.parameters.maturity // 4
-        if h in self.hypotheses and (often or h.predictions >= self.parameters.maturity):
+        """End probation after enough successes without a failure, or at maturity."""
+        proved = h.predictions == h.successes and h.predictions >= self.parameters.maturity // 4
+        if h in self.hypotheses and (proved or h.predictions >= self.parameters.maturity):
             h.context.on_probation = False
 
-    def tells_alone(self, token, h):
-        """Whether the Token's own Sign foretells the outcome nearly for sure."""
+    def predicts_alone(self, token, h):
+        """Whether the Token by itself predicts the outcome almost with certainty."""
         return any(
             other.context.tokens == (token,) and other.ends()[1:] == h.ends()[1:] and other.cm > 0.9
             for other in self.hypotheses
         )
 
     def remove_if_useless(self, h, goals):
-        """Remove a proven failure, or a conjunction that tells no better than a part of it."""
+        """Remove an ineffective hypothesis, or a conjunction no better than a part of it."""
         needed = [*goals, *(sign.tokens for sign in self.active)]
         alone = sum(other.outcome == h.outcome for other in self.hypotheses) == 1
         if h not in self.hypotheses or h.predictions < self.parameters.maturity:
@@ -177,11 +177,11 @@ class PlainModel:
             self.drop(h, needed)
 
     def is_redundant(self, h):
-        """Whether a part of the context does as well, but for less than a quarter of failures."""
+        """Whether the context avoids less than a quarter of the failures of a part of it."""
         maturity = self.parameters.maturity
         if h.predictions % maturity:
             return False
-        shares = [
+        rates = [
             other.successes / other.predictions
             for other in self.hypotheses
             if set(other.context.tokens) < set(h.context.tokens)
@@ -189,16 +189,16 @@ class PlainModel:
             and other.predictions >= maturity
         ]
         own = h.successes / h.predictions
-        return any(own <= share + 0.25 * (1.0 - share) for share in shares)
+        return any(own <= rate + 0.25 * (1.0 - rate) for rate in rates)
 
     def drop(self, h, needed):
-        """Remove a hypothesis, and its context if that was a conjunction for nothing else."""
+        """Remove a hypothesis, and its context if that is a conjunction used by nothing else."""
         self.hypotheses = [other for other in self.hypotheses if other != h]
         self.predictions = [(cycle, other) for cycle, other in self.predictions if other != h]
         self.forget([h.context], needed)
 
     def forget(self, signs, needed):
-        """Remove those conjunctions that are no context any more, with all that ends in them."""
+        """Remove conjunctions that are no longer contexts, and the hypotheses for them."""
         for sign in signs:
             kept = [other for active, _ in self.past for other in active]
             kept += [other.context for other in self.hypotheses]
@@ -209,19 +209,19 @@ class PlainModel:
                 self.signs = [other for other in self.signs if other != sign]
 
     def holds(self, *ends):
-        """Whether there is this very hypothesis."""
+        """Whether this very hypothesis exists."""
         return any(hypothesis.ends() == ends for hypothesis in self.hypotheses)
 
     def create(self, context, action, outcome, delay, credit):
-        """Add a hypothesis with the first C_m."""
+        """Add a hypothesis with the initial C_m."""
         cm = self.parameters.initial_cm
         self.hypotheses.append(MuHypothesis(context, action, outcome, delay, cm, credit))
 
 
-def telling_token(watch):
+def separating_token(watch):
     """The Token with the greatest P(success | Token) − P(success | no Token), and that margin.
 
-    Only of Tokens for which the two differ beyond chance: G over 10.83.
+    Considers only Tokens for which the two differ significantly: G over 10.83.
     """
     best, best_margin = None, 0.0
     for token in dict.fromkeys(token for beside, _ in watch for token in beside):
@@ -235,7 +235,7 @@ def telling_token(watch):
 
 
 def g_statistic(*columns):
-    """2 Σ O ln(O/E) over the cells of a table whose columns are lists of truths."""
+    """2 Σ O ln(O/E) over the cells of a table whose columns are lists of truth values."""
     total = sum(len(column) for column in columns)
     statistic = 0.0
     for column in columns:

@@ -1,4 +1,4 @@
-"""Models to which much happens within a few cycles, for the tests of saving and shadowing."""
+"""Parameters and cycles with which much happens quickly, for tests of saving and shadowing."""
 
 from hypothesis import strategies as st
 

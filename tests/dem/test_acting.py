@@ -1,4 +1,4 @@
-"""Stories of acting: goals, the policy map and path, and exploring."""
+"""Acting in the whole model: goals, policy map and path, and exploration."""
 
 import pytest
 
@@ -8,7 +8,7 @@ A, B, C = ("at:A",), ("at:B",), ("at:C",)
 
 
 def run_to(model, world, goal, patience):
-    """Give the goal, leave the model alone, and count its steps."""
+    """Set the goal, leave the model alone, and count its steps."""
     model.set_goal([world.token(goal)], priority=1.0)
     for steps in range(patience):
         if model.sense(world.tokens()).reached:
@@ -32,7 +32,7 @@ def test_one_trial_is_enough(make_model, cycle):
     assert (choice.action, choice.goal, choice.sign, choice.cost_to_go) == ("E", B, A, 5.32)
 
 
-def test_a_corridor_driven_once_is_walked_back_in_the_fewest_steps(make_model, corridor, cycle):
+def test_a_corridor_driven_once_is_travelled_in_the_fewest_steps(make_model, corridor, cycle):
     model = make_model()
     for action in "EEEEEWWWWW":
         cycle(model, corridor.tokens(), corridor.do(action))
@@ -40,7 +40,7 @@ def test_a_corridor_driven_once_is_walked_back_in_the_fewest_steps(make_model, c
     assert run_to(model, corridor, (2, 0), patience=20) == 3
 
 
-def test_after_a_tour_any_goal_is_the_fewest_steps_away_from_anywhere(make_model, grid, tour):
+def test_after_a_tour_valence_depths_are_the_fewest_steps_to_any_goal(make_model, grid, tour):
     model = make_model()
     tour(model, grid, 1500)
     model.sense(grid.tokens())
@@ -52,7 +52,7 @@ def test_after_a_tour_any_goal_is_the_fewest_steps_away_from_anywhere(make_model
         model.withdraw_goal([grid.token(goal)])
 
 
-def test_left_alone_it_goes_where_its_map_says(make_model, grid, tour):
+def test_left_alone_it_takes_the_shortest_path_to_each_goal(make_model, grid, tour):
     model = make_model()
     tour(model, grid, 1500)
     for goal in [(4, 3), (0, 0), (4, 0), (2, 1)]:
@@ -88,7 +88,7 @@ def test_the_policy_map_begins_at_the_goal_and_leaves_out_what_cannot_reach_it(m
     assert rows == [(B, 0.0, None, 0), (A, 5.32, "E", 1)]
 
 
-def test_choosing_and_looking_change_nothing_that_is_learned(make_model, grid, tour):
+def test_choosing_and_reading_the_map_change_nothing_that_was_learned(make_model, grid, tour):
     model = make_model()
     tour(model, grid, 200)
     model.set_goal(["at:4,3"], priority=1.0)
@@ -99,7 +99,7 @@ def test_choosing_and_looking_change_nothing_that_is_learned(make_model, grid, t
     assert model.hypotheses == before
 
 
-def test_a_failure_raises_the_cost_in_the_cycle_that_saw_it(make_model, cycle):
+def test_a_failure_raises_the_cost_in_the_same_cycle(make_model, cycle):
     model = make_model()
     cycle(model, A, "E")
     cycle(model, B, "N")
@@ -110,8 +110,8 @@ def test_a_failure_raises_the_cost_in_the_cycle_that_saw_it(make_model, cycle):
     assert value_of(model, A) == 2.66 / 0.4
 
 
-def test_a_blocked_way_gives_way_to_the_detour_it_knows(make_model, grid, tour):
-    """From (0, 0) to (2, 0) the way is E, E; then something stands on (1, 0)."""
+def test_a_blocked_path_is_left_for_a_known_detour(make_model, grid, tour):
+    """From (0, 0) to (2, 0) the path is E, E; then (1, 0) is blocked."""
     model = make_model()
     tour(model, grid, 1500)
     grid.at = (0, 0)
@@ -123,7 +123,7 @@ def test_a_blocked_way_gives_way_to_the_detour_it_knows(make_model, grid, tour):
     assert detour < run_to(model, grid, (2, 0), patience=40) < 40
 
 
-def test_a_new_arc_counts_in_the_cycle_that_made_it(make_model, cycle):
+def test_a_new_hypothesis_is_on_the_map_in_the_same_cycle(make_model, cycle):
     model = make_model()
     cycle(model, A, "E")
     cycle(model, B, "N")
@@ -144,7 +144,7 @@ def between(make_model, corridor, cycle):
     return model
 
 
-def test_the_higher_priority_takes_over_and_hands_back(between):
+def test_a_goal_of_higher_priority_takes_over_until_it_is_withdrawn(between):
     between.set_goal(["at:5,0"], priority=1.0)
     assert between.choose().action == "E"
     between.set_goal(["at:1,0"], priority=2.0)
@@ -153,7 +153,7 @@ def test_the_higher_priority_takes_over_and_hands_back(between):
     assert between.choose().action == "E"
 
 
-def test_a_priority_that_grows_past_another_turns_the_rover_round(between):
+def test_a_priority_that_rises_above_another_changes_the_goal(between):
     between.set_goal(["at:5,0"], priority=1.0)
     between.set_goal(["at:0,0"], priority=0.5)
     assert between.choose().goal == ("at:5,0",)
@@ -161,12 +161,12 @@ def test_a_priority_that_grows_past_another_turns_the_rover_round(between):
     assert between.choose().goal == ("at:0,0",)
 
 
-def test_a_goal_that_becomes_active_is_reached_and_leaves_though_not_the_top(between):
+def test_a_goal_that_becomes_active_is_reached_even_if_it_is_not_the_top_goal(between):
     between.set_goal(["at:5,0"], priority=2.0)
     between.set_goal(["at:3,0"], priority=1.0)
     between.perform("E")
-    assert between.sense(["at:3,0"]).reached == (Goal(("at:3,0",), 1.0),)
-    assert between.goals == (Goal(("at:5,0",), 2.0),)
+    assert between.sense(["at:3,0"]).reached == (Goal(("at:3,0",), {"operator": 1.0}),)
+    assert between.goals == (Goal(("at:5,0",), {"operator": 2.0}),)
 
 
 def test_a_goal_that_is_active_already_is_satisfied_at_the_next_sense(between):
@@ -174,10 +174,10 @@ def test_a_goal_that_is_active_already_is_satisfied_at_the_next_sense(between):
     assert between.choose().goal is None
     assert between.policy_path() == ()
     between.perform(None)
-    assert between.sense(["at:2,0"]).reached == (Goal(("at:2,0",), 1.0),)
+    assert between.sense(["at:2,0"]).reached == (Goal(("at:2,0",), {"operator": 1.0}),)
 
 
-def test_an_unknown_goal_waits_until_it_is_met(between):
+def test_an_unknown_goal_stays_on_the_list(between):
     between.set_goal(["at:nowhere"], priority=1.0)
     assert ("at:nowhere",) not in between.signs
     assert between.policy_map() == between.policy_path() == ()
@@ -185,8 +185,8 @@ def test_an_unknown_goal_waits_until_it_is_met(between):
     assert between.goals[0].tokens == ("at:nowhere",)
 
 
-def test_several_tokens_are_one_goal_and_become_a_sign(between):
-    """Being at the place is not enough, the drill must be out too."""
+def test_a_goal_of_several_tokens_becomes_a_sign(between):
+    """Being at the place is not enough; the drill must be out too."""
     both = ("at:3,0", "drill:out")
     between.set_goal(["drill:out", "at:3,0"], priority=1.0)
     assert both in between.signs
@@ -194,7 +194,7 @@ def test_several_tokens_are_one_goal_and_become_a_sign(between):
     assert between.sense(["at:3,0"]).reached == ()
     between.perform("N")
     sensed = between.sense(both)
-    assert sensed.reached == (Goal(both, 1.0),)
+    assert sensed.reached == (Goal(both, {"operator": 1.0}),)
     assert both in sensed.novel
     between.perform(None)
     between.sense(["at:3,0"])
@@ -202,7 +202,7 @@ def test_several_tokens_are_one_goal_and_become_a_sign(between):
     assert between.choose().action == "N"
 
 
-def test_withdrawing_what_is_not_there_says_so(between):
+def test_withdrawing_a_goal_that_is_not_on_the_list_returns_false(between):
     assert not between.withdraw_goal(["at:5,0"])
 
 
@@ -215,7 +215,7 @@ def test_without_a_goal_every_action_is_tried(make_model):
     assert min(counts) > 60
 
 
-def test_where_map_and_active_signs_do_not_meet_it_explores(make_model, cycle):
+def test_without_an_active_sign_on_the_map_it_explores(make_model, cycle):
     model = make_model()
     cycle(model, A, "E")
     cycle(model, B, None)

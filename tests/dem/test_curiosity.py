@@ -1,4 +1,4 @@
-"""The curious map, made as far as a choice needs it, against one that is made whole and plainly."""
+"""The curious map, computed only as far as a choice needs it, against a plain, full one."""
 
 import numpy as np
 from hypothesis import given
@@ -18,7 +18,7 @@ def cost_of_trying(model, curiosity, sign, action):
 
 
 def plain_values(model, curiosity, goal):
-    """Cost from every known Sign, by going over all arcs until nothing falls any more."""
+    """Cost from every known Sign, by relaxing all arcs until no value changes."""
     signs, hypotheses = model._learner.signs, model._learner.hypotheses
     known = signs.by_age()
     arcs = [
@@ -41,7 +41,7 @@ def plain_values(model, curiosity, goal):
 
 
 def plain_lead(model, curiosity, goal, active, *, last_action, rng):
-    """The rules of `CuriousMap.lead`, over all values."""
+    """The rules of `CuriousMap.lead`, applied to all values."""
     signs, hypotheses = model._learner.signs, model._learner.hypotheses
     value = plain_values(model, curiosity, goal)
     sign = min(active, key=lambda one: (value[one], signs.born[one]))
@@ -72,7 +72,7 @@ def plain_lead(model, curiosity, goal, active, *, last_action, rng):
         optimistic_cost=st.sampled_from([1, 4, 10.0]),
         restlessness=st.sampled_from([0, 16, 300.0]),
     ),
-    # Halves and doubles all along, so that many costs tie.
+    # Powers of two throughout, so that many costs tie.
     parameters=st.builds(
         Parameters,
         alpha=st.just(0.5),
@@ -86,7 +86,7 @@ def plain_lead(model, curiosity, goal, active, *, last_action, rng):
     seed=st.integers(0, 20),
     data=st.data(),
 )
-def test_it_leads_as_a_map_does_that_is_made_whole(
+def test_the_partial_map_gives_the_same_lead_as_a_full_one(
     eventful, live, *, curiosity, parameters, lived, seed, data
 ):
     model = DynamicExpectancyModel(COSTS, parameters, rng=np.random.default_rng(1))
@@ -104,15 +104,15 @@ def test_it_leads_as_a_map_does_that_is_made_whole(
             assert ours.random() == plain.random()
 
 
-def test_without_any_sign_active_there_is_no_lead(make_model, cycle):
+def test_without_an_active_sign_there_is_no_lead(make_model, cycle):
     model = make_model()
     assert CuriousMap(model._learner, Curiosity(), None, []).lead(None, model._rng) is None
     cycle(model, ["a"], "E")
     assert CuriousMap(model._learner, Curiosity(), None, []).lead(None, model._rng) is None
 
 
-def test_a_whole_that_its_part_brings_as_near_leads_if_it_is_the_older(cycle):
-    """East and west lead to the frontier at the same cost, and a goal was set for west at dusk."""
+def test_a_whole_with_the_value_of_its_part_decides_if_it_is_the_oldest(cycle):
+    """East and west are equally far from the frontier; `dusk west` is known since it was a goal."""
     parameters = Parameters(own_credit=False, removal=False)
     model = DynamicExpectancyModel(COSTS, parameters, rng=np.random.default_rng(0))
     both = ["dusk", "west"]

@@ -1,4 +1,4 @@
-"""Each equation three ways: a worked number, its closed form, a loop written without it."""
+"""Each equation three ways: a worked number, the closed form, and a loop without it."""
 
 import math
 
@@ -18,11 +18,11 @@ def repeated(rule, cm, rate, times):
     return cm
 
 
-def test_a_success_takes_cm_half_way_to_one_with_alpha_a_half():
+def test_with_alpha_one_half_a_success_takes_cm_halfway_to_1():
     assert reinforced(0.5, 0.5) == 0.75
 
 
-def test_with_alpha_one_it_is_certain_at_once_and_with_alpha_zero_it_never_learns():
+def test_with_alpha_1_one_success_is_certainty_and_with_alpha_0_it_changes_nothing():
     assert reinforced(0.3, 1.0) == 1.0
     assert reinforced(0.3, 0.0) == 0.3
 
@@ -34,7 +34,7 @@ def test_a_run_of_successes_has_the_closed_form(cm, alpha, n):
 
 
 @given(cm=unit, alpha=unit, n=trials)
-def test_each_success_takes_its_share_of_what_is_missing(cm, alpha, n):
+def test_each_success_removes_the_fraction_alpha_of_the_distance_to_1(cm, alpha, n):
     missing = 1 - cm
     for _ in range(n):
         missing -= missing * alpha
@@ -42,15 +42,15 @@ def test_each_success_takes_its_share_of_what_is_missing(cm, alpha, n):
 
 
 @given(cm=unit, alpha=unit)
-def test_a_success_never_lowers_cm_nor_takes_it_past_one(cm, alpha):
+def test_a_success_never_lowers_cm_or_takes_it_above_1(cm, alpha):
     assert cm <= reinforced(cm, alpha) <= 1.0
 
 
-def test_a_failure_takes_a_fifth_of_cm_with_beta_a_fifth():
+def test_with_beta_one_fifth_a_failure_removes_a_fifth_of_cm():
     assert weakened(0.5, 0.2) == 0.4
 
 
-def test_with_beta_one_it_forgets_at_once_and_with_beta_zero_never():
+def test_with_beta_1_one_failure_takes_cm_to_0_and_with_beta_0_it_changes_nothing():
     assert weakened(0.3, 1.0) == 0.0
     assert weakened(0.3, 0.0) == 0.3
 
@@ -62,21 +62,21 @@ def test_a_run_of_failures_has_the_closed_form(cm, beta, n):
 
 
 @given(cm=unit, beta=unit, n=trials)
-def test_weakening_is_reinforcement_seen_from_the_other_end(cm, beta, n):
+def test_weakening_is_the_mirror_image_of_reinforcement(cm, beta, n):
     mirrored = 1 - repeated(reinforced, 1 - cm, beta, n)
     assert repeated(weakened, cm, beta, n) == pytest.approx(mirrored, abs=1e-12)
 
 
 @given(cm=unit, beta=unit)
-def test_a_failure_never_raises_cm_nor_takes_it_past_zero(cm, beta):
+def test_a_failure_never_raises_cm_or_takes_it_below_0(cm, beta):
     assert 0.0 <= weakened(cm, beta) <= cm
 
 
-def test_an_action_that_works_half_the_time_costs_twice_as_much():
+def test_an_action_that_works_half_the_time_is_expected_to_cost_twice_as_much():
     assert cost_estimate(2.66, 0.5) == 5.32
 
 
-def test_a_certain_action_costs_what_it_costs():
+def test_the_cost_estimate_of_a_certain_action_is_its_cost():
     assert cost_estimate(2.66, 1.0) == 2.66
 
 
@@ -87,5 +87,5 @@ def test_the_cost_estimate_is_the_mean_cost_of_trying_until_it_works(cm, cost):
 
 
 @pytest.mark.parametrize("cm", [0.0, 5e-324])
-def test_what_never_works_costs_without_limit(cm):
+def test_the_cost_estimate_of_what_never_works_is_infinite(cm):
     assert cost_estimate(2.66, cm) == math.inf

@@ -1,4 +1,4 @@
-"""Stories of goals through the model: in order, of the robot's own, and blocked."""
+"""Goals in the whole model: their order, goals of the robot's own, and blocked paths."""
 
 import math
 
@@ -18,7 +18,7 @@ def driven(make_model, corridor, cycle):
 
 
 def drive(model, world, patience):
-    """Leave the model alone until it has no goals: what was sensed."""
+    """Leave the model alone until it has no goals, and return what it sensed."""
     story = []
     for _ in range(patience):
         story.append(model.sense(world.tokens()))
@@ -37,7 +37,7 @@ def suspended(story):
     return [sign for sensed in story for sign in sensed.suspended]
 
 
-def test_several_goals_are_visited_in_their_order_and_those_on_the_way_in_passing(driven, corridor):
+def test_goals_are_visited_in_order_of_priority_and_those_on_the_way_in_passing(driven, corridor):
     for place, priority in [("at:0,0", 1.0), ("at:4,0", 2.0), ("at:1,0", 1.0), ("at:3,0", 2.0)]:
         driven.set_goal([place], priority)
     corridor.at = (2, 0)
@@ -47,7 +47,7 @@ def test_several_goals_are_visited_in_their_order_and_those_on_the_way_in_passin
 
 
 def test_the_robot_charges_while_its_battery_is_low_and_then_goes_on(corridor):
-    """The battery runs low half way to the goal; it is full after two cycles on the charger."""
+    """The battery runs low halfway to the goal; it is full after two cycles on the charger."""
     charge = InherentGoal(when=("battery:low",), goal=("on_charge",), priority=2.5)
     costs = dict.fromkeys("NESW", 2.66)
     model = DynamicExpectancyModel(costs, rng=np.random.default_rng(0), inherent=[charge])
@@ -81,10 +81,11 @@ def test_the_robot_charges_while_its_battery_is_low_and_then_goes_on(corridor):
 
 
 LAMP = ("lamp:on",)
+WANTED_BY_BOTH = Goal(LAMP, {"operator": 0.5, "rule": 1.0})
 
 
 def with_rules(*rules):
-    """A model with goals of its own, each a trigger, a goal and a priority."""
+    """A model with rules of its own, each a trigger, a goal and a priority."""
     inherent = [InherentGoal(when, goal, priority) for when, goal, priority in rules]
     return DynamicExpectancyModel({"press": 1.0}, rng=np.random.default_rng(0), inherent=inherent)
 
@@ -96,83 +97,89 @@ def lit_when_dark():
 
 
 def listed_after(model, cycle, tokens):
-    """The Goal List when `tokens` were sensed."""
+    """The Goal List after sensing `tokens`."""
     cycle(model, tokens, None)
     return model.goals
 
 
-def test_an_inherent_goal_is_given_up_with_its_trigger(lit_when_dark, cycle):
-    assert listed_after(lit_when_dark, cycle, ["dark"]) == (Goal(LAMP, 1.0),)
+def test_an_inherent_goal_leaves_the_list_with_its_trigger(lit_when_dark, cycle):
+    assert listed_after(lit_when_dark, cycle, ["dark"]) == (Goal(LAMP, {"rule": 1.0}),)
     assert cycle(lit_when_dark, ["dawn"], None).reached == ()
     assert lit_when_dark.goals == ()
 
 
-def test_what_the_operator_wants_as_well_stays_when_the_rule_lets_go(lit_when_dark, cycle):
+def test_a_goal_that_the_operator_wants_too_outlives_the_rule(lit_when_dark, cycle):
     lit_when_dark.set_goal(LAMP, priority=0.5)
-    assert listed_after(lit_when_dark, cycle, ["dark"]) == (Goal(LAMP, 1.0),)
-    assert listed_after(lit_when_dark, cycle, ["dawn"]) == (Goal(LAMP, 0.5),)
+    assert listed_after(lit_when_dark, cycle, ["dark"]) == (WANTED_BY_BOTH,)
+    assert listed_after(lit_when_dark, cycle, ["dawn"]) == (Goal(LAMP, {"operator": 0.5}),)
     assert lit_when_dark.withdraw_goal(LAMP)
     assert lit_when_dark.goals == ()
 
 
-def test_the_higher_of_both_priorities_counts(lit_when_dark, cycle):
+def test_the_higher_priority_of_operator_and_rule_counts(lit_when_dark, cycle):
     cycle(lit_when_dark, ["dark"], None)
     lit_when_dark.set_goal(LAMP, priority=3.0)
-    assert lit_when_dark.goals == (Goal(LAMP, 3.0),)
-    assert listed_after(lit_when_dark, cycle, ["dark"]) == (Goal(LAMP, 3.0),)
+    assert [goal.priority for goal in lit_when_dark.goals] == [3.0]
+    assert [goal.priority for goal in listed_after(lit_when_dark, cycle, ["dark"])] == [3.0]
 
 
-def test_what_a_rule_wants_as_well_stays_when_the_operator_lets_go(lit_when_dark, cycle):
+def test_a_goal_that_a_rule_wants_too_outlives_its_withdrawal(lit_when_dark, cycle):
     cycle(lit_when_dark, ["dark"], None)
     lit_when_dark.set_goal(LAMP, priority=3.0)
     assert lit_when_dark.withdraw_goal(LAMP)
-    assert lit_when_dark.goals == (Goal(LAMP, 1.0),)
+    assert lit_when_dark.goals == (Goal(LAMP, {"rule": 1.0}),)
     assert not lit_when_dark.withdraw_goal(LAMP)
-    assert lit_when_dark.goals == (Goal(LAMP, 1.0),)
+    assert lit_when_dark.goals == (Goal(LAMP, {"rule": 1.0}),)
 
 
 @pytest.mark.parametrize("first", [1.0, 2.0])
-def test_a_goal_of_two_rules_is_wanted_while_either_holds_with_the_higher_priority(first, cycle):
+def test_a_goal_of_two_rules_has_the_higher_priority_of_those_that_are_active(first, cycle):
     second = 3.0 - first
     model = with_rules((["dark"], LAMP, first), (["visitor"], LAMP, second))
-    assert listed_after(model, cycle, ["dark"]) == (Goal(LAMP, first),)
-    assert listed_after(model, cycle, ["dark", "visitor"]) == (Goal(LAMP, 2.0),)
-    assert listed_after(model, cycle, ["visitor"]) == (Goal(LAMP, second),)
+    assert listed_after(model, cycle, ["dark"]) == (Goal(LAMP, {"rule": first}),)
+    assert listed_after(model, cycle, ["dark", "visitor"]) == (Goal(LAMP, {"rule": 2.0}),)
+    assert listed_after(model, cycle, ["visitor"]) == (Goal(LAMP, {"rule": second}),)
     assert listed_after(model, cycle, ["dawn"]) == ()
 
 
-def test_an_inherent_goal_is_reached_once_and_wanted_again_when_it_was_lost(lit_when_dark, cycle):
+def test_an_inherent_goal_is_reached_once_and_wanted_again_after_it_was_inactive(
+    lit_when_dark, cycle
+):
     nights = [["dark"], ["dark", *LAMP], ["dark", *LAMP], ["dark"], ["dark", *LAMP], LAMP]
     story = [(cycle(lit_when_dark, night, None).reached, lit_when_dark.goals) for night in nights]
-    wanted = (Goal(LAMP, 1.0),)
+    wanted = (Goal(LAMP, {"rule": 1.0}),)
     assert story == [((), wanted), (wanted, ()), ((), ()), ((), wanted), (wanted, ()), ((), ())]
 
 
-def test_every_time_that_its_trigger_comes_a_goal_that_is_there_is_reached(lit_when_dark, cycle):
+def test_a_goal_that_is_active_already_is_reached_each_time_its_trigger_appears(
+    lit_when_dark, cycle
+):
     days = [["dark", *LAMP], LAMP, ["dark", *LAMP]]
     story = [len(cycle(lit_when_dark, day, None).reached) for day in days]
     assert story == [1, 0, 1]
 
 
-def test_what_a_rule_has_the_operator_may_want_and_is_told_of_too(lit_when_dark, cycle):
+def test_the_operator_can_want_what_a_rule_has_reached_and_is_told_that_it_is_reached(
+    lit_when_dark, cycle
+):
     cycle(lit_when_dark, ["dark", *LAMP], None)
     lit_when_dark.set_goal(LAMP, priority=0.5)
-    assert lit_when_dark.goals == (Goal(LAMP, 0.5),)
-    assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == (Goal(LAMP, 0.5),)
+    assert lit_when_dark.goals == (Goal(LAMP, {"operator": 0.5}),)
+    assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == (Goal(LAMP, {"operator": 0.5}),)
     assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == ()
 
 
-def test_what_both_want_is_reached_once_with_the_higher_priority(lit_when_dark, cycle):
+def test_a_goal_that_both_want_is_reached_once_for_both(lit_when_dark, cycle):
     lit_when_dark.set_goal(LAMP, priority=0.5)
-    assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == (Goal(LAMP, 1.0),)
+    assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == (WANTED_BY_BOTH,)
     assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == ()
     assert lit_when_dark.goals == ()
 
 
-def test_a_rule_may_want_a_sign_of_several_tokens_in_any_order(cycle):
+def test_the_goal_of_a_rule_may_have_several_tokens_in_any_order(cycle):
     model = with_rules((["dark"], ["lamp:on", "door:shut"], 1.0))
     cycle(model, ["door:shut"], "press")
-    assert listed_after(model, cycle, ["dark"]) == (Goal(("door:shut", "lamp:on"), 1.0),)
+    assert listed_after(model, cycle, ["dark"]) == (Goal(("door:shut", "lamp:on"), {"rule": 1.0}),)
     assert ("door:shut", "lamp:on") in model.signs
     cycle(model, ["dark", "door:shut"], "press")
     assert cycle(model, ["dark", "door:shut", "lamp:on"], None).reached != ()
@@ -181,7 +188,7 @@ def test_a_rule_may_want_a_sign_of_several_tokens_in_any_order(cycle):
     assert model.choose().goal == ("door:shut", "lamp:on")
 
 
-def test_a_rule_without_a_goal_or_an_order_is_refused():
+def test_a_rule_without_a_goal_or_a_finite_priority_is_refused():
     with pytest.raises(ValueError, match="one Token at least"):
         InherentGoal(when=("dark",), goal=(), priority=1.0)
     with pytest.raises(ValueError, match="expected a finite number"):
@@ -190,12 +197,12 @@ def test_a_rule_without_a_goal_or_an_order_is_refused():
         InherentGoal(when="dark", goal=LAMP, priority=1.0)
 
 
-# --- Signs that goals made known ---------------------------------------------------------------
+# --- Signs that are known only as goals --------------------------------------------------------
 
 BOTH = ("at:A", "drill:out")
 
 
-def test_a_sign_that_only_a_goal_needed_goes_with_it(make_model, cycle):
+def test_a_sign_that_only_a_goal_needed_is_removed_with_the_goal(make_model, cycle):
     model = make_model()
     model.set_goal(BOTH, priority=1.0)
     cycle(model, ["at:A"], "E")
@@ -206,14 +213,14 @@ def test_a_sign_that_only_a_goal_needed_goes_with_it(make_model, cycle):
     assert model.policy_map() == ()
 
 
-def test_without_removal_it_stays(make_model):
+def test_without_removal_that_sign_stays(make_model):
     model = make_model(removal=False)
     model.set_goal(BOTH, priority=1.0)
     model.withdraw_goal(BOTH)
     assert model.signs == (BOTH,)
 
 
-def test_withdrawn_while_it_is_active_it_goes_when_the_traces_have_left_it(make_model, cycle):
+def test_withdrawn_while_active_it_is_removed_once_it_has_left_the_traces(make_model, cycle):
     model = make_model(reach=2)
     model.set_goal(BOTH, priority=1.0)
     model.sense(BOTH)
@@ -227,16 +234,16 @@ def test_withdrawn_while_it_is_active_it_goes_when_the_traces_have_left_it(make_
     assert held == [True, True, False]
 
 
-def test_reached_it_goes_when_the_traces_have_left_it(make_model, cycle):
+def test_a_reached_goal_is_removed_once_it_has_left_the_traces(make_model, cycle):
     model = make_model()
     model.set_goal(BOTH, priority=1.0)
-    assert cycle(model, BOTH, None).reached == (Goal(BOTH, 1.0),)
+    assert cycle(model, BOTH, None).reached == (Goal(BOTH, {"operator": 1.0}),)
     assert BOTH in model.signs
     cycle(model, ["dust"], None)
     assert BOTH not in model.signs
 
 
-def test_a_sign_that_hypotheses_begin_from_outlives_its_goal(make_model, cycle):
+def test_a_sign_that_is_a_context_outlives_its_goal(make_model, cycle):
     model = make_model()
     model.set_goal(BOTH, priority=1.0)
     cycle(model, BOTH, "E")
@@ -254,10 +261,8 @@ def test_a_sign_that_a_rule_needs_outlives_the_operators_goal():
     assert model.signs == (BOTH,)
 
 
-def test_what_ends_in_a_forgotten_sign_goes_with_it_though_it_was_about_to_be_judged(
-    make_model, cycle
-):
-    """The drill has come out at A once, and E is done there again when the goal is withdrawn."""
+def test_hypotheses_for_a_removed_sign_are_removed_even_with_a_prediction_due(make_model, cycle):
+    """The drill came out after E at A once; E was just repeated when the goal is withdrawn."""
     model = make_model()
     model.set_goal(BOTH, priority=1.0)
     cycle(model, ["at:A"], "E")
@@ -298,10 +303,10 @@ GOAL = ("at:5,0",)
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_way_blocked_for_good_is_left_to_explore_until_a_detour_is_found(
+def test_a_path_blocked_for_good_is_abandoned_and_exploration_finds_a_detour(
     make_model, two_ways, seed
 ):
-    """Only the bottom row is known when a rock falls on it; the way round is over the top."""
+    """Only the bottom row is known when a rock falls on it; the detour is over the top."""
     model = make_model(seed, recovery=50)
     learn(model, two_ways, "EEEEEWWWWW" * 2)
     two_ways.places.remove((2, 0))
@@ -330,7 +335,7 @@ def test_a_way_blocked_for_good_is_left_to_explore_until_a_detour_is_found(
     assert suspended(again) == []
 
 
-def test_a_long_detour_that_is_known_does_not_suspend_the_goal(make_model, two_ways):
+def test_with_a_known_detour_even_a_long_one_the_goal_is_not_suspended(make_model, two_ways):
     model = make_model()
     learn(model, two_ways, "EEEEEWWNNNNWWWSSSS" * 6)
     two_ways.at = (0, 0)
@@ -345,8 +350,8 @@ def test_a_long_detour_that_is_known_does_not_suspend_the_goal(make_model, two_w
     assert two_ways.steps_to((5, 0))[1, 0] * 2.66 > 2.0 * at_first
 
 
-def test_a_detour_of_many_times_the_way_is_still_a_way(make_model, grid):
-    """Once round a ring of 14 places, because the goal next door cannot be entered any more."""
+def test_a_detour_many_times_as_long_as_the_path_is_still_taken(make_model, grid):
+    """The neighbouring goal can no longer be entered from here, only from around a ring of 14."""
     ring = type(grid)("....", ".##.", ".##.", ".##.", "....")
     model = make_model()
     learn(model, ring, ("EEENNNNWWWSSSS" + "NNNNEEESSSSWWW") * 3)
@@ -361,8 +366,8 @@ def test_a_detour_of_many_times_the_way_is_still_a_way(make_model, grid):
     assert len(story) - 1 > 13
 
 
-def test_whoever_leads_the_robot_away_from_its_goal_does_not_suspend_it(make_model, cycle):
-    """Going east from `bog` works so seldom that the goal is ten times as far from there."""
+def test_leading_the_robot_away_from_its_goal_does_not_suspend_the_goal(make_model, cycle):
+    """Going east from `bog` works so rarely that the goal is ten times as far from there."""
     model = make_model()
     path = [(["bog"], "E"), (["bank"], "E"), (["goal"], None)]
     for tokens, action in path[1:] * 4 + path:

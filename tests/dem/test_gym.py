@@ -1,4 +1,4 @@
-"""The model in gymnasium environments: what it is shown, how it ends, and that it gets there."""
+"""The model in gymnasium environments: rewards, ends of episodes, and solved tasks."""
 
 import subprocess
 import sys
@@ -13,9 +13,9 @@ from farside.dem.gym import REWARDED, Episode, action_costs, play
 
 
 class Corridor(gymnasium.Env):
-    """Places 0 to 5 in a row, from 2 on. Action 11 goes up, 10 down; both ends terminate.
+    """Places 0 to 5 in a row, starting at 2. Action 11 goes up, 10 down; both ends terminate.
 
-    The upper end pays 5, each other step 1 is lost. Resets tell their seeds to `seeds`.
+    The reward is 5 at the upper end, -1 for every other step. `seeds` collects those of resets.
     """
 
     def __init__(self, limit=None):
@@ -61,7 +61,7 @@ def causes(model, outcome):
     }
 
 
-def test_actions_are_named_by_the_numbers_that_the_environment_gives_them():
+def test_actions_are_named_by_their_numbers_in_the_environment():
     assert action_costs(Corridor()) == {"10": 1.0, "11": 1.0}
 
 
@@ -73,7 +73,7 @@ def test_actions_that_are_not_discrete_are_refused():
 
 
 @pytest.mark.parametrize("seed", range(5))
-def test_what_followed_a_reward_is_a_goal_that_one_can_set_without_knowing_where_it_is(make, seed):
+def test_rewarded_is_a_goal_that_needs_no_knowledge_of_where_the_reward_is(make, seed):
     env = Corridor()
     model = make(env, seed)
     episodes = list(islice(play(model, env, place), 30))
@@ -81,7 +81,7 @@ def test_what_followed_a_reward_is_a_goal_that_one_can_set_without_knowing_where
     assert causes(model, REWARDED) == {(("at:4",), "11")}
 
 
-def test_a_goal_may_be_any_sign_and_need_not_end_the_episode(make):
+def test_the_goal_may_be_any_sign_and_need_not_end_the_episode(make):
     env = Corridor(limit=20)
     model = make(env)
     *_, last = islice(play(model, env, place, goal=["at:1"]), 30)
@@ -100,7 +100,7 @@ def test_a_reward_counts_only_above_the_threshold(make):
     assert (("at:3",), "10") in causes(model, REWARDED)
 
 
-def test_the_end_of_an_episode_leads_to_the_start_of_the_next_whatever_is_done(make):
+def test_from_a_terminal_state_every_action_leads_to_the_start_of_the_next_episode(make):
     env = Corridor()
     model = make(env)
     for _ in islice(play(model, env, place, goal=["nowhere"]), 60):
@@ -108,7 +108,7 @@ def test_the_end_of_an_episode_leads_to_the_start_of_the_next_whatever_is_done(m
     assert {("at:0",), ("at:5",)} <= {context for context, _ in causes(model, "at:2")}
 
 
-def test_nothing_is_learned_across_the_jump_after_a_time_limit(make):
+def test_nothing_is_learned_from_the_reset_after_a_truncation(make):
     env = Corridor(limit=1)
     model = make(env)
     for _ in islice(play(model, env, place), 30):
@@ -117,7 +117,7 @@ def test_nothing_is_learned_across_the_jump_after_a_time_limit(make):
     assert causes(model, "at:2") == set()
 
 
-def test_the_seed_is_that_of_the_first_reset_only(make):
+def test_only_the_first_reset_is_seeded(make):
     env = Corridor()
     for _ in islice(play(make(env), env, place, seed=7), 3):
         pass
@@ -134,21 +134,21 @@ def test_the_same_seeds_play_the_same_episodes(make):
 
 @pytest.mark.parametrize("curiosity", [None, Curiosity()], ids=["random", "curious"])
 @pytest.mark.parametrize("seed", range(3))
-def test_the_frozen_lake_that_is_not_slippery_is_solved_in_six_steps(make, seed, curiosity):
+def test_the_frozen_lake_without_slipping_is_solved_in_six_steps(make, seed, curiosity):
     env = gymnasium.make("FrozenLake-v1", is_slippery=False)
     model = make(env, seed, curiosity=curiosity)
     episodes = list(islice(play(model, env, place, seed=seed), 250))
     assert episodes[-10:] == [Episode(steps=6, reward=1.0, reached=1)] * 10
 
 
-def test_curiosity_does_not_come_back_to_a_hole_for_ever(make):
-    """Nobody can act in a hole: without the jump to the start it would stay unknown, and lure."""
+def test_curiosity_does_not_return_to_a_hole_for_ever(make):
+    """No action leads out of a hole: without learning from the reset it would stay tempting."""
     env = gymnasium.make("FrozenLake-v1", is_slippery=False)
     model = make(env, curiosity=Curiosity())
     episodes = list(islice(play(model, env, place, seed=0), 60))
     assert sum(episode.reached for episode in episodes) > 20
 
 
-def test_the_model_itself_does_without_gymnasium():
+def test_the_model_itself_does_not_import_gymnasium():
     script = "import sys, farside.dem; sys.exit('gymnasium' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0  # noqa: S603

@@ -1,4 +1,4 @@
-"""Stories of learning: what is created, what is strengthened, what is weakened."""
+"""Learning in the whole model: hypotheses created, strengthened and weakened."""
 
 import pytest
 from hypothesis import given, settings
@@ -30,7 +30,7 @@ def follow(model, stream):
     return model
 
 
-def test_a_novel_sign_is_explained_by_what_was_just_done(make_model, cycle):
+def test_a_novel_sign_gets_a_hypothesis_from_the_last_action(make_model, cycle):
     model = make_model()
     first = cycle(model, A, "E")
     assert (first.active, first.novel, first.created) == ((A,), (A,), 0)
@@ -42,14 +42,14 @@ def test_a_novel_sign_is_explained_by_what_was_just_done(make_model, cycle):
     assert (hypothesis.predictions, hypothesis.successes) == (0, 0)
 
 
-def test_a_known_sign_that_nothing_predicted_is_explained_too(make_model):
+def test_a_known_sign_that_nothing_predicted_gets_a_hypothesis_too(make_model):
     model = follow(make_model(), [(A, "E"), (B, "W")])
     sensed = model.sense(A)
     assert (sensed.novel, sensed.unexpected, sensed.created) == ((), (A,), 1)
     assert causes(model)[-1] == (B, "W", A, 1)
 
 
-def test_a_prediction_that_comes_true_strengthens_and_surprises_nobody(make_model):
+def test_a_prediction_that_comes_true_strengthens_its_hypothesis_and_creates_none(make_model):
     model = follow(make_model(), [(A, "E"), (B, "W"), (A, "E")])
     sensed = model.sense(B)
     assert (sensed.succeeded, sensed.failed) == (1, 0)
@@ -59,7 +59,7 @@ def test_a_prediction_that_comes_true_strengthens_and_surprises_nobody(make_mode
     assert (untried.cm, untried.predictions, untried.successes) == (0.5, 0, 0)
 
 
-def test_a_wrong_prediction_weakens_and_what_came_instead_is_learned(make_model):
+def test_a_failed_prediction_weakens_its_hypothesis_and_the_actual_outcome_is_learned(make_model):
     model = follow(make_model(), [(A, "E"), (B, "W"), (A, "E")])
     sensed = model.sense(C)
     assert (sensed.succeeded, sensed.failed, sensed.created) == (0, 1, 1)
@@ -67,15 +67,15 @@ def test_a_wrong_prediction_weakens_and_what_came_instead_is_learned(make_model)
     assert cm_of(model)[A, "E", C, 1] == 0.5
 
 
-def test_that_nothing_changes_is_learned_like_anything_else(make_model):
+def test_an_action_that_changes_nothing_is_learned_like_any_other(make_model):
     model = follow(make_model(), [(A, "N"), (A, "N")])
     sensed = model.sense(A)
     assert (sensed.succeeded, sensed.created) == (1, 0)
     assert cm_of(model) == {(A, "N", A, 1): 0.75}
 
 
-def test_standing_is_not_an_action(make_model):
-    """Tokens may change while nothing is done: nothing explains it and nothing is judged."""
+def test_standing_still_is_not_an_action(make_model):
+    """Tokens may change while nothing is done: no hypothesis is created and none is tested."""
     model = follow(make_model(), [(A, "E"), (B, None), (A, None)])
     sensed = model.sense(B)
     assert (sensed.succeeded, sensed.failed, sensed.created) == (0, 0, 0)
@@ -83,7 +83,7 @@ def test_standing_is_not_an_action(make_model):
     assert causes(model) == [(A, "E", B, 1)]
 
 
-def test_every_sign_that_was_active_is_a_candidate_for_every_surprise(make_model):
+def test_every_sign_active_before_is_a_context_for_every_unexpected_sign(make_model):
     model = follow(make_model(), [((*A, "dust"), "E")])
     assert model.sense((*B, "battery:low")).created == 4
     assert sorted(causes(model)) == sorted(
@@ -93,41 +93,41 @@ def test_every_sign_that_was_active_is_a_candidate_for_every_surprise(make_model
     )
 
 
-def test_a_trace_of_two_cycles_reaches_back_two_actions(make_model):
+def test_with_a_reach_of_2_the_last_two_actions_are_candidates(make_model):
     model = follow(make_model(reach=2), [(A, "E"), (B, "N")])
     model.sense(C)
     assert sorted(causes(model)) == [(A, "E", B, 1), (A, "E", C, 2), (B, "N", C, 1)]
 
 
-def test_a_delayed_prediction_is_judged_in_its_cycle_and_no_other(make_model):
+def test_a_delayed_prediction_is_settled_in_the_cycle_it_is_due_and_no_other(make_model):
     model = follow(make_model(reach=2), [(A, "E"), (B, "N"), (C, None), (A, "E"), (B, None)])
     sensed = model.sense(C)
     assert (sensed.succeeded, sensed.failed) == (1, 0)
     assert cm_of(model)[A, "E", C, 2] == 0.75
 
 
-def test_what_is_known_is_not_created_again(make_model):
-    """In cycle 3 A is unexpected, though A ∧ N → A after 2 was made in cycle 2 already."""
+def test_a_hypothesis_is_not_created_twice(make_model):
+    """In cycle 3 A is unexpected, although A ∧ N → A after 2 exists since cycle 2."""
     model = follow(make_model(reach=2), [(A, "N"), (A, "E"), (A, "N"), (B, "N"), (A, "N")])
     model.sense(A)
     assert len(set(causes(model))) == len(causes(model))
 
 
-def test_without_chance_to_learn_nothing_is_learned(make_model, grid, tour):
+def test_with_learning_probability_0_no_hypothesis_is_created(make_model, grid, tour):
     model = make_model(learning_probability=0.0)
     tour(model, grid, 100)
     assert model.hypothesis_count == 0
     assert model.sign_count > 1
 
 
-def test_learning_probability_is_the_share_of_opportunities_taken(make_model):
-    """400 places in a row, each a surprise once, so 399 opportunities."""
+def test_learning_probability_is_the_fraction_of_opportunities_taken(make_model):
+    """400 places in a row, each novel once, so 399 opportunities."""
     model = make_model(learning_probability=0.25)
     follow(model, [([f"at:{place}"], "E") for place in range(400)])
     assert 60 < model.hypothesis_count < 140
 
 
-def test_learning_does_not_depend_on_who_chose(make_model, grid):
+def test_learning_does_not_depend_on_who_chose_the_action(make_model, grid):
     driven, alone = make_model(), make_model(seed=5)
     stream = []
     goals = ["at:4,3", "at:0,0", "at:4,0", "at:2,2"]
@@ -153,7 +153,7 @@ def test_counts_and_mean_describe_the_lists(make_model, grid, tour):
 
 
 def plain_learning(stream, reach, alpha, beta):
-    """The rules in their plainest form: look at everything in every cycle, forget nothing."""
+    """The rules in their plainest form: examine everything in every cycle, remove nothing."""
     cm, born = {}, {}
     known = set()
     for now, (tokens, _) in enumerate(stream):
@@ -178,15 +178,15 @@ def plain_learning(stream, reach, alpha, beta):
 
 @settings(max_examples=200)
 @given(stream=streams, reach=st.integers(1, 3), alpha=st.floats(0, 1), beta=st.floats(0, 1))
-def test_learning_is_that_of_the_seeds_plain_rules(make_model, stream, reach, alpha, beta):
-    """Those of the seed, that is: without credit, differentiation and removal; see `test_plain`."""
+def test_learning_follows_the_plain_rules_of_the_seed(make_model, stream, reach, alpha, beta):
+    """Without credit, differentiation and removal, that is; for these see `test_plain`."""
     seed_rules = {"own_credit": False, "differentiation": False, "removal": False}
     model = follow(make_model(reach=reach, alpha=alpha, beta=beta, **seed_rules), stream)
     assert cm_of(model) == pytest.approx(plain_learning(stream, reach, alpha, beta))
 
 
 @given(stream=streams, reach=st.integers(1, 3))
-def test_the_lists_agree_with_each_other(make_model, stream, reach):
+def test_the_lists_are_consistent(make_model, stream, reach):
     model = follow(make_model(reach=reach), stream)
     signs = set(model.signs)
     assert len(set(causes(model))) == model.hypothesis_count
@@ -198,27 +198,27 @@ def test_the_lists_agree_with_each_other(make_model, stream, reach):
 
 
 @given(stream=streams, seed=st.integers(0, 9))
-def test_the_same_seed_gives_the_same_lists_whatever_the_order_of_tokens(make_model, stream, seed):
+def test_the_same_seed_gives_the_same_lists_in_any_order_of_tokens(make_model, stream, seed):
     model = follow(make_model(seed, learning_probability=0.5, reach=2), stream)
     turned = [(tokens[::-1], action) for tokens, action in stream]
     twin = follow(make_model(seed, learning_probability=0.5, reach=2), turned)
     assert (model.signs, model.hypotheses) == (twin.signs, twin.hypotheses)
 
 
-def test_sense_waits_for_perform(make_model):
+def test_sense_is_refused_before_perform(make_model):
     model = make_model()
     model.sense(A)
-    with pytest.raises(RuntimeError, match=r"end it with perform\(action\)"):
+    with pytest.raises(RuntimeError, match=r"end the cycle with perform\(action\)"):
         model.sense(A)
 
 
 @pytest.mark.parametrize("early", [lambda m: m.choose(), lambda m: m.perform("N")])
-def test_choose_and_perform_wait_for_sense(make_model, early):
+def test_choose_and_perform_are_refused_before_sense(make_model, early):
     with pytest.raises(RuntimeError, match=r"\(\) before sense\(\)"):
         early(make_model())
 
 
-def test_an_unknown_action_is_refused_by_the_names_of_the_known(make_model):
+def test_performing_an_unknown_action_is_refused_and_changes_nothing(make_model):
     model = make_model()
     model.sense(A)
     with pytest.raises(ValueError, match="unknown action 'UP': expected one of 'E', 'N', 'S'"):

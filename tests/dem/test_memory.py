@@ -1,4 +1,4 @@
-"""A model is saved, and taken up again as if nothing had been."""
+"""A loaded model continues exactly as the one that was saved."""
 
 import struct
 import zlib
@@ -19,7 +19,7 @@ from farside.dem import (
 HEADER = struct.Struct("<8sHQI")
 KINDS = ["MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64"]
 
-# Goals of the robot's own, two of them the same, that are set and reached besides.
+# Goals of the robot's own, two of them the same, which are also set and reached otherwise.
 RULES = [
     InherentGoal(when=("a",), goal=("b",), priority=1),
     InherentGoal(when=("c",), goal=("b",), priority=2),
@@ -46,7 +46,7 @@ def restless_model(kind="PCG64"):
     before=st.lists(cycles),
     after=st.lists(cycles),
 )
-def test_saved_and_loaded_it_goes_on_as_if_never_saved(
+def test_a_loaded_model_continues_exactly_as_the_saved_one(
     eventful, live, *, parameters, lived, before, after
 ):
     rng = np.random.default_rng(1)
@@ -61,7 +61,7 @@ def test_saved_and_loaded_it_goes_on_as_if_never_saved(
 
 
 @pytest.mark.parametrize(("kind", "cut"), [*zip(KINDS, [1, 20, 90, 150, 250], strict=True)])
-def test_a_long_life_can_be_interrupted_whatever_the_generator(eventful, live, kind, cut):
+def test_a_long_stream_can_be_interrupted_with_any_bit_generator(eventful, live, kind, cut):
     stream = eventful(300)
     model = restless_model(kind)
     live(model, stream[:cut])
@@ -72,7 +72,7 @@ def test_a_long_life_can_be_interrupted_whatever_the_generator(eventful, live, k
     assert drawn(loaded) == drawn(model)
 
 
-def test_in_that_long_life_all_comes_about_that_has_to_be_kept(eventful, live):
+def test_that_long_stream_exercises_everything_that_has_to_be_saved(eventful, live):
     model = restless_model()
     sensed, signs = [], set()
     for cycle in eventful(500):
@@ -89,7 +89,7 @@ def test_in_that_long_life_all_comes_about_that_has_to_be_kept(eventful, live):
     assert all(kept.predictions)
 
 
-def test_early_in_it_a_sign_is_forgotten(eventful, live):
+def test_early_in_that_stream_a_sign_is_removed(eventful, live):
     model = restless_model()
     signs = set()
     for cycle in eventful(30):
@@ -100,7 +100,7 @@ def test_early_in_it_a_sign_is_forgotten(eventful, live):
     assert model._learner.state().signs.free
 
 
-def test_it_can_be_saved_between_choosing_and_performing(eventful, live):
+def test_a_model_can_be_saved_between_choosing_and_performing(eventful, live):
     model = restless_model()
     live(model, eventful(200))
     model.set_goal(["b"], 1)
@@ -115,7 +115,7 @@ def test_it_can_be_saved_between_choosing_and_performing(eventful, live):
     assert live(loaded, eventful(300)[200:]) == live(model, eventful(300)[200:])
 
 
-def test_a_suspended_goal_recovers_when_it_would_have(eventful, live):
+def test_a_suspended_goal_recovers_on_time_after_loading(eventful, live):
     model, stream = restless_model(), eventful(300)
     while not any(goal.suspended for goal in model.goals):
         live(model, [stream.pop(0)])
@@ -133,7 +133,7 @@ def test_saving_changes_nothing(eventful, live):
 
 
 @given(parameters=restless_parameters, lived=st.integers(0, 120), stream=st.lists(cycles))
-def test_what_is_loaded_is_saved_as_the_same_bytes(eventful, live, parameters, lived, stream):
+def test_saving_a_loaded_model_gives_the_same_bytes(eventful, live, parameters, lived, stream):
     model = DynamicExpectancyModel(COSTS, parameters, rng=np.random.default_rng(1))
     live(model, eventful(lived) + stream)
     saved = model.save()
@@ -148,13 +148,13 @@ def saved(eventful, live):
     return model.save()
 
 
-def test_cut_short_anywhere_it_is_refused(saved):
+def test_data_truncated_anywhere_is_refused(saved):
     for length in range(len(saved)):
         with pytest.raises(UnreadableMemoryError, match="expected"):
             DynamicExpectancyModel.load(saved[:length])
 
 
-def test_with_any_byte_changed_it_is_refused(saved):
+def test_data_with_any_byte_changed_is_refused(saved):
     rng = np.random.default_rng(2)
     for at, flip in enumerate(rng.integers(1, 256, len(saved)).tolist()):
         damaged = saved[:at] + bytes([saved[at] ^ flip]) + saved[at + 1 :]
@@ -164,7 +164,7 @@ def test_with_any_byte_changed_it_is_refused(saved):
 
 @settings(max_examples=300)
 @given(data=st.binary(max_size=60))
-def test_what_is_no_memory_is_refused(data):
+def test_arbitrary_data_is_refused(data):
     with pytest.raises(UnreadableMemoryError, match="a model's memory: expected"):
         DynamicExpectancyModel.load(data)
 
@@ -174,8 +174,8 @@ def test_the_message_says_what_is_wrong(saved):
     body = saved[HEADER.size :]
     with pytest.raises(UnreadableMemoryError, match=r"begin with b'FARSIDE.*found b'GIF89a'$"):
         DynamicExpectancyModel.load(b"GIF89a")
-    with pytest.raises(UnreadableMemoryError, match="expected format 1, found format 2"):
-        DynamicExpectancyModel.load(HEADER.pack(magic, 2, length, check) + body)
+    with pytest.raises(UnreadableMemoryError, match="expected format 2, found format 1"):
+        DynamicExpectancyModel.load(HEADER.pack(magic, 1, length, check) + body)
     with pytest.raises(UnreadableMemoryError, match=f"{length} bytes after .* {length + 1}$"):
         DynamicExpectancyModel.load(saved + b"\0")
     with pytest.raises(UnreadableMemoryError, match="is damaged: expected CRC-32"):
@@ -183,13 +183,13 @@ def test_the_message_says_what_is_wrong(saved):
 
 
 @pytest.mark.parametrize("body", [b"", zlib.compress(b""), zlib.compress(b"\x90")])
-def test_a_right_check_over_wrong_contents_does_not_help(body):
-    data = HEADER.pack(b"FARSIDE\0", 1, len(body), zlib.crc32(body)) + body
-    with pytest.raises(UnreadableMemoryError, match="expected what format 1 holds, found"):
+def test_wrong_contents_are_refused_even_with_the_right_checksum(body):
+    data = HEADER.pack(b"FARSIDE\0", 2, len(body), zlib.crc32(body)) + body
+    with pytest.raises(UnreadableMemoryError, match="expected what format 2 holds, found"):
         DynamicExpectancyModel.load(data)
 
 
-def test_a_generator_of_unknown_kind_is_not_saved():
+def test_a_bit_generator_of_unknown_kind_is_refused():
     class Foreign:
         state = {"bit_generator": "Foreign"}  # noqa: RUF012
 

@@ -1,4 +1,4 @@
-"""The model against its plain twin: the same random streams, the same lists to the last bit."""
+"""The model against its plain twin: from the same random stream, the same lists."""
 
 import numpy as np
 import pytest
@@ -11,8 +11,8 @@ from farside.dem import DynamicExpectancyModel, Parameters
 
 ACTIONS = ("E", "N")
 
-# Few places, and Tokens that come and go beside them, so that much is learned, found wanting,
-# differentiated and removed within a short stream.
+# Few places, and Tokens that come and go beside them, so that much is created, differentiated and
+# removed within a short stream.
 places = st.sampled_from(["at:A", "at:B"])
 beside = st.frozensets(st.sampled_from(["dust", "gate", "lamp"]))
 cycles = st.tuples(st.builds(lambda place, more: {place, *more}, places, beside), st.booleans())
@@ -36,7 +36,7 @@ GOALS = (("lamp",), ("at:B", "gate"))
 
 
 class Pair:
-    """The model and its twin, with generators of one seed and the same goals."""
+    """The model and its twin, with the same seed and the same goals."""
 
     def __init__(self, parameters, seed=0, actions=ACTIONS):
         costs = dict.fromkeys(actions, 1.0)
@@ -72,7 +72,7 @@ class Pair:
 
 @settings(max_examples=300)
 @given(stream=streams, parameters=learning, seed=seeds)
-def test_the_model_and_its_twin_agree_to_the_last_hypothesis(stream, parameters, seed):
+def test_the_model_and_its_twin_agree_to_the_last_bit(stream, parameters, seed):
     pair = Pair(parameters, seed)
     for (tokens, wants_goals), action in stream:
         pair.cycle(tokens, action, wants_goals=wants_goals)
@@ -80,7 +80,7 @@ def test_the_model_and_its_twin_agree_to_the_last_hypothesis(stream, parameters,
 
 
 def random_stream(rng, length):
-    """E leads from A to B only while the gate is there: something to differentiate."""
+    """E leads from A to B only while the gate is sensed: something to differentiate."""
     at = "at:A"
     for _ in range(length):
         tokens = {at, *(token for token in ("dust", "gate") if rng.random() < 0.5)}
@@ -91,7 +91,7 @@ def random_stream(rng, length):
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_they_agree_all_along_where_much_is_differentiated_and_removed(seed):
+def test_they_agree_in_every_cycle_while_much_is_differentiated_and_removed(seed):
     pair = Pair(EAGER, seed)
     conjunctions = set()
     for number, (tokens, action) in enumerate(random_stream(np.random.default_rng(seed), 400)):
@@ -104,7 +104,7 @@ def test_they_agree_all_along_where_much_is_differentiated_and_removed(seed):
 
 
 def test_they_agree_after_a_long_walk_through_an_aliased_world():
-    """Nowhere near as long as the worlds in `test_worlds`: the twin looks through everything."""
+    """Far shorter than the runs in `test_worlds`, because the twin searches all its lists."""
     world = AliasedWorld(2)
     pair = Pair(Parameters(), actions=world.actions)
     rng = np.random.default_rng(1)

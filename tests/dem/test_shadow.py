@@ -1,4 +1,4 @@
-"""A shadow is told what happens to a model's lists, and holds the same."""
+"""A shadow is sent the changes of a model's lists, and holds the same lists."""
 
 from collections import Counter
 
@@ -19,18 +19,18 @@ from farside.dem import (
     ShadowModel,
     UnreadableMemoryError,
 )
-from farside.dem.journal import HypothesisAdded, HypothesisRemoved, SignAdded, SignRemoved
+from farside.dem.changes import HypothesisAdded, HypothesisRemoved, SignAdded, SignRemoved
 
 cuts = st.sampled_from(["delta", "whole", "nothing", "nothing"])
 
 
 def sent(delta):
-    """What arrives of a delta that crossed a link."""
+    """A delta as it arrives after crossing a link."""
     return msgspec.msgpack.decode(msgspec.msgpack.encode(delta), type=Delta)
 
 
 def lists(model):
-    """Everything that a shadow has to hold too, floats to the last bit."""
+    """Everything that a shadow has to hold too, with floats equal to the last bit."""
     return model.signs, model.hypotheses, model.goals, model.policy_map()
 
 
@@ -45,7 +45,7 @@ def recorded(parameters=PARAMETERS, seed=1):
     lived=st.integers(0, 120),
     after=st.lists(st.tuples(cycles, cuts)),
 )
-def test_whatever_happens_and_however_it_is_cut_a_shadow_holds_the_same(
+def test_a_shadow_holds_the_same_lists_after_any_stream_cut_into_any_deltas(
     eventful, live, parameters, lived, after
 ):
     rules = [InherentGoal(when=("a",), goal=("b",), priority=1)]
@@ -65,7 +65,7 @@ def test_whatever_happens_and_however_it_is_cut_a_shadow_holds_the_same(
 
 
 @pytest.mark.parametrize("cycles_per_delta", [1, 7, 100])
-def test_over_a_long_life_it_holds_the_same(eventful, live, cycles_per_delta):
+def test_over_a_long_stream_a_shadow_holds_the_same_lists(eventful, live, cycles_per_delta):
     model, shadow = recorded()
     stream, suspensions = eventful(500), 0
     for begin in range(0, len(stream), cycles_per_delta):
@@ -74,14 +74,14 @@ def test_over_a_long_life_it_holds_the_same(eventful, live, cycles_per_delta):
         assert lists(shadow) == lists(model)
         assert shadow._hypotheses.cm_sum == model._hypotheses.cm_sum
         suspensions += any(goal.suspended for goal in shadow.goals)
-    assert suspensions or cycles_per_delta > 1, "a goal is suspended, if not for long"
+    assert suspensions or cycles_per_delta > 1, "a goal is suspended, if only briefly"
 
 
-def test_in_that_long_life_all_comes_about_that_there_is_to_tell(eventful, live):
+def test_that_long_stream_exercises_every_kind_of_change(eventful, live):
     model, _ = recorded()
     model.take_delta()
     live(model, eventful(500))
-    told = Counter(type(entry) for entry in model.take_delta().entries)
+    told = Counter(type(change) for change in model.take_delta().changes)
 
     assert told.keys() == {int, SignAdded, SignRemoved, HypothesisAdded, HypothesisRemoved}
     assert told[HypothesisRemoved] > 50
@@ -96,7 +96,7 @@ def test_recording_changes_nothing_else(eventful, live):
     assert model.save() == other.save()
 
 
-def test_a_shadow_begins_with_all_that_was_learned_before_recording(eventful, live):
+def test_a_shadow_starts_with_everything_learned_before_recording(eventful, live):
     model = DynamicExpectancyModel(COSTS, PARAMETERS, rng=np.random.default_rng(1))
     live(model, eventful(50))
     shadow = ShadowModel(COSTS, PARAMETERS)
@@ -107,7 +107,7 @@ def test_a_shadow_begins_with_all_that_was_learned_before_recording(eventful, li
     assert (shadow.number, len(shadow.hypotheses)) == (1, model.hypothesis_count)
 
 
-def test_a_loaded_model_is_recorded_anew_from_a_whole(eventful, live):
+def test_the_first_delta_of_a_loaded_model_is_a_whole(eventful, live):
     model, shadow = recorded()
     live(model, eventful(20))
     shadow.apply(model.take_delta())
@@ -119,7 +119,7 @@ def test_a_loaded_model_is_recorded_anew_from_a_whole(eventful, live):
     assert lists(shadow) == lists(loaded)
 
 
-def test_the_value_of_a_sign_is_that_of_the_models_map(eventful, live):
+def test_the_values_of_a_shadow_are_those_of_the_model(eventful, live):
     model, shadow = recorded()
     live(model, eventful(30))
     model.set_goal(["a"], 1)
@@ -132,7 +132,7 @@ def test_the_value_of_a_sign_is_that_of_the_models_map(eventful, live):
         shadow.value("z")
 
 
-def test_without_goal_nothing_has_a_value(eventful, live):
+def test_without_a_goal_nothing_has_a_value(eventful, live):
     model, shadow = recorded()
     live(model, eventful(30))
     shadow.apply(model.take_delta())
@@ -141,14 +141,14 @@ def test_without_goal_nothing_has_a_value(eventful, live):
     assert shadow.value(["a"]) == float("inf")
 
 
-def test_before_a_whole_no_delta_is_taken():
+def test_no_delta_is_accepted_before_a_whole():
     model, shadow = recorded()
     model.take_delta()
     with pytest.raises(DeltaError, match="expected a whole first, found delta 2: ask for a whole"):
         shadow.apply(model.take_delta())
 
 
-def test_a_gap_is_refused_changes_nothing_and_a_whole_gets_over_it(eventful, live):
+def test_a_gap_is_refused_without_effect_and_a_whole_closes_it(eventful, live):
     model, shadow = recorded()
     shadow.apply(model.take_delta())
     live(model, eventful(10))
@@ -168,7 +168,7 @@ def test_a_gap_is_refused_changes_nothing_and_a_whole_gets_over_it(eventful, liv
     assert lists(shadow) == lists(model)
 
 
-def test_no_delta_is_taken_twice(eventful, live):
+def test_no_delta_is_accepted_twice(eventful, live):
     model, shadow = recorded()
     shadow.apply(model.take_delta())
     live(model, eventful(10))
@@ -211,15 +211,15 @@ def test_a_damaged_whole_is_refused_and_changes_nothing(eventful, live):
     assert lists(shadow) == held
 
 
-def test_nothing_is_recorded_unasked():
+def test_nothing_is_recorded_before_it_is_asked_for():
     model = DynamicExpectancyModel(COSTS, rng=np.random.default_rng(1))
     for take in (model.take_delta, model.whole):
         with pytest.raises(RuntimeError, match=r"call record_changes\(\) first"):
             take()
-    assert model._signs.journal is None
+    assert model._signs.recorded is None
 
 
-def test_asking_again_to_record_loses_nothing(eventful, live):
+def test_asking_for_recording_again_loses_nothing(eventful, live):
     model, shadow = recorded()
     shadow.apply(model.take_delta())
     live(model, eventful(10))

@@ -25,7 +25,7 @@ def signs():
     return SignList()
 
 
-def test_a_sign_is_its_tokens_once_each_and_sorted():
+def test_a_sign_is_its_tokens_sorted_and_without_duplicates():
     assert to_sign(["b", "a", "b"]) == ("a", "b")
 
 
@@ -34,20 +34,20 @@ def test_a_string_is_not_taken_for_its_letters():
         to_sign("at:A")
 
 
-def test_a_token_makes_its_sign_once(signs):
+def test_a_token_becomes_a_sign_once(signs):
     assert signs.sense(("a", "b")) == ([0, 1], [0, 1])
     assert signs.sense(("b", "c")) == ([1, 2], [2])
     assert signs.names == [("a",), ("b",), ("c",)]
 
 
-def test_a_conjunction_is_novel_when_first_active_not_when_made_known(signs):
+def test_a_conjunction_is_novel_when_first_active_not_when_added(signs):
     assert signs.add(("a", "b")) == signs.add(("a", "b")) == 0
     assert signs.sense(("a",)) == ([1], [1])
     assert signs.sense(("a", "b")) == ([0, 1, 2], [0, 2])
     assert signs.sense(("a", "b")) == ([0, 1, 2], [])
 
 
-def test_an_id_is_used_again_for_a_sign_that_is_the_youngest(signs):
+def test_a_sign_with_a_reused_id_is_the_youngest(signs):
     signs.sense(("a", "b"))
     pair = signs.add(("a", "b"))
     signs.sense(("c",))
@@ -58,7 +58,7 @@ def test_an_id_is_used_again_for_a_sign_that_is_the_youngest(signs):
     assert signs.by_age() == [0, 1, 3, pair]
 
 
-def test_a_conjunction_that_was_forgotten_is_novel_once_more(signs):
+def test_a_conjunction_that_was_removed_is_novel_again(signs):
     signs.add(("a", "b"))
     signs.sense(("a", "b"))
     signs.remove(0)
@@ -66,7 +66,7 @@ def test_a_conjunction_that_was_forgotten_is_novel_once_more(signs):
     assert signs.sense(("a", "b")).novel == [0]
 
 
-def test_the_map_is_told_of_what_came_and_went_and_of_what_held_it(signs):
+def test_added_and_removed_signs_are_noted_and_what_implied_a_removed_one(signs):
     pair = signs.add(("a", "b"))
     three = signs.add(("a", "b", "c"))
     assert signs.changed == [pair, three]
@@ -77,7 +77,7 @@ def test_the_map_is_told_of_what_came_and_went_and_of_what_held_it(signs):
     assert signs.structure > before
 
 
-def test_finding_again_what_is_known_changes_nothing(signs):
+def test_adding_or_sensing_a_known_sign_changes_nothing(signs):
     signs.add(("a", "b"))
     signs.sense(("a", "b"))
     before = signs.structure
@@ -88,16 +88,16 @@ def test_finding_again_what_is_known_changes_nothing(signs):
     assert signs.changed == []
 
 
-def test_a_conjunction_is_looked_at_only_when_one_of_its_tokens_is_sensed(signs):
-    """With a Token that is in every conjunction, the watches fall on the others."""
+def test_conjunctions_are_indexed_under_their_rarest_tokens(signs):
+    """A Token that is part of every conjunction is not the one they are found by."""
     for place in range(100):
         signs.add(to_sign([f"at:{place}", "battery:ok"]))
-    assert max(len(watched) for watched in signs._watched.values()) == 1
+    assert max(len(indexed) for indexed in signs._indexed.values()) == 1
 
 
 @given(events)
-def test_active_are_exactly_the_signs_whose_tokens_are_all_sensed_in_order_of_age(events):
-    """Beside the list runs a plain one: Signs, the oldest first, and whether each was active."""
+def test_exactly_the_signs_whose_tokens_are_all_sensed_are_active_in_order_of_age(events):
+    """Against a plain list of Signs, oldest first, and whether each was ever active."""
     signs, plain = SignList(), {}
     for event, what in events:
         if event == "sense":
@@ -120,7 +120,7 @@ def test_active_are_exactly_the_signs_whose_tokens_are_all_sensed_in_order_of_ag
 
 
 @given(events)
-def test_parts_have_some_of_the_tokens_and_wholes_have_more(events):
+def test_parts_are_proper_subsets_and_wholes_proper_supersets(events):
     signs = SignList()
     for event, what in events:
         if event == "sense":

@@ -1,4 +1,4 @@
-"""Stories of whole worlds, with numbers."""
+"""The model in whole worlds, measured."""
 
 from itertools import pairwise
 
@@ -9,7 +9,7 @@ from farside.dem import Curiosity, Parameters
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_place_and_heading_are_joined_where_neither_tells_alone(seed):
+def test_place_and_heading_are_joined_where_neither_predicts_alone(seed):
     model, trial = aliased_trial(seed, Parameters())
     assert trial.ratio <= 1.15
     learned = {(h.context, h.action, h.outcome) for h in model.hypotheses if h.cm > 0.9}
@@ -18,20 +18,20 @@ def test_place_and_heading_are_joined_where_neither_tells_alone(seed):
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_without_differentiation_they_stay_apart_and_the_way_is_lost(seed):
+def test_without_differentiation_they_stay_apart_and_paths_are_long(seed):
     model, trial = aliased_trial(seed, Parameters(differentiation=False))
     assert trial.ratio > 1.15
     assert all(len(sign) == 1 for sign in model.signs)
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_tokens_sensed_everywhere_make_no_phantom_shortcuts(seed):
+def test_tokens_sensed_everywhere_do_not_lead_to_phantom_shortcuts(seed):
     _, trial = phantom_trial(seed, Parameters())
     assert trial.ratio <= 1.05
 
 
-def test_what_was_seen_once_can_be_done_again_though_tokens_are_active_everywhere(make_model):
-    """One trial is enough: no second visit is needed to tell the cause from the bystanders."""
+def test_a_path_seen_once_can_be_repeated_among_tokens_that_are_active_everywhere(make_model):
+    """One trial is enough: no second visit is needed to separate cause from bystanders."""
     everywhere = {"battery:ok", "mode:nominal"}
     model = make_model()
     for place in range(6):
@@ -56,7 +56,7 @@ def test_in_noise_the_lists_level_off_and_goals_are_still_reached():
     assert walk_to(model, world, ["at:0,0"], 100, beside) < 60
 
 
-def test_without_removal_noise_makes_the_lists_half_as_long_again():
+def test_without_removal_noise_makes_the_lists_much_longer():
     *_, kept = removal_curve(Parameters(), cycles=1500, every=1500)
     *_, all_of_them = removal_curve(Parameters(removal=False), cycles=1500, every=1500)
     assert kept[-1].hypotheses < 0.7 * all_of_them[-1].hypotheses
@@ -81,7 +81,7 @@ def test_the_last_hypothesis_for_a_goal_is_never_removed(make_model):
     assert not [h for h in model.hypotheses if h.outcome == ("at:B",)]
 
 
-def test_who_reaches_a_whole_has_reached_its_parts():
+def test_no_whole_has_a_greater_value_than_its_parts():
     model, _ = aliased_trial(0, Parameters())
     model.set_goal(["at:2,2"], priority=1.0)
     value = {row.sign: row.value for row in model.policy_map()}
@@ -92,7 +92,7 @@ def test_who_reaches_a_whole_has_reached_its_parts():
             assert value[whole] <= value.get((token,), float("inf"))
 
 
-def test_curiosity_tries_everything_sooner_than_chance(make_model, grid):
+def test_curiosity_tries_everything_sooner_than_random_exploration(make_model, grid):
     def cycles_to_try_all(model):
         tried, cycles = set(), 0
         while len(tried) < 4 * len(grid.places):
@@ -110,8 +110,8 @@ def test_curiosity_tries_everything_sooner_than_chance(make_model, grid):
     assert curious < at_random / 3
 
 
-def test_curiosity_walks_through_the_map_to_what_it_never_tried(make_model, corridor):
-    """All is known but for the far end of a corridor of six places."""
+def test_curiosity_crosses_known_ground_to_what_was_never_tried(make_model, corridor):
+    """Everything is known except the far end of a corridor of six places."""
     model = make_model(curiosity=Curiosity())
     for action in "EWEEWWEEEWWWEEEEWWWW":
         model.sense(corridor.tokens())
@@ -133,5 +133,5 @@ def test_curiosity_walks_through_the_map_to_what_it_never_tried(make_model, corr
     assert model.hypothesis_count > known
 
 
-def test_exploration_is_random_unless_curiosity_is_asked_for():
+def test_curiosity_is_off_by_default():
     assert Parameters().curiosity is None

@@ -28,7 +28,7 @@ def farside(monkeypatch, capsys, tmp_path):
 
 
 def lines(cycles):
-    """A stream of cycles, each a place and the action performed there."""
+    """A stream of cycles, each given as a place and the action performed there."""
     return "".join(
         json.dumps({"tokens": [f"at:{place}"], "action": action}) + "\n" for place, action in cycles
     )
@@ -76,7 +76,7 @@ def test_a_drive_teaches_signs_hypotheses_and_the_way_to_each_goal(farside, stre
     assert [row["value"] for row in west["values"]] == [0, 2, 4, 6]
 
 
-def test_a_prediction_that_comes_true_or_fails_moves_the_corroboration(farside, tmp_path):
+def test_predictions_that_come_true_or_fail_move_the_corroboration(farside, tmp_path):
     (tmp_path / "drive.jsonl").write_text(
         lines([("a", "E"), ("b", "W"), ("a", "E"), ("b", "W"), ("a", "E"), ("c", None)])
     )
@@ -87,7 +87,7 @@ def test_a_prediction_that_comes_true_or_fails_moves_the_corroboration(farside, 
     assert first["cm"] == pytest.approx((0.5 + 0.4 * 0.5) * 0.9)
 
 
-def test_a_goal_of_several_tokens_is_learned_about_from_the_first_cycle_on(farside, tmp_path):
+def test_a_goal_of_several_tokens_is_a_sign_from_the_first_cycle_on(farside, tmp_path):
     (tmp_path / "turns.jsonl").write_text(
         '{"tokens": ["at:a", "heading:N"], "action": "turn"}\n'
         '{"tokens": ["at:a", "heading:E"], "action": null}\n'
@@ -108,12 +108,12 @@ def test_reach_gives_hypotheses_with_longer_delays(farside, stream):
     assert {hypothesis["delay"] for hypothesis in json.loads(out)["hypotheses"]} == {1, 2}
 
 
-def test_a_new_hypothesis_has_the_corroboration_that_was_asked_for(farside, stream):
+def test_a_new_hypothesis_starts_with_the_initial_cm(farside, stream):
     _, out, _ = farside("learn", stream, "--initial-cm", "0.25", "--json")
     assert {hypothesis["cm"] for hypothesis in json.loads(out)["hypotheses"]} == {0.25}
 
 
-def test_the_seed_decides_which_opportunities_are_taken_and_nothing_else_does(farside, stream):
+def test_the_seed_alone_decides_which_opportunities_are_taken(farside, stream):
     def learn(seed):
         arguments = ("--learning-probability", "0.5", "--reach", "3", "--seed", seed, "--json")
         return farside("learn", stream, *arguments)[1]
@@ -122,7 +122,7 @@ def test_the_seed_decides_which_opportunities_are_taken_and_nothing_else_does(fa
     assert len({learn(str(seed)) for seed in range(8)}) > 1
 
 
-def test_ineffective_hypotheses_are_removed_unless_one_asks_to_keep_them(farside, tmp_path):
+def test_ineffective_hypotheses_are_removed_unless_removal_is_off(farside, tmp_path):
     drive = [("a", "E"), ("b", "W"), *([("a", "E"), ("c", "W")] * 40)]
     (tmp_path / "drive.jsonl").write_text(lines(drive))
 
@@ -134,8 +134,8 @@ def test_ineffective_hypotheses_are_removed_unless_one_asks_to_keep_them(farside
     assert ["at:b"] in ends("--no-removal")
 
 
-def test_conjunctions_are_made_unless_one_asks_for_none(farside, tmp_path):
-    """Where the same action ends depends on place and light together; neither alone tells."""
+def test_conjunctions_are_made_unless_differentiation_is_off(farside, tmp_path):
+    """The outcome of E depends on place and light together; neither predicts it alone."""
     rng = np.random.default_rng(1)
     cycles = []
     for place, light in zip(rng.integers(2, size=600), rng.integers(2, size=600), strict=True):
@@ -160,13 +160,13 @@ def test_a_stream_may_come_from_standard_input(farside, monkeypatch):
     assert len(json.loads(out)["signs"]) == 4
 
 
-def test_blank_lines_are_skipped_and_still_counted(farside, tmp_path):
+def test_blank_lines_are_skipped_but_counted(farside, tmp_path):
     (tmp_path / "drive.jsonl").write_text("\n" + lines(CORRIDOR) + "\n \n[]")
     _, _, err = farside("learn", "drive.jsonl")
     assert "line 11:" in err
 
 
-def test_tables_for_people_show_the_strongest_hypotheses_first(farside, tmp_path):
+def test_tables_show_the_strongest_hypotheses_first(farside, tmp_path):
     drive = [("a", "E"), ("b", "W")] * 4 + [("a", "N"), ("a", "E")]
     (tmp_path / "drive.jsonl").write_text(lines(drive))
     status, out, _ = farside("learn", "drive.jsonl", "--goal", "at:b")
@@ -182,7 +182,7 @@ def test_tables_for_people_show_the_strongest_hypotheses_first(farside, tmp_path
     assert ["at:a", "1.07", "E", "1"] in rows
 
 
-def test_tables_show_thirty_rows_and_tell_how_many_more(farside, tmp_path):
+def test_tables_show_thirty_rows_and_say_how_many_more_there_are(farside, tmp_path):
     drive = [(str(place), "E") for place in range(45)]
     (tmp_path / "drive.jsonl").write_text(lines(drive))
     _, out, _ = farside("learn", "drive.jsonl")
@@ -215,7 +215,9 @@ CYCLE = 'expected a cycle such as {"tokens": ["at:0,0"], "action": "N"}, with nu
         ("[" * 100_000, "found [[["),
     ],
 )
-def test_a_line_that_is_no_cycle_is_named_and_nothing_is_printed(farside, tmp_path, line, found):
+def test_an_invalid_line_is_reported_by_number_and_nothing_is_printed(
+    farside, tmp_path, line, found
+):
     line = line if isinstance(line, bytes) else line.encode()
     (tmp_path / "drive.jsonl").write_bytes(lines(CORRIDOR).encode() + line)
     status, out, err = farside("learn", "drive.jsonl", "--json")
@@ -229,8 +231,8 @@ def test_a_line_that_is_no_cycle_is_named_and_nothing_is_printed(farside, tmp_pa
     ("content", "found"),
     [
         (None, "nowhere.jsonl: expected a file of cycles, found: No such file or directory"),
-        ("", "expected an action in one cycle at least, found none"),
-        (lines([("a", None)]), "expected an action in one cycle at least, found none"),
+        ("", "expected an action in at least one cycle, found none"),
+        (lines([("a", None)]), "expected an action in at least one cycle, found none"),
     ],
 )
 def test_a_file_without_cycles_is_refused(farside, tmp_path, content, found):
@@ -245,14 +247,14 @@ def test_a_file_without_cycles_is_refused(farside, tmp_path, content, found):
 @pytest.mark.parametrize(
     ("option", "value", "named"),
     [
-        ("--alpha", "2", "alpha: expected a number from 0 to 1, found 2"),
-        ("--beta", "nan", "beta: expected a number from 0 to 1, found nan"),
-        ("--reach", "0", "reach: expected a whole number of cycles"),
+        ("--alpha", "2", "alpha: expected a number >= 0 and <= 1, found 2"),
+        ("--beta", "nan", "beta: expected a number >= 0 and <= 1, found nan"),
+        ("--reach", "0", "reach: expected a whole number >= 1, found 0"),
         ("--action-cost", "N", "expected ACTION=COST"),
         ("--action-cost", "N=0", "expected ACTION=COST"),
         ("--action-cost", "N=inf", "expected ACTION=COST"),
         ("--action-cost", "=1", "expected ACTION=COST"),
-        ("--goal", " ", "expected Tokens separated by blanks"),
+        ("--goal", " ", "expected Tokens separated by spaces"),
     ],
 )
 def test_an_option_out_of_range_is_refused(farside, stream, option, value, named):
@@ -275,4 +277,4 @@ def test_help_teaches_by_example(farside):
     status, out, _ = farside("learn", "--help")
     assert status == 0
     assert "farside dem learn drive.jsonl" in out
-    assert "separated by blanks" in " ".join(out.replace("│", " ").split())
+    assert "separated by spaces" in " ".join(out.replace("│", " ").split())

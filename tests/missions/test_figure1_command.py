@@ -1,4 +1,4 @@
-"""The seed's worked example: what the three maps say of the yard, and the pictures of them."""
+"""The seed's worked example: the three maps of the yard, and their pictures."""
 
 import re
 import sys
@@ -29,7 +29,7 @@ def figure():
 
 
 def way(chart, start, goal):
-    """The cells of a shortest way, both ends included."""
+    """The cells of a shortest path, both ends included."""
     cells = [start]
     for action in chart.way(start, goal):
         cells.append(cells[-1].beside(action))
@@ -37,7 +37,7 @@ def way(chart, start, goal):
 
 
 def cheapest(figure, goal):
-    """Least sum of 2.66 / C_m to `goal` from every place, by relaxing all arcs until none gives."""
+    """Least sum of 2.66 / C_m from every place to `goal`, by relaxing all arcs repeatedly."""
     values = {f"at:{goal}": 0.0}
     changed = True
     while changed:
@@ -51,14 +51,14 @@ def cheapest(figure, goal):
     return values
 
 
-def test_every_place_of_the_yard_was_seen_and_nothing_else(figure):
+def test_every_place_of_the_yard_was_visited(figure):
     seen = {token for (token,) in figure.model.signs}
     assert seen == set(figure.chart.cells)
     assert len(seen) == 74
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_what_a_shorter_look_saw_is_on_the_map_too(seed):
+def test_a_model_that_missed_some_places_still_gives_maps_of_the_yard(seed):
     figure = run_figure1(seed)
     assert {token for (token,) in figure.model.signs} <= set(figure.chart.cells)
     for panel in figure.panels:
@@ -80,7 +80,7 @@ def test_values_are_the_least_sums_of_action_cost_over_corroboration(figure):
 
 
 @pytest.mark.parametrize("start", ["D", "8,4", "15,4", "1,4", "7,1", "12,2", "A", "B", "C"])
-def test_columns_fall_all_along_the_way_to_each_goal(figure, start):
+def test_columns_fall_all_along_a_shortest_path_to_each_goal(figure, start):
     for panel in figure.panels:
         goal = figure.chart.cells[f"at:{panel.goal}"]
         columns = [
@@ -91,7 +91,7 @@ def test_columns_fall_all_along_the_way_to_each_goal(figure, start):
         assert columns[-1] == 0.0
 
 
-def test_following_the_best_actions_walks_down_to_the_goal(figure):
+def test_following_the_best_actions_leads_down_to_the_goal(figure):
     chart = figure.chart
     for panel in figure.panels:
         for start in chart.tokens:
@@ -104,8 +104,8 @@ def test_following_the_best_actions_walks_down_to_the_goal(figure):
             assert chart.tokens[cell] == f"at:{panel.goal}"
 
 
-def test_no_column_is_lower_than_its_way_is_long_and_together_they_are_little_higher(figure):
-    """Well-tried arcs cost little more than the action: the map is nearly that of an all-knower."""
+def test_no_value_is_below_the_true_cost_and_their_sum_is_little_above(figure):
+    """Reliable arcs cost little more than their action, so the map is almost exact."""
     for panel in figure.panels:
         goal = figure.chart.cells[f"at:{panel.goal}"]
         least = {cell: COST * len(figure.chart.way(cell, goal)) for cell in panel.values}
@@ -133,7 +133,7 @@ def test_a_picture_has_a_block_for_each_cell_as_high_as_its_value(figure):
         assert goal.words == (f"at:{panel.goal}", "the goal")
 
 
-def test_places_that_no_known_path_leads_on_from_are_flat_and_say_so():
+def test_places_without_a_known_path_to_the_goal_are_flat_and_labelled():
     figure = run_figure1(1)
     assert figure.panels[1].values == {}, "a seed with which the robot never sees B"
     words = {block.words[-1] for block in blocks(figure, figure.panels[1])}
@@ -149,7 +149,7 @@ def test_colours_run_from_light_at_the_goal_to_dark_far_away():
     assert mixed("#000000", "#ff8000", 0.5) == "#804000"
 
 
-def test_the_page_needs_nothing_from_elsewhere(figure, tmp_path):
+def test_the_page_is_self_contained(figure, tmp_path):
     write_page(figure, tmp_path / "figure1.html")
     page = (tmp_path / "figure1.html").read_text(encoding="utf-8")
     assert not re.search(r"<(?:script|link|img)[^>]+(?:src|href)\s*=", page)

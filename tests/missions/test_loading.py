@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from farside.dem import Curiosity, Parameters
 from farside.link.profile.config import Affected, Blackout
 from farside.missions.loading import LoadedMission, MissionError, load_mission
 from farside.missions.schema import MissionFile
@@ -203,6 +204,15 @@ def test_an_override_replaces_what_the_file_says() -> None:
         load(GOOD).ground.script[0], places=("A",)
     )
     assert (mission.name, mission.about) == ("other", "")
+
+
+def test_the_model_on_board_takes_all_its_parameters_from_the_mission() -> None:
+    mission = load(
+        GOOD, "rover.dem.own_credit=false", "rover.dem.maturity=8", "rover.dem.curiosity={}"
+    )
+
+    assert mission.rover.dem == Parameters(own_credit=False, maturity=8, curiosity=Curiosity())
+    assert load(GOOD).rover.dem == Parameters()
 
 
 def test_the_last_override_of_a_key_wins() -> None:

@@ -1,12 +1,12 @@
-"""What people would otherwise use: tabular Q-learning, Dyna-Q, Dyna-Q+, prioritized sweeping.
+"""The baselines: tabular Q-learning, Dyna-Q, Dyna-Q+ and prioritized sweeping.
 
 After Sutton and Barto, Reinforcement Learning, second edition, chapters 6 and 8. Learners act
-ε-greedily, ties broken at random, and take reward 1 at the goal as the end of the episode:
+ε-greedily, with ties broken at random. A reward of 1, at the goal, ends the episode:
 
     Q(s, a) ← Q(s, a) + α (r + γ max Q(s′, ·) − Q(s, a)),   max Q(s′, ·) = 0 where r > 0
 
-All that have a model of the maze are told where a new goal is by rewards changed in the model,
-which is as much as the Dynamic Expectancy Model is told. Nothing else learns from being told.
+Learners with a model of the maze are told of a new goal: the reward in their model is moved there.
+The Dynamic Expectancy Model is told as much. Plain Q-learning has to find the goal.
 """
 
 from heapq import heappop, heappush
@@ -26,7 +26,7 @@ class QLearning:
         rng: the only source of randomness.
         alpha: α, step size.
         gamma: γ, discount.
-        epsilon: ε, chance of a random move.
+        epsilon: ε, probability of a random move.
     """
 
     def __init__(
@@ -45,13 +45,13 @@ class QLearning:
         self._drawn: list[float] = []
 
     def begin(self, goal: Place | None) -> None:
-        """Nothing to do: a goal shows by its reward."""
+        """Nothing to do: the reward alone marks the goal."""
 
     def end(self, place: Place) -> None:
         """Nothing to do: no update looks beyond the reward."""
 
     def act(self, place: Place) -> str:
-        """The move of greatest value, or with chance ε a random one."""
+        """The move with the greatest value, or with probability ε a random one."""
         if self.draw() < self.epsilon:
             return ACTIONS[self.below(len(ACTIONS))]
         values = self.of(place)
@@ -73,34 +73,34 @@ class QLearning:
     def error(
         self, place: Place, action: int, after: Place, reward: float, bonus: float = 0.0
     ) -> float:
-        """How far the value of a move is from what it led to, and a bonus that ends nothing."""
+        """The temporal-difference error of a move; a bonus adds to the reward without ending."""
         beyond = 0.0 if reward > 0 else self.gamma * max(self.of(after))
         return reward + bonus + beyond - self.of(place)[action]
 
     def update(
         self, place: Place, action: int, after: Place, reward: float, bonus: float = 0.0
     ) -> None:
-        """Take the value of a move a step of α towards what it led to."""
+        """Reduce the temporal-difference error of a move by the fraction α."""
         self.of(place)[action] += self.alpha * self.error(place, action, after, reward, bonus)
 
     def draw(self) -> float:
-        """A random number from 0 to 1, drawn in bulk, for speed."""
+        """A random number from 0 to 1, drawn in bulk for speed."""
         if not self._drawn:
             self._drawn = self._rng.random(_CHUNK).tolist()
         return self._drawn.pop()
 
     def below(self, count: int) -> int:
-        """A random whole number from 0 to `count` − 1."""
+        """A random integer from 0 to `count` − 1."""
         return int(self.draw() * count)
 
 
 class DynaQ(QLearning):
-    """Q-learning that also learns from moves remembered, each as it went last time.
+    """Q-learning that also learns from remembered moves and their latest results.
 
     Args:
         rng, alpha, gamma, epsilon: see `QLearning`.
-        planning: remembered moves learned from after each real one: a place at random among
-            those known, and a move at random among those known there.
+        planning: number of remembered moves to learn from after each real one. Each is drawn as a
+            known place, then a known move there.
     """
 
     def __init__(
@@ -128,14 +128,14 @@ class DynaQ(QLearning):
                     moves[action] = after, float(after == goal)
 
     def learn(self, place: Place, action: str, after: Place, reward: float) -> None:
-        """Update the value of the move, remember it, plan."""
+        """Update the value of the move, remember the move, and plan."""
         super().learn(place, action, after, reward)
         self.remember(place, ACTIONS.index(action), after, reward)
         for _ in range(self.planning):
             self.plan()
 
     def remember(self, place: Place, action: int, after: Place, reward: float) -> None:
-        """Take the move into the model."""
+        """Add the move to the model."""
         if place not in self.model:
             self.model[place] = {}
             self._moves[place] = []
@@ -153,10 +153,10 @@ class DynaQ(QLearning):
 
 
 class DynaQPlus(DynaQ):
-    """Dyna-Q that plans with r + κ√τ for a move that was last made τ steps ago.
+    """Dyna-Q that plans with a reward of r + κ√τ for a move last made τ steps ago.
 
-    Moves never made at a place that is known are planned with too, as if they led nowhere and had
-    last been made at the very beginning.
+    Moves never made at a known place are planned with too, as if they had no effect and had last
+    been made at step 0.
 
     Args:
         rng, planning, alpha, gamma, epsilon: see `DynaQ`.
@@ -179,7 +179,7 @@ class DynaQPlus(DynaQ):
         self._made: dict[Place, list[int]] = {}
 
     def remember(self, place: Place, action: int, after: Place, reward: float) -> None:
-        """Take the move into the model, and with a new place all its moves."""
+        """Add the move to the model, and with a new place all moves from it."""
         self._step += 1
         if place not in self._made:
             self._made[place] = [0] * len(ACTIONS)
@@ -198,11 +198,11 @@ class DynaQPlus(DynaQ):
 
 
 class PrioritizedSweeping(DynaQ):
-    """Dyna-Q that plans where values are most out of date, and back from there.
+    """Dyna-Q that plans with the moves of greatest error first, and backwards from there.
 
     Args:
         rng, planning, alpha, gamma, epsilon: see `DynaQ`.
-        threshold: θ, the error that a move has to exceed to be planned with.
+        threshold: θ, the error above which a move enters the priority queue.
     """
 
     def __init__(
@@ -217,12 +217,12 @@ class PrioritizedSweeping(DynaQ):
     ) -> None:
         super().__init__(rng, planning=planning, alpha=alpha, gamma=gamma, epsilon=epsilon)
         self.threshold = threshold
-        self._urgent: list[tuple[float, Place, int]] = []
+        self._queue: list[tuple[float, Place, int]] = []
         self._priority: dict[tuple[Place, int], float] = {}
         self._before: dict[Place, dict[tuple[Place, int], None]] = {}
 
     def begin(self, goal: Place | None) -> None:
-        """Move the reward in the model to a new goal, and look where that changes values."""
+        """Move the reward in the model to a new goal, and queue the moves that this affects."""
         moved = goal != self._goal
         super().begin(goal)
         if moved:
@@ -231,7 +231,7 @@ class PrioritizedSweeping(DynaQ):
                     self._consider(place, action)
 
     def learn(self, place: Place, action: str, after: Place, reward: float) -> None:
-        """Remember the move, and plan; there is no other learning."""
+        """Remember the move and plan; there is no other learning."""
         self.remember(place, ACTIONS.index(action), after, reward)
         self._before.setdefault(after, {})[place, ACTIONS.index(action)] = None
         self._consider(place, ACTIONS.index(action))
@@ -239,9 +239,9 @@ class PrioritizedSweeping(DynaQ):
             self.plan()
 
     def plan(self) -> None:
-        """Learn from the most urgent move, and look at the moves that lead to where it begins."""
-        while self._urgent:
-            priority, place, action = heappop(self._urgent)
+        """Learn from the move of greatest error, and queue the moves that lead to its place."""
+        while self._queue:
+            priority, place, action = heappop(self._queue)
             if self._priority.get((place, action)) != -priority:
                 continue
             del self._priority[place, action]
@@ -257,4 +257,4 @@ class PrioritizedSweeping(DynaQ):
         error = abs(self.error(place, action, after, reward))
         if error > max(self.threshold, self._priority.get((place, action), 0.0)):
             self._priority[place, action] = error
-            heappush(self._urgent, (-error, place, action))
+            heappush(self._queue, (-error, place, action))

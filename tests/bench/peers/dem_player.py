@@ -15,10 +15,10 @@ def token(place: Place) -> str:
 
 @dataclass
 class DemPlayer:
-    """Plays by the model's own choices, or with chance `epsilon` by random moves.
+    """Plays the model's own choices, or with probability `epsilon` a random move.
 
-    A new goal takes the place of the old one. The end of an episode is a cycle without an action,
-    so that nothing is learned of being put back to the start.
+    The end of an episode is a cycle without an action, so that nothing is learned from the return
+    to the start.
     """
 
     rng: np.random.Generator
@@ -32,7 +32,7 @@ class DemPlayer:
         )
 
     def begin(self, goal: Place | None) -> None:
-        """Set the goal, which the end of the last episode has satisfied or withdrawn."""
+        """Set the goal, which was removed when the last episode reached it."""
         if goal is not None:
             self.model.set_goal([token(goal)], priority=1.0)
 
@@ -50,6 +50,6 @@ class DemPlayer:
         """Nothing to do: the model learns when it senses."""
 
     def end(self, place: Place) -> None:
-        """Sense the last place, and do nothing."""
+        """Sense the last place and perform no action."""
         self.model.sense([token(place)])
         self.model.perform(None)

@@ -1,8 +1,8 @@
-"""The mazes that learners are compared in, and the four tasks set in them.
+"""The mazes in which learners are compared, and the four tasks.
 
-A place is (row, column), rows counted from the top. A move into a wall or off the maze leaves the
-player where it is. Reaching the goal is worth a reward of 1 and ends the episode; the next one
-begins at the start.
+A place is (row, column), with rows counted from the top. A move into a wall or off the maze has no
+effect. Reaching the goal gives a reward of 1 and ends the episode; the next one begins at the
+start.
 """
 
 from collections.abc import Iterable
@@ -21,21 +21,21 @@ class Player(Protocol):
     """A learner in a maze."""
 
     def begin(self, goal: Place | None) -> None:
-        """An episode begins. The player is told its goal, `None` where it is only to roam."""
+        """An episode begins. The player is told its goal, `None` if it is only to roam."""
 
     def act(self, place: Place) -> str:
         """The move to make at `place`."""
 
     def learn(self, place: Place, action: str, after: Place, reward: float) -> None:
-        """What the move led to. A reward above 0 ends the episode."""
+        """Learn from the result of a move. A reward above 0 ends the episode."""
 
     def end(self, place: Place) -> None:
-        """The episode ended at `place`; what is seen next is no consequence of what was done."""
+        """The episode ended at `place`; the next observation is not a result of any move."""
 
 
 @dataclass(frozen=True)
 class Maze:
-    """6 rows of 9 places, less the walls."""
+    """6 rows of 9 places, minus the walls."""
 
     start: Place
     goal: Place
@@ -44,13 +44,13 @@ class Maze:
     columns: int = 9
 
     def after(self, place: Place, action: str) -> Place:
-        """Where a move ends that begins at `place`."""
+        """The place where a move from `place` ends."""
         row, column = place[0] + MOVES[action][0], place[1] + MOVES[action][1]
         inside = 0 <= row < self.rows and 0 <= column < self.columns
         return (row, column) if inside and (row, column) not in self.walls else place
 
     def distances(self, start: Place) -> dict[Place, int]:
-        """Least number of moves from `start` to every place that can be reached."""
+        """Least number of moves from `start` to every reachable place."""
         steps, frontier = {start: 0}, [start]
         for place in frontier:
             for action in MOVES:
@@ -71,12 +71,12 @@ SHORTCUT = Maze((5, 3), (0, 8), _row_3(range(1, 9))), Maze((5, 3), (0, 8), _row_
 
 
 def dyna_maze(player: Player) -> int:
-    """Steps for 50 episodes. The shortest path has 14, so 700 is the floor."""
+    """Steps for 50 episodes. The shortest path has 14 steps, so 700 is the minimum."""
     return sum(_episode(player, DYNA, DYNA.goal) for _ in range(50))
 
 
 def blocking_maze(player: Player) -> int:
-    """Reward in 3000 steps; after 1000 of them the wall moves over the path."""
+    """Reward in 3000 steps; after 1000 of them the wall moves and blocks the path."""
     return _reward(player, BLOCKING, change=1000, steps=3000)
 
 

@@ -1,8 +1,8 @@
-"""The Dynamic Expectancy Model beside its peers: python tests/bench/peers/table.py [SEEDS].
+"""The Dynamic Expectancy Model and its peers: `python tests/bench/peers/table.py [SEEDS]`.
 
-Prints one table of means and standard deviations, over 30 seeds unless told otherwise. Every
-learner plays all tasks with one set of parameters, but for the peers' on the two mazes that
-change: those are the ones that their published figures were made with.
+Prints one table of means and standard deviations, by default over 30 seeds. Every learner has one
+set of parameters for all tasks, except the peers on the two mazes that change: there they have
+those of their published figures.
 """
 
 import sys
@@ -27,7 +27,7 @@ EPSILON = 0.1
 LEARNING = Parameters(alpha=0.3, beta=0.5, initial_cm=0.8)
 CURIOSITY = Curiosity(optimistic_cost=10.0, restlessness=2e4)
 
-# The heading, the task, which of the peers' parameters are meant, the line to reach.
+# By heading: the task, the name of the peers' parameters, the target.
 TASKS: dict[str, tuple[Callable[[Player, int], int], str, str]] = {
     "Dyna maze\nsteps": (lambda player, _: dyna_maze(player), "still", "850 or fewer"),
     "blocking\nreward": (lambda player, _: blocking_maze(player), "blocking", "208 or more"),
@@ -52,14 +52,14 @@ PLAYERS: dict[str, Callable[[Generator, str], Player]] = {
 
 
 def play(job: tuple[str, str, int]) -> tuple[str, str, int]:
-    """One player in one task with one seed: the two names, and the score."""
+    """Let a player do a task with a seed; returns the two names and the score."""
     player, task, seed = job
     score, maze, _ = TASKS[task]
     return player, task, score(PLAYERS[player](np.random.default_rng(seed), maze), seed)
 
 
 def main() -> None:
-    """Play everything, and print the table."""
+    """Run everything, and print the table."""
     seeds = int(sys.argv[1]) if sys.argv[1:] else 30
     jobs = [(player, task, seed) for seed in range(seeds) for player in PLAYERS for task in TASKS]
     scores: dict[tuple[str, str], list[int]] = {}
@@ -74,7 +74,7 @@ def main() -> None:
     for player in PLAYERS:
         table.add_row(player, *(_summary(scores[player, task]) for task in TASKS))
     table.add_section()
-    table.add_row("line for the curious", *(line for _, _, line in TASKS.values()))
+    table.add_row("target, DEM curious", *(line for _, _, line in TASKS.values()))
     console.print(table)
 
 

@@ -1,4 +1,4 @@
-"""Worlds with a catch in them, and how well a model does there; the bench uses them too."""
+"""Difficult worlds, and measures of how well a model does in them; tests use them too."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -13,9 +13,9 @@ HEADINGS = "NESW"
 
 
 class AliasedWorld:
-    """A square room for one who drives ahead or turns: place and heading are Tokens apart.
+    """A square room for a robot that drives forward or turns, with place and heading as Tokens.
 
-    Neither tells by itself what an action does: where `forward` leads depends on both.
+    Neither predicts the effect of an action by itself: where `forward` leads depends on both.
     """
 
     actions = ("forward", "left", "right")
@@ -30,7 +30,7 @@ class AliasedWorld:
         return {f"at:{east},{north}", f"heading:{heading}"}
 
     def goals(self):
-        """Every Token that may be a goal, as a Sign."""
+        """Every place, as a Sign."""
         return [(f"at:{e},{n}",) for e in range(self.size) for n in range(self.size)]
 
     def do(self, action):
@@ -53,7 +53,7 @@ class AliasedWorld:
 
 
 class Yard:
-    """Places in a square, walls between some, and Tokens that are sensed in all of them."""
+    """A square of places with walls between some, and Tokens that are sensed in all of them."""
 
     actions = tuple(STEPS)
 
@@ -90,7 +90,7 @@ class Yard:
 
 
 def fewest_steps(world, goal):
-    """Least number of actions from where the world is to a goal, breadth first."""
+    """Least number of actions from the current state to a goal, breadth first."""
     steps, frontier = {world.state: 0}, [world.state]
     for state in frontier:
         if world.is_at(state, goal):
@@ -100,14 +100,14 @@ def fewest_steps(world, goal):
             if after not in steps:
                 steps[after] = steps[state] + 1
                 frontier.append(after)
-    raise ValueError(f"no way to {goal}")
+    raise ValueError(f"no path to {goal}")
 
 
-def noise(rng, chance=0.3, tokens=6):
-    """Tokens that come and go at random, for each cycle anew."""
+def noise(rng, probability=0.3, tokens=6):
+    """For each cycle a set of Tokens, each drawn independently."""
     names = [f"noise:{number}" for number in range(tokens)]
     while True:
-        yield {name for name in names if rng.random() < chance}
+        yield {name for name in names if rng.random() < probability}
 
 
 def new_model(world, parameters, seed):
@@ -117,7 +117,7 @@ def new_model(world, parameters, seed):
 
 
 def wander(model, world, cycles, rng, beside: Iterator[set] | None = None):
-    """Drive a model around a world by random commands."""
+    """Drive a model around a world with random commands."""
     for number in rng.integers(len(world.actions), size=cycles):
         model.sense(world.tokens() | (next(beside) if beside else set()))
         model.perform(world.actions[number])
@@ -125,7 +125,7 @@ def wander(model, world, cycles, rng, beside: Iterator[set] | None = None):
 
 
 def walk_to(model, world, goal, patience, beside: Iterator[set] | None = None):
-    """Give a goal, leave the model alone and count its steps; `patience` if it gives out."""
+    """Set a goal, leave the model alone and count its steps, up to `patience`."""
     model.set_goal(goal, priority=1.0)
     for steps in range(patience + 1):
         if model.sense(world.tokens() | (next(beside) if beside else set())).reached:
@@ -139,7 +139,7 @@ def walk_to(model, world, goal, patience, beside: Iterator[set] | None = None):
 
 
 class Trial(NamedTuple):
-    """How a model did: its steps over the fewest possible, and how long its lists became."""
+    """Steps of a model over the fewest possible, and the final lengths of its lists."""
 
     ratio: float
     signs: int
@@ -147,7 +147,7 @@ class Trial(NamedTuple):
 
 
 def trial(world, parameters, seed, *, cycles, goals, patience):
-    """Random actions first, then goals drawn at random; the model that results, and how it did."""
+    """Random actions, then random goals; returns the model and how it did."""
     rng = np.random.default_rng(seed)
     model = new_model(world, parameters, seed + 1000)
     wander(model, world, cycles, rng)
@@ -160,17 +160,17 @@ def trial(world, parameters, seed, *, cycles, goals, patience):
 
 
 def aliased_trial(seed, parameters):
-    """4 x 4 places and four headings after 10,000 random actions."""
+    """4 × 4 places and four headings, after 10,000 random actions."""
     return trial(AliasedWorld(4), parameters, seed, cycles=10_000, goals=20, patience=200)
 
 
 def phantom_trial(seed, parameters):
-    """81 places with two Tokens sensed in all of them, after 4000 random actions."""
+    """81 places with two Tokens sensed in all of them, after 4,000 random actions."""
     return trial(Yard(), parameters, seed, cycles=4000, goals=12, patience=400)
 
 
 class Length(NamedTuple):
-    """How long the lists are in a cycle."""
+    """The lengths of the lists in a cycle."""
 
     cycle: int
     signs: int
@@ -178,7 +178,7 @@ class Length(NamedTuple):
 
 
 def removal_curve(parameters, *, cycles, every, seed=0):
-    """Random actions in a yard with noise beside the place: the model and its list lengths."""
+    """Random actions in a yard with noise; returns model, world, noise and list lengths."""
     rng, world = np.random.default_rng(seed), Yard()
     beside = noise(np.random.default_rng(seed + 1))
     model = new_model(world, parameters, seed + 1000)

@@ -1,4 +1,4 @@
-"""The Dynamic Policy Map (DPM): what every Sign is worth on the way to one goal."""
+"""The Dynamic Policy Map (DPM): the policy value of every Sign towards one goal."""
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from farside.dem.lists.hypotheses import Change
+from farside.dem.lists.hypotheses import CostChange
 from farside.dem.policy.spread import Spread, implications, relax
 
 
@@ -17,9 +17,9 @@ class Reason(NamedTuple):
 
     Attributes:
         arc: the hypothesis behind it.
-        total: its total cost estimate C_e + P_v(outcome), the policy value of the Sign.
-        rival: the best hypothesis with another action, `None` where there is none of use.
-        rival_total: its total cost estimate, infinite where there is none.
+        total: its total cost estimate C_e + P_v(outcome), which is P_v of the Sign.
+        rival: the best hypothesis with another action, `None` if none leads to the goal.
+        rival_total: its total cost estimate, infinite if there is none.
     """
 
     arc: int
@@ -34,7 +34,7 @@ class PolicyTable(NamedTuple):
     Attributes:
         sign: ids.
         value: policy values P_v.
-        best: hypotheses to act on, -1 where the goal is reached.
+        best: hypotheses to act on, -1 at the goal.
         depth: valence depths, in actions.
     """
 
@@ -45,18 +45,18 @@ class PolicyTable(NamedTuple):
 
 
 class PolicyMap:
-    """Policy values of all Signs towards one goal, repaired as hypotheses come, change and go.
+    """Policy values of all Signs towards one goal, repaired whenever hypotheses change.
 
     P_v(goal) = 0 and P_v(s) = min over hypotheses (s ∧ a → s′) of C_e + P_v(s′). Source: seed,
-    equations 4 and 5. Whoever reaches a whole has reached its parts, so that P_v(whole) is P_v of
-    the least of its parts at most (project default).
+    equations 4 and 5. To reach a whole is to reach its parts, so P_v(whole) ≤ P_v(part) for each
+    part (project default).
 
-    Only the values are kept. They are the same to the last bit however the map came about, and
-    actions, depths and paths are read from them when asked for. So a model that was loaded, or
-    built from telemetry, acts as the one that learned. Equal totals fall to the hypothesis with
-    the higher C_m, then to the older one (project default).
+    Only the values are stored. They are the same to the last bit however the map came about;
+    actions, depths and paths are derived from them on demand. So a model that was loaded, or built
+    from telemetry, acts as the original would. Ties go to the hypothesis with the higher C_m, then
+    to the older one (project default).
 
-    After any change to the lists, call `update` before asking anything.
+    After any change to the lists, call `update` before any other method.
 
     Args:
         goal: id of the goal's Sign.
@@ -64,7 +64,7 @@ class PolicyMap:
 
     Attributes:
         goal: id of the goal's Sign.
-        value: P_v by Sign id, infinite where no path leads to the goal.
+        value: P_v by Sign id, infinite if no path leads to the goal.
     """
 
     def __init__(self, goal: int, spread: Spread) -> None:
@@ -74,17 +74,17 @@ class PolicyMap:
         self._hypotheses = spread.hypotheses
         self._signs = spread.signs
 
-    # --- keeping up ----------------------------------------------------------------------------
+    # --- repair --------------------------------------------------------------------------------
 
-    def update(self, changes: Iterable[Change], signs: Iterable[int] = ()) -> None:
-        """Bring the values up to date with what has changed since the last time.
+    def update(self, changes: Iterable[CostChange], signs: Iterable[int] = ()) -> None:
+        """Repair the values after changes of the lists.
 
-        Takes time in proportion to the Signs whose values change by it, and no more than about
-        twice as long as a new map.
+        Takes time in proportion to the number of values that change, and at most about twice as
+        long as a new map.
 
         Args:
-            changes: hypotheses made, removed or changed in cost, in any order.
-            signs: Signs made or removed, and those that implied a removed one.
+            changes: hypotheses created, removed or changed in cost, in any order.
+            signs: Signs added or removed, and those that implied a removed one.
         """
         value, names = self.value, self._signs.names
         value.extend([math.inf] * (len(names) - len(value)))
@@ -97,13 +97,13 @@ class PolicyMap:
         if (improved or doubtful) and not self._repair(improved, doubtful):
             self.value = self._spread.values(self.goal)
 
-    def _concerning(self, changes: Iterable[Change]) -> tuple[list[int], list[int]]:
-        """Of all changes the hypotheses that improve a value, and the Signs that lost a best."""
+    def _concerning(self, changes: Iterable[CostChange]) -> tuple[list[int], list[int]]:
+        """The hypotheses that lower a value, and the Signs that may have lost their best one."""
         arcs, value = self._hypotheses, self.value
         context, outcome, cost = arcs.context, arcs.outcome, arcs.cost
         improved, doubtful = [], []
         for arc, before, after, old_cost in changes:
-            # The row may be another hypothesis by now.
+            # The id may have been reused for another hypothesis.
             if cost[arc] + value[outcome[arc]] < value[context[arc]]:
                 improved.append(arc)
             stands = cost[arc] <= old_cost and (context[arc], outcome[arc]) == (before, after)
@@ -112,7 +112,7 @@ class PolicyMap:
         return improved, doubtful
 
     def _repair(self, improved: Iterable[int], doubtful: list[int]) -> bool:
-        """Repair the values, unless that takes as long as a new map: whether it is done."""
+        """Repair the values; False if a new map is faster, with the repair unfinished."""
         value, limit = self.value, self._spread.repairable
         lost = self._lose(doubtful, limit)
         if lost is None:
@@ -129,10 +129,13 @@ class PolicyMap:
         return relax(value, frontier, self._hypotheses, self._signs, limit=limit)
 
     def _lose(self, doubtful: Iterable[int], limit: int) -> list[int] | None:
-        """Make infinite every value that may have grown; which, or `None` if above `limit`.
+        """Set every value that may have grown to infinity, and return those Signs.
 
-        Nearest to the goal first (after Ramalingam and Reps). What is left is supported: from Sign
-        to Sign along unbroken arcs it still falls to 0 at the goal.
+        Nearest to the goal first (after Ramalingam and Reps). The remaining values are supported:
+        along existing arcs they still fall from Sign to Sign, to 0 at the goal.
+
+        Returns:
+            the Signs, or `None` if there are more than `limit`.
         """
         arcs, value = self._hypotheses, self.value
         context, cost = arcs.context, arcs.cost
@@ -157,8 +160,8 @@ class PolicyMap:
         return lost
 
     def _is_supported(self, sign: int) -> bool:
-        # Only what is truly nearer to the goal supports. Where a cost is too small to count
-        # beside a value, and along implications, Signs of equal value could support each other.
+        # Only a Sign strictly nearer to the goal supports another. Signs of equal value could
+        # support each other, along implications or where a cost vanishes beside a value.
         arcs, value = self._hypotheses, self.value
         outcome, cost, held = arcs.outcome, arcs.cost, value[sign]
         return any(
@@ -172,19 +175,19 @@ class PolicyMap:
         implied = [value[part] for part in self._signs.parts(sign)]
         return min(onward + implied, default=math.inf)
 
-    # --- looking at it -------------------------------------------------------------------------
+    # --- queries -------------------------------------------------------------------------------
 
     def best(self, sign: int) -> int | None:
-        """The hypothesis to act on at a Sign. Its context is the Sign or a part of it.
+        """The hypothesis to act on at a Sign; its context is the Sign or a part of it.
 
-        `None` where no path leads to the goal, and where the Sign is the goal or implies it.
+        `None` if no path leads to the goal, or if the Sign is the goal or implies it.
         """
         return self._best(sign) if 0.0 < self.value[sign] < math.inf else None
 
     def _best(self, sign: int) -> int:
-        ways = self._best_arcs(sign)
-        nearer = self._first_nearer(ways)
-        return self._through_equals(ways) if nearer is None else nearer
+        arcs = self._best_arcs(sign)
+        nearer = self._first_nearer(arcs)
+        return self._through_equals(arcs) if nearer is None else nearer
 
     def _arcs_from(self, sign: int) -> list[int]:
         """The hypotheses that can be acted on at a Sign: its own and those of its parts."""
@@ -194,28 +197,28 @@ class PolicyMap:
         return found
 
     def _best_arcs(self, sign: int) -> list[int]:
-        """The hypotheses with the least total at a Sign, surest and oldest first."""
+        """The hypotheses with the least total at a Sign, in order of rank."""
         held = self.value[sign]
         return sorted(
             (arc for arc in self._arcs_from(sign) if self._total(arc) == held), key=self._rank
         )
 
-    def _first_nearer(self, ways: Sequence[int]) -> int | None:
-        """The first that leads to a lesser value than it starts from, as every arc should."""
+    def _first_nearer(self, arcs: Sequence[int]) -> int | None:
+        """The first arc that leads to a strictly lesser value, as arcs normally do."""
         value, context, outcome = self.value, self._hypotheses.context, self._hypotheses.outcome
-        return next((arc for arc in ways if value[outcome[arc]] < value[context[arc]]), None)
+        return next((arc for arc in arcs if value[outcome[arc]] < value[context[arc]]), None)
 
-    def _through_equals(self, ways: Sequence[int]) -> int:
-        """The first step to the nearest Sign from which an arc leads nearer to the goal.
+    def _through_equals(self, arcs: Sequence[int]) -> int:
+        """The first step to the nearest Sign from which an arc leads to a lesser value.
 
-        A cost too small to count beside a value leaves the value as it is. Walking between such
-        equals as one likes could lead round in circles.
+        A cost that vanishes beside a value makes both ends of an arc equal in value. An arbitrary
+        walk among such Signs could loop.
         """
         outcome = self._hypotheses.outcome
         first_step: dict[int, int] = {}
-        for arc in ways:
+        for arc in arcs:
             first_step.setdefault(outcome[arc], arc)
-        # The dictionary grows at its end while the loop goes over it: it is the queue as well.
+        # Breadth first: the queue grows while the loop runs over it.
         queue = list(first_step)
         for sign in queue:
             onward = self._best_arcs(sign)
@@ -236,8 +239,7 @@ class PolicyMap:
     def entry(self, active: Sequence[int]) -> int | None:
         """The active Sign to act from: least P_v, then higher C_m, then older hypothesis.
 
-        `None` where nothing is to be done for the goal: no active Sign is on the map, or the goal
-        itself is active.
+        `None` if no active Sign is on the map, or if the goal itself is active.
         """
         least = min((self.value[sign] for sign in active), default=math.inf)
         if least in {0.0, math.inf}:
@@ -255,27 +257,27 @@ class PolicyMap:
             arc = self.best(self._hypotheses.outcome[arc])
 
     def depth(self, sign: int) -> int | None:
-        """Valence depth, actions from here to the goal; `None` where no path leads to it."""
+        """Valence depth, the number of actions to the goal; `None` if no path leads there."""
         if self.value[sign] == math.inf:
             return None
         return sum(1 for _ in self.walk(sign))
 
     def why(self, sign: int) -> Reason | None:
-        """What speaks for the best action at a Sign, `None` where there is none."""
+        """The reason for the best action at a Sign, `None` if there is no action."""
         arc = self.best(sign)
         if arc is None:
             return None
         action = self._hypotheses.action[arc]
         others = [
-            (self._total(way), self._rank(way), way)
-            for way in self._arcs_from(sign)
-            if self._hypotheses.action[way] != action and self._total(way) < math.inf
+            (self._total(other), self._rank(other), other)
+            for other in self._arcs_from(sign)
+            if self._hypotheses.action[other] != action and self._total(other) < math.inf
         ]
         rival_total, _, rival = min(others, default=(math.inf, None, None))
         return Reason(arc, self.value[sign], rival, rival_total)
 
     def table(self) -> PolicyTable:
-        """All Signs that can reach the goal at once: `value`, `best` and `depth` of each."""
+        """All Signs that can reach the goal, with `value`, `best` and `depth` of each."""
         value = np.array(self.value)
         best = self._all_best(value)
         sign = np.flatnonzero(value < math.inf)
@@ -288,30 +290,35 @@ class PolicyMap:
         onward = value[outcome]
         held = value[context]
         on_best = (np.asarray(arcs.cost) + onward == held) & (onward < held) & (held < math.inf)
-        way = np.flatnonzero(on_best)
-        best = self._best_of(context[way], way)
-        # A whole acts from the surest of its own arcs and of those of its equal parts.
+        arc = np.flatnonzero(on_best)
+        best = self._best_of(context[arc], arc)
+        # A whole acts on the best of its own arcs and those of parts with the same value.
         pairs = implications(self._signs)
         whole, part = pairs[(value[pairs[:, 0]] == value[pairs[:, 1]]) & (best[pairs[:, 1]] >= 0)].T
-        best = self._best_of(np.append(context[way], whole), np.append(way, best[part]))
+        best = self._best_of(np.append(context[arc], whole), np.append(arc, best[part]))
         for sign in np.flatnonzero((best < 0) & (value > 0.0) & (value < math.inf)).tolist():
             best[sign] = self._best(sign)
         return best
 
-    def _best_of(self, sign: NDArray[np.int64], way: NDArray[np.int64]) -> NDArray[np.int64]:
-        """The first by rank of the ways at each Sign, -1 where there is none."""
-        cm, born = np.asarray(self._hypotheses.cm)[way], np.asarray(self._hypotheses.born)[way]
+    def _best_of(self, sign: NDArray[np.int64], arc: NDArray[np.int64]) -> NDArray[np.int64]:
+        """The first by rank of the arcs at each Sign, by Sign id; -1 if there is none.
+
+        Args:
+            sign: the Sign of each arc.
+            arc: the arcs.
+        """
+        cm, born = np.asarray(self._hypotheses.cm)[arc], np.asarray(self._hypotheses.born)[arc]
         best = np.full(len(self.value), -1, dtype=np.int64)
         last_first = np.lexsort((born, -cm))[::-1]
-        best[sign[last_first]] = way[last_first]
+        best[sign[last_first]] = arc[last_first]
         return best
 
     def _all_depths(self, best: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Steps along `best` from each Sign: each round doubles how far the Signs have looked."""
-        on_way = best >= 0
+        """Number of steps along `best` from each Sign, by pointer doubling."""
+        on_path = best >= 0
         ahead = np.arange(len(best))
-        ahead[on_way] = np.asarray(self._hypotheses.outcome)[best[on_way]]
-        depth = on_way.astype(np.int64)
+        ahead[on_path] = np.asarray(self._hypotheses.outcome)[best[on_path]]
+        depth = on_path.astype(np.int64)
         while depth[ahead].any():
             depth += depth[ahead]
             ahead = ahead[ahead]

@@ -1,0 +1,50 @@
+"""What a model reports of a cycle: what it sensed and learned, and what it would do."""
+
+import msgspec
+
+from farside.dem.lists.goals import Goal
+from farside.dem.lists.signs import Sign
+
+
+class Sensed(msgspec.Struct, frozen=True):
+    """What was sensed and learned in a cycle. Signs are in order of age, oldest first.
+
+    Attributes:
+        tokens: what was sensed, sorted.
+        active: the active Signs S*.
+        novel: the active Signs that were never active before.
+        unexpected: the other active Signs that no credible prediction due now named; see
+            `farside.dem.learning.credit`.
+        succeeded, failed: number of due predictions that came true, or did not.
+        created, removed: number of hypotheses created, or removed as ineffective.
+        reached: goals satisfied and removed, highest first.
+        suspended, recovered: goals that passed their break point, or recovered from that.
+    """
+
+    tokens: Sign
+    active: tuple[Sign, ...]
+    novel: tuple[Sign, ...]
+    unexpected: tuple[Sign, ...]
+    succeeded: int
+    failed: int
+    created: int
+    removed: int
+    reached: tuple[Goal, ...]
+    suspended: tuple[Sign, ...]
+    recovered: tuple[Sign, ...]
+
+
+class Choice(msgspec.Struct, frozen=True):
+    """The action that the model would take, and why.
+
+    Attributes:
+        action: its name.
+        goal: the top-goal's Sign, `None` where the choice is exploratory.
+        sign: the active Sign to act from, `None` where the choice is random.
+        cost_to_go: policy value P_v of `sign`, `None` where the choice is random.
+    """
+
+    action: str
+    goal: Sign | None = None
+    sign: Sign | None = None
+    cost_to_go: float | None = None

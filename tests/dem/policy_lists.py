@@ -1,0 +1,99 @@
+"""Lists with costs that a test chooses, and their policy map."""
+
+import math
+
+import pytest
+
+from farside.dem import Parameters
+from farside.dem.lists.actions import ActionList
+from farside.dem.lists.hypotheses import CostChange, HypothesisList
+from farside.dem.lists.signs import SignList
+from farside.dem.policy import spread as spread_module
+from farside.dem.policy.policy_map import PolicyMap
+from farside.dem.policy.spread import Spread
+
+TOKENS = "abcd"
+
+
+class Lists:
+    """Hypotheses with costs that a test chooses, and the test's own record of them."""
+
+    def __init__(self, tokens=TOKENS):
+        self.signs = SignList()
+        actions = ActionList({"x": 1.0, "y": 1.0})
+        self.hypotheses = HypothesisList(actions, Parameters())
+        self.arcs = {}
+        self.changes, self.changed_signs = [], []
+        for token in tokens:
+            self.know((token,))
+
+    def know(self, tokens):
+        known = self.signs.find(tokens)
+        if known is None:
+            known = self.signs.add(tokens)
+            self.changed_signs.append(known)
+        return known
+
+    def forget(self, sign):
+        self.changed_signs += [sign, *self.signs.wholes(sign)]
+        self.signs.remove(sign)
+
+    def link(self, context, outcome, cost=1.0, cm=0.5, action=0):
+        arc = self.hypotheses.add(context, action, outcome, 1, 0.5)
+        self.hypotheses.cost[arc], self.hypotheses.cm[arc] = cost, cm
+        self.arcs[arc] = (context, outcome)
+        self.changes.append(CostChange(arc, context, outcome, math.inf))
+        return arc
+
+    def reprice(self, arc, cost):
+        self.changes.append(CostChange(arc, *self.arcs[arc], self.hypotheses.cost[arc]))
+        self.hypotheses.cost[arc] = cost
+
+    def cut(self, arc):
+        self.changes.append(CostChange(arc, *self.arcs.pop(arc), self.hypotheses.cost[arc]))
+        self.hypotheses.remove(arc)
+
+    def map(self, goal, spread=None):
+        self.changes.clear()
+        self.changed_signs.clear()
+        return PolicyMap(goal, spread or Spread(self.hypotheses, self.signs))
+
+    def follow(self, policy):
+        policy.update(self.changes, self.changed_signs)
+        self.changes.clear()
+        self.changed_signs.clear()
+
+    def bellman_ford(self, goal):
+        """P_v from its definition: relax all arcs until no value changes."""
+        names = [set(name) for name in self.signs.names]
+        ways = [(*ends, self.hypotheses.cost[arc]) for arc, ends in self.arcs.items()]
+        ways += [(w, p, 0.0) for w in range(len(names)) for p in range(len(names))
+                 if names[p] and names[p] < names[w]]  # fmt: skip
+        value = [math.inf] * len(names)
+        value[goal] = 0.0
+        for _ in names:
+            for before, after, cost in ways:
+                value[before] = min(value[before], cost + value[after])
+        return value
+
+    def ways(self, policy, sign):
+        """The hypotheses that can be acted on at a Sign, each after (total, -C_m, age)."""
+        name, listed = set(self.signs.names[sign]), self.hypotheses
+        return sorted(
+            ((listed.cost[a] + policy.value[after], -listed.cm[a], listed.born[a]), a)
+            for a, (before, after) in self.arcs.items()
+            if set(self.signs.names[before]) <= name
+        )
+
+
+def by_scipy(lists, goal):
+    """The map as it is built for a model with very many hypotheses."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(spread_module, "FEW_ARCS", 0)
+        return lists.map(goal)
+
+
+class Persistent(Spread):
+    """Always repaired, never built anew."""
+
+    repairable = 1000
