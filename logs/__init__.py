@@ -4,9 +4,11 @@ From the bottom up: `recorder` and `schemas` write the file, `reader` reads it, 
 questions about a run, and `story`, `picture`, `screen` and `replay` show one.
 """
 
+from farside.logs.digest import Digest, digest_of
+from farside.logs.index import Attachment, LogError
 from farside.logs.picture import LinkPicture, Picture
-from farside.logs.reading import Attachment, LogEntry, LogFile, decode, decoded
-from farside.logs.recording import Digest, LogError, Recorder, digest_of
+from farside.logs.reading import LogEntry, LogFile, decode, decoded
+from farside.logs.recording import Recorder
 from farside.logs.replay import play
 from farside.logs.screen import screen
 from farside.logs.story import StoryLine, clock

@@ -1,44 +1,26 @@
-"""Reading a run's log, also one whose writer was killed."""
+"""Reading a run's log by topic and time, also one whose writer was killed."""
 
-import struct
-from collections.abc import Iterator
+from collections import deque
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
-from io import BytesIO
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 import msgspec
-import zstandard
-from mcap import records as mcap
-from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
-from mcap.opcode import Opcode
-from mcap.stream_reader import breakup_chunk
-from mcap.writer import MCAP0_MAGIC
 
-from farside.logs.recording import LIBRARY, LogError, digest_of
-from farside.node import Record, to_s
-from farside.topics import TOPICS
-
-_RECORD_HEAD = struct.Struct("<BQ")
-_CHUNK_TIMES = struct.Struct("<QQ")
-_DAMAGE = (
-    McapError,
-    zstandard.ZstdError,
-    struct.error,
-    ValueError,
-    LookupError,
-    OverflowError,
-    MemoryError,
+from farside.logs.digest import digest_of
+from farside.logs.index import (
+    LIBRARY,
+    Attachment,
+    Block,
+    LogError,
+    LogIndex,
+    block_bytes,
+    damage_told,
 )
-"""What decoding wrong bytes ends in: sums, lengths, texts and channels that cannot be."""
-
-
-class Attachment(NamedTuple):
-    """A file inside a log."""
-
-    media_type: str
-    data: bytes
+from farside.logs.mcap_bytes import messages
+from farside.node import NEVER_NS, Record, Topic, to_s
+from farside.topics import TOPICS
 
 
 class LogEntry(NamedTuple):
@@ -48,14 +30,6 @@ class LogEntry(NamedTuple):
     publish_time_ns: int
     topic: str
     entry: msgspec.Struct
-
-
-class _Span(NamedTuple):
-    """Where the body of an MCAP record lies in the file."""
-
-    opcode: int
-    offset: int
-    length: int
 
 
 def decode(record: Record) -> msgspec.Struct:
@@ -71,7 +45,7 @@ def decode(record: Record) -> msgspec.Struct:
         )
     try:
         return topic.decode(record.payload)
-    except msgspec.MsgspecError as error:
+    except (msgspec.MsgspecError, ValueError, RecursionError) as error:
         where = f"{record.topic} at {to_s(record.log_time_ns)} s"
         raise LogError(f"{where} does not hold a {topic.kind.__name__}: {error}") from error
 
@@ -86,17 +60,12 @@ def decoded(record: Record) -> LogEntry:
 
 
 class LogFile:
-    """A log on disk, looked through once on opening and then read as far as one asks.
-
-    A log whose writer was killed, or is still at work, is read up to its last whole record.
+    """A log on disk: looked over on opening, and then read as far as one asks.
 
     Attributes:
         path: the file.
-        complete: whether the writer finished it.
-        library: what wrote it, such as `farside 0.1.0`.
         end_ns: log time of the last message, 0 without any.
-        attachments: by name; the last where a name was used twice.
-        metadata: by name, likewise.
+        index: what it holds and where.
 
     Raises:
         LogError: if there is no such file, or it is not a log of Farside's, or it is damaged.
@@ -104,29 +73,75 @@ class LogFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
-        self.complete = False
-        self.library = ""
-        self.end_ns = 0
-        self.attachments: dict[str, Attachment] = {}
-        self.metadata: dict[str, dict[str, str]] = {}
-        self._chunks: list[_Span] = []
-        try:
-            with path.open("rb") as file:
-                self._look_through(file)
-        except OSError as error:
-            raise LogError(f"the log {path} cannot be read: {error.strerror}") from error
+        with self._opened() as file:
+            self.index = LogIndex(path, file)
+        self.end_ns = max((block.end_ns for block in self.index.blocks), default=0)
         if self.library.split(" ")[0] != LIBRARY:
             author = self.library or "an unknown program"
             raise LogError(f"{path} is not a log of Farside's: {author} wrote it")
+        self._at_hand: tuple[Block, bytes] | None = None
 
-    def records(self) -> Iterator[Record]:
-        """Every message in order, still encoded. Each call reads the file anew."""
-        topics: dict[int, str] = {}
-        with self.path.open("rb") as file:
-            for span in self._chunks:
-                with self._damage_told(span):
-                    records = _chunk_records(_body(file, span), topics)
-                yield from records
+    @property
+    def complete(self) -> bool:
+        """Whether the writer finished it."""
+        return self.index.complete
+
+    @property
+    def library(self) -> str:
+        """What wrote it, such as `farside 0.1.0`."""
+        return self.index.library
+
+    @property
+    def attachments(self) -> Mapping[str, Attachment]:
+        """The files inside by name; the last where a name was used twice."""
+        return self.index.attachments
+
+    @property
+    def metadata(self) -> Mapping[str, Mapping[str, str]]:
+        """Groups of keys and values by name, likewise."""
+        return self.index.metadata
+
+    def records(
+        self,
+        topics: Collection[Topic[Any]] | None = None,
+        *,
+        start_ns: int = 0,
+        end_ns: int = NEVER_NS,
+    ) -> Iterator[Record]:
+        """The messages of some topics in order, still encoded. Each call reads the file anew.
+
+        Args:
+            topics: of all topics where absent.
+            start_ns: log time of the first.
+            end_ns: log time of the last.
+
+        Raises:
+            LogError: at a part of the file that is damaged, or that is not there any more.
+        """
+        names = None if topics is None else {topic.name for topic in topics}
+        with self._opened() as file:
+            for block in self.index.blocks:
+                overlaps = block.start_ns <= end_ns and start_ns <= block.end_ns
+                if not (overlaps and self._has(block, names)):
+                    continue
+                for record in self._read(file, block, names):
+                    if start_ns <= record.log_time_ns <= end_ns:
+                        yield record
+
+    def latest(self, topic: Topic[Any], time_ns: int) -> Record | None:
+        """The last message of a topic that was logged at `time_ns` or before; `None` if none was.
+
+        Raises:
+            LogError: as `records`.
+        """
+        names = {topic.name}
+        with self._opened() as file:
+            for block in reversed(self.index.blocks):
+                if block.start_ns <= time_ns and self._has(block, names):
+                    known = (r for r in self._read(file, block, names) if r.log_time_ns <= time_ns)
+                    if found := deque(known, maxlen=1):
+                        return found[0]
+        return None
 
     def entries(self) -> Iterator[LogEntry]:
         """Every message in order, decoded one by one as they are asked for.
@@ -134,76 +149,42 @@ class LogFile:
         Raises:
             LogError: at a message that cannot be decoded, or a part of the file that is damaged.
         """
-        for record in self.records():
-            yield decoded(record)
+        return map(decoded, self.records())
 
     def digest(self) -> str:
         """The `Digest` of all messages, computed anew from the file."""
         return digest_of(self.records())
 
-    def _look_through(self, file: BinaryIO) -> None:
-        if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
-            raise LogError(f"{self.path} is not a log: it is not an MCAP file")
-        for span in _whole_records(file):
-            with self._damage_told(span):
-                self._note(file, span)
-
-    def _note(self, file: BinaryIO, span: _Span) -> None:
-        match span.opcode:
-            case Opcode.HEADER:
-                self.library = mcap.Header.read(_body(file, span)).library
-            case Opcode.CHUNK:
-                self._chunks.append(span)
-                file.seek(span.offset)
-                _, self.end_ns = _CHUNK_TIMES.unpack(file.read(_CHUNK_TIMES.size))
-            case Opcode.ATTACHMENT:
-                attachment = mcap.Attachment.read(_body(file, span))
-                self.attachments[attachment.name] = Attachment(
-                    attachment.media_type, attachment.data
-                )
-            case Opcode.METADATA:
-                metadata = mcap.Metadata.read(_body(file, span))
-                self.metadata[metadata.name] = metadata.metadata
-            case Opcode.FOOTER:
-                file.seek(span.offset + span.length)
-                self.complete = file.read() == MCAP0_MAGIC
+    # --- by block ------------------------------------------------------------------------------
 
     @contextmanager
-    def _damage_told(self, span: _Span) -> Iterator[None]:
+    def _opened(self) -> Iterator[BinaryIO]:
         try:
-            yield
-        except _DAMAGE as error:
-            message = f"{self.path} is damaged at byte {span.offset}: only what comes before counts"
-            raise LogError(message) from error
+            file = self.path.open("rb")
+        except OSError as error:
+            raise LogError(f"the log {self.path} cannot be read: {error.strerror}") from error
+        with file:
+            yield file
 
+    def _has(self, block: Block, names: Collection[str] | None) -> bool:
+        if names is None or block.channels is None:
+            return True
+        return any(self.index.channels[number].topic in names for number in block.channels)
 
-def _whole_records(file: BinaryIO) -> Iterator[_Span]:
-    """The MCAP records whose bytes are all there, up to the footer."""
-    offset, size = len(MCAP0_MAGIC), file.seek(0, 2)
-    while offset + _RECORD_HEAD.size <= size:
-        file.seek(offset)
-        opcode, length = _RECORD_HEAD.unpack(file.read(_RECORD_HEAD.size))
-        offset += _RECORD_HEAD.size
-        if offset + length > size:
-            return
-        yield _Span(opcode, offset, length)
-        if opcode == Opcode.FOOTER:
-            return
-        offset += length
+    def _read(
+        self, file: BinaryIO, block: Block, names: Collection[str] | None
+    ) -> Iterator[Record]:
+        wanted = {
+            number: channel.topic
+            for number, channel in self.index.channels.items()
+            if names is None or channel.topic in names
+        }
+        with damage_told(self.path, block.offset):
+            records = list(messages(self._bytes(file, block), wanted, self.index.channels))
+        yield from records
 
-
-def _chunk_records(body: ReadDataStream, topics: dict[int, str]) -> list[Record]:
-    """The messages of a chunk. `topics` are those of the channels met so far, by number."""
-    records = []
-    for part in breakup_chunk(mcap.Chunk.read(body), validate_crc=True):
-        if isinstance(part, mcap.Message):
-            topic = topics[part.channel_id]
-            records.append(Record(topic, part.log_time, part.publish_time, part.data))
-        elif isinstance(part, mcap.Channel):
-            topics[part.id] = part.topic
-    return records
-
-
-def _body(file: BinaryIO, span: _Span) -> ReadDataStream:
-    file.seek(span.offset)
-    return ReadDataStream(BytesIO(file.read(span.length)))
+    def _bytes(self, file: BinaryIO, block: Block) -> bytes:
+        """The records of a block; those of the last one asked for are kept at hand."""
+        if self._at_hand is None or self._at_hand[0] is not block:
+            self._at_hand = block, block_bytes(file, block)
+        return self._at_hand[1]

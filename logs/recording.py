@@ -1,9 +1,15 @@
-"""Writing a run's log: one MCAP file, safe on disk up to the last window."""
+"""Writing a run's log: one MCAP file, safe on disk up to the last window.
 
-import hashlib
-import struct
+While a run goes on, its log is a plain row of messages with the end marks of an MCAP file behind
+the last window: whatever ends the writer, any MCAP reader takes the log as it is. When the run is
+over, the messages are packed into compressed chunks with an index, a megabyte each. So neither the
+writer's memory nor the index grows with the number of windows.
+"""
+
+import os
 from collections.abc import Iterable
 from importlib.metadata import PackageNotFoundError, version
+from itertools import count
 from pathlib import Path
 from types import TracebackType
 from typing import Self
@@ -12,54 +18,61 @@ import msgspec
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import Writer
 
+from farside.logs.digest import Digest
+from farside.logs.index import LIBRARY, LogError
+from farside.logs.mcap_bytes import end_marks, message_bytes
+from farside.logs.packing import pack
+from farside.logs.reading import LogFile
 from farside.logs.schemas import topic_schema
 from farside.node import Record, Topic
 from farside.topics import TOPICS
-
-LIBRARY = "farside"
-"""First word of the library field in the header of every log of Farside's."""
 
 try:
     _VERSION = version("farside")
 except PackageNotFoundError:  # run from a source tree that nobody installed
     _VERSION = "0+source"
 
-_DIGEST_HEAD = struct.Struct("<HqI")
+_END_MARKS = end_marks()
 
 
-class LogError(Exception):
-    """A log cannot be written or read; the message tells people which, and why."""
+class _Tail:
+    """What is still to be written to a file, as the stream that `mcap.writer.Writer` writes to.
 
-
-class Digest:
-    """SHA-256 over topic, log time and payload of every message in order.
-
-    A message enters as a head of 14 bytes, little-endian: length of the topic (2 bytes,
-    unsigned), log time in nanoseconds (8, signed), length of the payload (4, unsigned); then
-    the topic in UTF-8, then the payload. Two runs have one digest only if they logged the same.
+    What has been written, up to `end`, is never in doubt: it is followed by the end marks, and
+    `end` moves only when more of it is on disk with new end marks behind.
     """
 
-    def __init__(self) -> None:
-        self._hash = hashlib.sha256()
+    def __init__(self, path: Path, file: int) -> None:
+        self.path = path
+        self.file = file
+        self.end = 0
+        self._waiting = bytearray()
 
-    def add(self, record: Record) -> None:
-        """Take in the next message."""
-        topic, payload = record.topic.encode(), record.payload
-        head = _DIGEST_HEAD.pack(len(topic), record.log_time_ns, len(payload))
-        self._hash.update(head + topic + payload)
+    def write(self, data: bytes) -> None:
+        self._waiting += data
 
-    @property
-    def hex(self) -> str:
-        """The digest of all messages so far, as 64 hexadecimal digits."""
-        return self._hash.hexdigest()
+    def tell(self) -> int:
+        return self.end + len(self._waiting)
 
+    def flush(self) -> None:
+        """Hand all to the operating system: from now on it survives this process.
 
-def digest_of(records: Iterable[Record]) -> str:
-    """The digest of a run's records, in order: the same as that of its log."""
-    digest = Digest()
-    for record in records:
-        digest.add(record)
-    return digest.hex
+        Raises:
+            LogError: if there is no room for it. The file then ends as before.
+        """
+        if not self._waiting:
+            return
+        data = self._waiting + _END_MARKS
+        try:
+            written = 0
+            while written < len(data):
+                written += os.pwrite(self.file, data[written:], self.end + written)
+        except OSError as error:
+            os.ftruncate(self.file, self.end)
+            os.pwrite(self.file, _END_MARKS, self.end)
+            raise LogError(f"the log {self.path} cannot be written: {error.strerror}") from error
+        self.end += len(self._waiting)
+        self._waiting.clear()
 
 
 class Recorder:
@@ -81,18 +94,44 @@ class Recorder:
     def __init__(self, path: Path) -> None:
         self.path = path
         try:
-            self._file = path.open("xb")
+            self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
         except FileExistsError:
             message = f"{path} is there already, and a log is never overwritten: name another file"
             raise LogError(message) from None
-        except OSError as error:
-            raise LogError(f"the log {path} cannot be written: {error.strerror}") from error
+        except (OSError, ValueError) as error:
+            reason = error.strerror if isinstance(error, OSError) else str(error)
+            raise LogError(f"the log {path} cannot be written: {reason}") from error
+        self._is_open = True
         self._digest = Digest()
-        self._writer = Writer(self._file)
+        self._tail = _Tail(path, self._file)
+        self._writer = Writer(self._tail, use_chunking=False)  # type: ignore[arg-type]
         self._writer.start(library=f"{LIBRARY} {_VERSION}")
         self._schemas: dict[type[msgspec.Struct], int] = {}
         self._channels = {topic.name: self._register(topic) for topic in TOPICS.values()}
-        self._writer.flush()
+        self.flush()
+
+    @classmethod
+    def in_folder(cls, folder: Path, stem: str) -> Self:
+        """A new log `STEM-N.mcap` with the first number that is free, also if others look for one.
+
+        Raises:
+            LogError: if the folder cannot be made, or the log cannot be created.
+        """
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise LogError(
+                f"{folder}: expected a folder for logs, found: {error.strerror}"
+            ) from error
+        for number in count(1):
+            path = folder / f"{stem}-{number}.mcap"
+            if not path.exists():
+                try:
+                    return cls(path)
+                except LogError:
+                    if not path.exists():
+                        raise
+        raise AssertionError
 
     def _register(self, topic: Topic[msgspec.Struct]) -> int:
         kind = topic.kind
@@ -121,27 +160,49 @@ class Recorder:
         Raises:
             KeyError: if a record's topic is not one of `TOPICS`.
         """
+        records = tuple(records)
+        self._tail.write(message_bytes(records, self._channels))
         for record in records:
-            self._writer.add_message(
-                self._channels[record.topic],
-                record.log_time_ns,
-                record.payload,
-                record.publish_time_ns,
-            )
             self._digest.add(record)
 
     def flush(self) -> None:
-        """End the chunk and hand all to the operating system: it now survives this process.
+        """Hand all to the operating system: it now survives this process.
 
-        Call it at the end of every window. It costs little where nothing was written.
+        Call it at the end of every window.
+
+        Raises:
+            LogError: if the file cannot take it. What was flushed before is still whole.
         """
         self._writer.flush()
 
-    def close(self) -> None:
-        """Write the index and the end mark that tell a finished log. Closing again is harmless."""
-        if not self._file.closed:
-            self._writer.finish()
-            self._file.close()
+    def close(self, *, packed: bool = True) -> None:
+        """Finish the log. Closing again is harmless.
+
+        Args:
+            packed: compress the log and index it. Otherwise it stays as it is, readable and
+                unfinished.
+
+        Raises:
+            LogError: if somebody deleted or shortened the file during the run, or there is no
+                room; then the log, if there is one, stays as it was at the last flush.
+        """
+        if not self._is_open:
+            return
+        self._is_open = False
+        try:
+            self.flush()
+            self._check_presence()
+            if packed:
+                pack(LogFile(self.path), self.path)
+        finally:
+            os.close(self._file)
+
+    def _check_presence(self) -> None:
+        ours = os.fstat(self._file)
+        if not (self.path.exists() and os.path.samestat(ours, self.path.stat())):
+            raise LogError(f"the log {self.path} was deleted or replaced while it was written")
+        if ours.st_size < self._tail.end + len(_END_MARKS):
+            raise LogError(f"the log {self.path} was cut short while it was written")
 
     def __enter__(self) -> Self:
         return self

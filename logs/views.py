@@ -1,19 +1,17 @@
 """Asking a finished run: who drove when, what was reached, what became of every frame."""
 
-from bisect import bisect_right
-from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator, Sequence
+from collections import Counter
+from collections.abc import Iterator, Sequence
 from functools import cached_property
 from operator import attrgetter
 from pathlib import Path
-from statistics import fmean
-from typing import NamedTuple, Self, TypeVar, cast
+from typing import NamedTuple, TypeVar, cast
 
 import msgspec
 
 from farside.logs.reading import LogFile, decode
 from farside.messages import Failsafe, Mode, ModeCause, Tokens
-from farside.node import Direction, Record, Topic, to_ns, to_s
+from farside.node import Direction, Topic, to_ns, to_s
 from farside.places import Chart, is_place_token
 from farside.topics import (
     GROUND_COMMAND,
@@ -107,43 +105,39 @@ class LinkCounters(msgspec.Struct, frozen=True):
 
 
 class RunView:
-    """A run to ask, made from its records as they were logged. Times are in simulated seconds.
+    """Queries on a run, answered from its log. Times are in simulated seconds.
 
-    Nothing is decoded before it is asked for.
+    Nothing is read before it is asked for, and only what the question is about.
 
     Args:
-        records: all records of the run in the order of the log.
+        log: the run's log.
     """
 
-    def __init__(self, records: Iterable[Record]) -> None:
-        self._records: defaultdict[str, list[Record]] = defaultdict(list)
-        self._decoded: dict[str, tuple[tuple[float, msgspec.Struct], ...]] = {}
-        self._end_ns = 0
-        for record in records:
-            self._records[record.topic].append(record)
-            self._end_ns = record.log_time_ns
+    def __init__(self, log: LogFile) -> None:
+        self._log = log
 
     @classmethod
-    def of_log(cls, path: Path) -> Self:
+    def of_log(cls, path: Path) -> "RunView":
         """The run in a log.
 
         Raises:
             LogError: if the log cannot be read.
         """
-        return cls(LogFile(path).records())
+        return RunView(LogFile(path))
 
     @property
     def duration_s(self) -> float:
         """When the last record was made."""
-        return to_s(self._end_ns)
+        return to_s(self._log.end_ns)
 
     def entries(self, topic: Topic[T]) -> tuple[tuple[float, T], ...]:
         """All messages of a topic, each with its log time in seconds."""
-        if topic.name not in self._decoded:
-            self._decoded[topic.name] = tuple(
-                (to_s(record.log_time_ns), decode(record)) for record in self._records[topic.name]
-            )
-        return cast("tuple[tuple[float, T], ...]", self._decoded[topic.name])
+        return tuple(self.each(topic))
+
+    def each(self, topic: Topic[T]) -> Iterator[tuple[float, T]]:
+        """`entries`, one by one: a topic of a long run may be larger than memory."""
+        for record in self._log.records([topic]):
+            yield to_s(record.log_time_ns), cast("T", decode(record))
 
     # --- what was so at a time -----------------------------------------------------------------
 
@@ -174,11 +168,10 @@ class RunView:
     def _latest(self, topic: Topic[T], t_s: float) -> T:
         if not 0 <= t_s <= self.duration_s:
             raise ValueError(f"{t_s} s is not within the run, from 0 to {self.duration_s} s")
-        records = self._records[topic.name]
-        known = bisect_right(records, to_ns(t_s), key=_log_time_ns)
-        if not known:
+        record = self._log.latest(topic, to_ns(t_s))
+        if record is None:
             raise ValueError(f"the run has no {topic.name} at {t_s} s or before")
-        return cast("T", decode(records[known - 1]))
+        return cast("T", decode(record))
 
     # --- the whole story -----------------------------------------------------------------------
 
@@ -218,7 +211,7 @@ class RunView:
         """Every goal in the order in which they came on the Goal List, one for each who set it."""
         stories: list[GoalStory] = []
         listed: dict[tuple[Tokens, GoalSource], int] = {}
-        for t_s, entry in self.entries(ROVER_GOAL):
+        for t_s, entry in self.each(ROVER_GOAL):
             wanted = entry.tokens, entry.source
             if wanted not in listed:
                 listed[wanted] = len(stories)
@@ -249,8 +242,8 @@ class RunView:
     @property
     def dem(self) -> Cycle | None:
         """The DEM's last cycle, with the sizes of its lists; `None` if it never had one."""
-        records = self._records[ROVER_CYCLE.name]
-        return cast("Cycle", decode(records[-1])) if records else None
+        record = self._log.latest(ROVER_CYCLE, self._log.end_ns)
+        return None if record is None else cast("Cycle", decode(record))
 
     # --- the link ------------------------------------------------------------------------------
 
@@ -260,64 +253,57 @@ class RunView:
         fate: Fate | str | None = None,
         delivered_between: tuple[float, float] | None = None,
     ) -> tuple[FrameFate, ...]:
-        """The frames of which all that is given is so.
+        """The frames that meet all given conditions.
 
         Args:
             direction: they went this way, `up` or `down`.
-            fate: this became of them, such as `delivered` or `lost`.
+            fate: they met this fate, such as `delivered` or `lost`.
             delivered_between: they arrived at or after the first time and before the second.
 
         Raises:
             ValueError: if `delivered_between` ends before it starts, or there is no such direction
                 or fate.
         """
-        frames = [frame for _, frame in self.entries(LINK_FRAME)]
-        if direction is not None:
-            frames = [frame for frame in frames if frame.direction is Direction(direction)]
-        if fate is not None:
-            frames = [frame for frame in frames if frame.fate is Fate(fate)]
-        if delivered_between is not None:
-            frames = list(_arrived_between(frames, *delivered_between))
-        return tuple(frames)
+        return tuple(self.each_frame(direction, fate, delivered_between))
 
-    def link_counters(self, direction: Direction) -> LinkCounters:
-        """How the frames of one direction fared."""
-        frames = [frame for frame in self.frames(direction) if not frame.copy]
-        fates = Counter(frame.fate for frame in frames)
-        delays_s = [
-            to_s(frame.arrival_ns - frame.queued_ns)
-            for frame in frames
-            if frame.arrival_ns is not None
-        ]
-        return LinkCounters(
-            sent=len(frames),
-            delivered=fates[Fate.DELIVERED],
-            lost=fates[Fate.LOST],
-            outage=fates[Fate.OUTAGE],
-            queue_full=fates[Fate.QUEUE_FULL],
-            expired=fates[Fate.EXPIRED],
-            bit_error=fates[Fate.BIT_ERROR],
-            duplicated=sum(frame.copy for frame in self.frames(direction, Fate.DELIVERED)),
-            damaged=sum(frame.flipped_bits > 0 for frame in frames),
-            refused=self._count(direction, FrameStage.REFUSED),
-            shadowed=self._count(direction, FrameStage.SHADOWED),
-            bytes=sum(frame.size_byte for frame in frames),
-            delay_s=fmean(delays_s) if delays_s else None,
-        )
+    def each_frame(
+        self,
+        direction: Direction | str | None = None,
+        fate: Fate | str | None = None,
+        delivered_between: tuple[float, float] | None = None,
+    ) -> Iterator[FrameFate]:
+        """`frames`, one by one."""
+        way = None if direction is None else Direction(direction)
+        end = None if fate is None else Fate(fate)
+        start_s, end_s = delivered_between or (0.0, 0.0)
+        if start_s > end_s:
+            raise ValueError(
+                f"delivered_between ends at {end_s} s, before it starts at {start_s} s"
+            )
+        for _, frame in self.each(LINK_FRAME):
+            if way not in {None, frame.direction} or end not in {None, frame.fate}:
+                continue
+            if delivered_between is None or (
+                frame.arrival_ns is not None and start_s <= to_s(frame.arrival_ns) < end_s
+            ):
+                yield frame
 
-    def _count(self, direction: Direction, stage: FrameStage) -> int:
-        return sum(
-            event.direction is direction and event.stage is stage
-            for end in (ROVER_FRAME, GROUND_FRAME)
-            for _, event in self.entries(end)
-        )
+    def link_counters(self) -> dict[Direction, LinkCounters]:
+        """Counts of frames by fate, for both directions."""
+        tallies = {direction: _Tally() for direction in Direction}
+        for frame in self.each_frame():
+            tallies[frame.direction].add(frame)
+        for end in (ROVER_FRAME, GROUND_FRAME):
+            for _, event in self.each(end):
+                tallies[event.direction].stages[event.stage] += 1
+        return {direction: tally.counters() for direction, tally in tallies.items()}
 
     @property
     def outages(self) -> tuple[OutageSpan, ...]:
         """Every outage in the order in which they began, uplink first where both did at once."""
         began: dict[Direction, float] = {}
         outages = []
-        for t_s, entry in self.entries(LINK_OUTAGE):
+        for t_s, entry in self.each(LINK_OUTAGE):
             if entry.down:
                 began.setdefault(entry.direction, t_s)
             elif entry.direction in began:
@@ -327,11 +313,40 @@ class RunView:
         return tuple(sorted(outages, key=lambda outage: (outage.start_s, outage.direction != "up")))
 
 
-def _arrived_between(
-    frames: Iterable[FrameFate], start_s: float, end_s: float
-) -> Iterator[FrameFate]:
-    if start_s > end_s:
-        raise ValueError(f"delivered_between ends at {end_s} s, before it starts at {start_s} s")
-    for frame in frames:
-        if frame.arrival_ns is not None and start_s <= to_s(frame.arrival_ns) < end_s:
-            yield frame
+class _Tally:
+    """Counts the frames of one direction."""
+
+    def __init__(self) -> None:
+        self.stages: Counter[FrameStage] = Counter()
+        self._fates: Counter[Fate] = Counter()
+        self._sent = self._duplicated = self._damaged = self._bytes = self._delay_ns = 0
+
+    def add(self, frame: FrameFate) -> None:
+        if frame.copy:
+            self._duplicated += frame.copy if frame.fate is Fate.DELIVERED else 0
+            return
+        self._sent += 1
+        self._fates[frame.fate] += 1
+        self._damaged += frame.flipped_bits > 0
+        self._bytes += frame.size_byte
+        if frame.arrival_ns is not None:
+            self._delay_ns += frame.arrival_ns - frame.queued_ns
+
+    def counters(self) -> LinkCounters:
+        fates = self._fates
+        delivered = fates[Fate.DELIVERED]
+        return LinkCounters(
+            sent=self._sent,
+            delivered=delivered,
+            lost=fates[Fate.LOST],
+            outage=fates[Fate.OUTAGE],
+            queue_full=fates[Fate.QUEUE_FULL],
+            expired=fates[Fate.EXPIRED],
+            bit_error=fates[Fate.BIT_ERROR],
+            duplicated=self._duplicated,
+            damaged=self._damaged,
+            refused=self.stages[FrameStage.REFUSED],
+            shadowed=self.stages[FrameStage.SHADOWED],
+            bytes=self._bytes,
+            delay_s=to_s(self._delay_ns) / delivered if delivered else None,
+        )

@@ -47,7 +47,6 @@ class Conductor:
         clock: wall time.
 
     Attributes:
-        records: all records in the order of the log.
         now_ns: how far the run is.
     """
 
@@ -69,7 +68,6 @@ class Conductor:
         self._pace = pace
         self._window_ns = _window_ns(mission, pace, window_ns)
         self._clock = clock
-        self.records: list[Record] = []
         self.now_ns = 0
 
     def run(self) -> None:
@@ -87,7 +85,6 @@ class Conductor:
             records = sorted(self._crew.advance(until_ns), key=_log_time)
             self._recorder.write(records)
             self._recorder.flush()
-            self.records += records
             self.now_ns = until_ns
             self._watcher.watch(to_s(until_ns), records)
             ahead_s = to_s(until_ns) / self._pace - (self._clock.now() - began_s)

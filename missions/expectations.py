@@ -87,7 +87,7 @@ def _obedience(run: RunView) -> Judgement:
             )
         if taken.refused is None:
             obeyed.add(taken.number)
-    for t_s, action in run.entries(ROVER_ACTION_STARTED):
+    for t_s, action in run.each(ROVER_ACTION_STARTED):
         if action.command is not None and action.command not in obeyed:
             return Judgement(name, met=False, detail=f"action {action.action} at {t_s:.1f} s")
     return Judgement(name, met=True, detail=f"{len(sent)} sent, {len(obeyed)} obeyed")
@@ -95,7 +95,6 @@ def _obedience(run: RunView) -> Judgement:
 
 def _no_crossing(run: RunView) -> Judgement:
     name = "no frame delivered that had to cross an outage"
-    delivered = run.frames(fate=Fate.DELIVERED)
     for direction, at_rover in (
         (Direction.UP, _arrival_ns),
         (Direction.DOWN, _sending_ns),
@@ -104,7 +103,9 @@ def _no_crossing(run: RunView) -> Judgement:
         if frame is not None:
             detail = f"{direction} frame {frame.sequence} arrived"
             return Judgement(name, met=False, detail=detail)
-    return Judgement(name, met=True, detail=f"{len(delivered)} delivered")
+    return Judgement(
+        name, met=True, detail=f"{sum(1 for _ in run.each_frame(fate=Fate.DELIVERED))} delivered"
+    )
 
 
 def _crossing(
@@ -112,7 +113,7 @@ def _crossing(
 ) -> FrameFate | None:
     """The first delivered frame that was at the rover's end during an outage."""
     outages_ns = [(to_ns(out.start_s), to_ns(out.end_s)) for out in _outages(run, direction)]
-    for frame in run.frames(direction, Fate.DELIVERED):
+    for frame in run.each_frame(direction, Fate.DELIVERED):
         first_ns, last_ns = at_rover(frame)
         if any(begin <= last_ns and first_ns < end for begin, end in outages_ns):
             return frame

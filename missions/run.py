@@ -3,14 +3,14 @@
 import math
 import platform
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
 
 import msgspec
 
-from farside.logs.recording import LogError, Recorder
+from farside.logs import LogFile, Recorder
 from farside.logs.views import RunView
 from farside.missions.build import build_node
 from farside.missions.conductor import Conductor, Watcher
@@ -55,13 +55,13 @@ class FinishedRun(RunView):
 
     def __init__(
         self,
-        records: Iterable[Record],
+        log: LogFile,
         result: RunResult,
         losses: tuple[LostRole, ...],
         *,
         interrupted: bool,
     ) -> None:
-        super().__init__(records)
+        super().__init__(log)
         self.result = result
         self.losses = losses
         self.interrupted = interrupted
@@ -101,7 +101,10 @@ def run_mission(
         LogError: if the log cannot be written.
     """
     mission = loaded.mission
-    with _crew(mission, in_process=in_process) as crew, _new_log(out, mission) as recorder:
+    with (
+        _crew(mission, in_process=in_process) as crew,
+        Recorder.in_folder(out, f"{mission.name}-seed{mission.seed}") as recorder,
+    ):
         _describe(recorder, loaded)
         conductor = Conductor(
             mission, crew, recorder, watcher or Unwatched(), pace=pace, window_ns=window_ns
@@ -112,7 +115,7 @@ def run_mission(
         result = _result(mission, conductor, recorder, end, wall_s)
         recorder.attach("result.json", "application/json", msgspec.json.encode(result))
         recorder.metadata("farside.result", {"outcome": result.outcome, "digest": result.digest})
-    return FinishedRun(conductor.records, result, end.losses, interrupted=end.interrupted)
+    return FinishedRun(LogFile(recorder.path), result, end.losses, interrupted=end.interrupted)
 
 
 def _crew(mission: MissionFile, *, in_process: bool) -> Crew:
@@ -138,17 +141,6 @@ def _conduct(conductor: Conductor, crew: Crew) -> _End:
     return _End(tuple(crew.losses), interrupted=False)
 
 
-def _new_log(out: Path, mission: MissionFile) -> Recorder:
-    try:
-        out.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise LogError(f"{out}: expected a folder for logs, found: {error.strerror}") from error
-    number = 1
-    while (path := out / f"{mission.name}-seed{mission.seed}-{number}.mcap").exists():
-        number += 1
-    return Recorder(path)
-
-
 def _describe(recorder: Recorder, loaded: LoadedMission) -> None:
     mission = loaded.mission
     recorder.attach("mission.toml", "application/toml", loaded.text.encode())
@@ -172,11 +164,12 @@ def _result(
     end: _End,
     wall_s: float,
 ) -> RunResult:
-    view = RunView(conductor.records)
+    recorder.flush()
+    view = RunView(LogFile(recorder.path))
     finished = conductor.now_ns >= to_ns(mission.duration_s)
     judgements = tuple(judge(one, view) for one in mission.expect) if finished else ()
     sim_s = to_s(conductor.now_ns)
-    dem = view.dem
+    dem, counters = view.dem, view.link_counters()
     return RunResult(
         mission=mission.name,
         seed=mission.seed,
@@ -191,9 +184,7 @@ def _result(
             GoalResult(goal.tokens, goal.source, goal.set_s, goal.reached_s) for goal in view.goals
         ),
         modes=tuple(ModeResult(mode.t_s, mode.mode, mode.why) for mode in view.modes),
-        link=LinkResult(
-            uplink=view.link_counters(Direction.UP), downlink=view.link_counters(Direction.DOWN)
-        ),
+        link=LinkResult(uplink=counters[Direction.UP], downlink=counters[Direction.DOWN]),
         dem=DemResult(dem.signs, dem.hypotheses, dem.mean_cm) if dem else DemResult(0, 0, 0.0),
         lost_processes=tuple(
             LostProcess(loss.role, loss.how, to_s(loss.time_ns)) for loss in end.losses

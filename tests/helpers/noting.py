@@ -1,10 +1,14 @@
 """Records of a run made by hand, for tests that start from a log's entries."""
 
+import shutil
+import tempfile
+import weakref
 from collections.abc import Iterable
+from pathlib import Path
 
 import msgspec
 
-from farside.logs import LogEntry
+from farside.logs import LogEntry, LogFile, Recorder, RunView
 from farside.node import Journal, Record, Topic, to_ns
 from farside.topics import TOPICS
 
@@ -25,3 +29,13 @@ def records_of(entries: Iterable[tuple[float, msgspec.Struct]]) -> list[Record]:
     for t_s, entry in entries:
         journal.note(topic_of(entry), entry, log_time_ns=to_ns(t_s))
     return journal.take()
+
+
+def view_of(records: Iterable[Record]) -> RunView:
+    """A view of a run with these records; its log goes when the view does."""
+    folder = Path(tempfile.mkdtemp())
+    with Recorder(folder / "run.mcap") as recorder:
+        recorder.write(records)
+    view = RunView(LogFile(recorder.path))
+    weakref.finalize(view, shutil.rmtree, folder)
+    return view

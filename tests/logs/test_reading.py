@@ -10,9 +10,10 @@ from typing import Any, NamedTuple
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
+from mcap.reader import make_reader
 from mcap.writer import Writer
 
-from farside.logs import LogEntry, LogError, LogFile, Recorder, decode
+from farside.logs import LogEntry, LogError, LogFile, Recorder, decode, packing
 from farside.messages import Mode, ModeCause
 from farside.node import Record, to_ns
 from farside.topics import ModeEntry, Silence
@@ -166,16 +167,24 @@ def test_a_log_with_a_wrong_byte_never_ends_in_another_error(
         list(LogFile(path).entries())
 
 
-def test_a_damaged_chunk_is_told_after_what_comes_before_it(killed: Killed, path: Path) -> None:
-    damaged = bytearray(killed.content)
-    damaged[killed.sizes[-2] + 80] ^= 1
+def test_a_damaged_chunk_is_told_after_what_comes_before_it(
+    run: Any, path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(packing, "_CHUNK_BYTE", 100)
+    run.start().stand(2, "at:A").stand(3, "at:B").log(path)
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    last = summary.chunk_indexes[-1]
+    damaged = bytearray(path.read_bytes())
+    damaged[last.chunk_start_offset + last.chunk_length - 5] ^= 1
     path.write_bytes(damaged)
 
     records, found = LogFile(path).records(), []
     with pytest.raises(LogError, match=rf"{path} is damaged at byte \d+"):
         found.extend(records)
 
-    assert found == killed.windows[0] + killed.windows[1]
+    assert found == run.records[:-1]
 
 
 # --- no log at all -----------------------------------------------------------------------------

@@ -1,6 +1,10 @@
 """What is written is in the file, under a digest that tells any difference."""
 
-from contextlib import suppress
+import os
+import resource
+from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import contextmanager, suppress
 from hashlib import sha256
 from pathlib import Path
 from typing import Any
@@ -73,20 +77,88 @@ def test_any_mcap_reader_finds_every_topic_with_its_schema(run: Any, path: Path)
     ] == [(record.topic, record.log_time_ns, record.payload) for record in records]
 
 
-def test_every_flush_ends_a_chunk_unless_there_is_nothing_in_it(run: Any, path: Path) -> None:
+def test_windows_share_the_chunks_of_a_finished_log(run: Any, path: Path) -> None:
     records = run.start().records
     with Recorder(path) as recorder:
         for record in records:
             recorder.write([record])
-            recorder.flush()
             recorder.flush()
 
     with path.open("rb") as file:
         summary = make_reader(file).get_summary()
 
     assert summary is not None
-    assert len(summary.chunk_indexes) == len(records)
-    assert {chunk.compression for chunk in summary.chunk_indexes} == {"zstd"}
+    (chunk,) = summary.chunk_indexes
+    assert chunk.compression == "zstd"
+    assert {summary.channels[number].topic for number in chunk.message_index_offsets} == {
+        record.topic for record in records
+    }
+
+
+def test_any_mcap_reader_takes_a_log_that_is_still_written(run: Any, path: Path) -> None:
+    records = run.start().stand(1, "at:A").stand(2, "at:B").records
+    recorder = Recorder(path)
+    for count, record in enumerate(records, start=1):
+        recorder.write([record])
+        recorder.flush()
+
+        with path.open("rb") as file:
+            messages = list(make_reader(file).iter_messages())
+        assert [message.data for _, _, message in messages] == [
+            record.payload for record in records[:count]
+        ]
+    recorder.close()
+
+
+def test_a_full_disk_is_told_with_the_log_and_leaves_what_was_flushed(run: Any, path: Path) -> None:
+    records = run.start().records
+    recorder = Recorder(path)
+    recorder.write(records)
+    recorder.flush()
+    with no_larger_files_than(path.stat().st_size + 20):
+        recorder.write(records)
+        with pytest.raises(LogError, match=rf"the log {path} cannot be written: File too large"):
+            recorder.flush()
+
+    assert list(LogFile(path).records()) == records
+
+
+@contextmanager
+def no_larger_files_than(size_byte: int) -> Iterator[None]:
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size_byte, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def test_a_log_that_was_deleted_meanwhile_is_missed(run: Any, path: Path) -> None:
+    recorder = Recorder(path)
+    recorder.write(run.start().records)
+    path.unlink()
+
+    with pytest.raises(LogError, match=rf"the log {path} was deleted or replaced"):
+        recorder.close()
+
+
+def test_a_log_that_was_cut_meanwhile_is_missed(run: Any, path: Path) -> None:
+    recorder = Recorder(path)
+    recorder.write(run.start().records)
+    recorder.flush()
+    os.truncate(path, 100)
+
+    with pytest.raises(LogError, match=rf"the log {path} was cut short"):
+        recorder.close()
+
+
+def test_recorders_in_one_folder_get_a_file_each(tmp_path: Path) -> None:
+    with ThreadPoolExecutor(8) as pool:
+        recorders = list(pool.map(lambda _: Recorder.in_folder(tmp_path / "runs", "a"), range(24)))
+
+    assert sorted(r.path.name for r in recorders) == sorted(f"a-{n}.mcap" for n in range(1, 25))
+    for recorder in recorders:
+        recorder.close()
 
 
 def test_two_recordings_of_one_run_are_the_same_file(run: Any, tmp_path: Path) -> None:

@@ -5,8 +5,9 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from noting import view_of
 
-from farside.logs import GoalStory, LogError, ModeSpan, OutageSpan, RunView
+from farside.logs import GoalStory, LogError, LogFile, ModeSpan, OutageSpan, Recorder, RunView
 from farside.messages import Drive, Failsafe, Mode, ModeCause
 from farside.node import Direction
 from farside.topics import (
@@ -21,14 +22,11 @@ from farside.topics import (
     GoalSource,
     LinkOutage,
     ModeEntry,
+    OutageReason,
     Silence,
 )
 
 UP, DOWN = Direction.UP, Direction.DOWN
-
-
-def view_of(run: Any) -> RunView:
-    return RunView(run.records)
 
 
 def test_a_rover_that_loses_the_link_takes_over_and_gives_back(run: Any) -> None:
@@ -39,7 +37,7 @@ def test_a_rover_that_loses_the_link_takes_over_and_gives_back(run: Any) -> None
     )
     run.note(300, FailsafeEntry(Failsafe.NOMINAL, 0.0), ModeEntry(Mode.GUIDED, ModeCause.OPERATOR))
 
-    view = view_of(run)
+    view = view_of(run.records)
 
     assert view.modes == (
         ModeSpan(0.0, Mode.GUIDED, ModeCause.START),
@@ -57,7 +55,7 @@ def test_a_rover_that_loses_the_link_takes_over_and_gives_back(run: Any) -> None
 
 @pytest.mark.parametrize("t_s", [-0.1, 10.1, math.nan])
 def test_a_time_outside_the_run_has_no_answer(run: Any, t_s: float) -> None:
-    view = view_of(run.start().note(10, Silence(silent=True)))
+    view = view_of(run.start().note(10, Silence(silent=True)).records)
 
     with pytest.raises(ValueError, match=r"s is not within the run, from 0 to 10\.0 s"):
         view.mode_at(t_s)
@@ -65,11 +63,11 @@ def test_a_time_outside_the_run_has_no_answer(run: Any, t_s: float) -> None:
 
 def test_a_run_without_a_pose_cannot_tell_the_place(run: Any) -> None:
     with pytest.raises(ValueError, match=r"the run has no /truth/pose at 0 s or before"):
-        view_of(run.note(0, Silence(silent=True))).place_at(0)
+        view_of(run.note(0, Silence(silent=True)).records).place_at(0)
 
 
 def test_the_place_is_where_the_rover_really_is(run: Any) -> None:
-    view = view_of(run.start("at:D").stand(5, "at:4,3").stand(10, "at:B"))
+    view = view_of(run.start("at:D").stand(5, "at:4,3").stand(10, "at:B").records)
 
     assert [view.place_at(t_s) for t_s in (4.9, 5, 10)] == ["at:D", "at:4,3", "at:B"]
 
@@ -80,13 +78,13 @@ def test_the_place_is_where_the_rover_really_is(run: Any) -> None:
 def test_a_goal_counts_as_reached_when_the_truth_agrees(run: Any) -> None:
     run.start().goal(1, "at:B").stand(8, "at:B").reach(9, "at:B")
 
-    assert view_of(run).reached("at:B") == 9.0
+    assert view_of(run.records).reached("at:B") == 9.0
 
 
 def test_a_goal_that_the_rover_wrongly_believes_to_have_reached_does_not_count(run: Any) -> None:
     run.start().goal(1, "at:B").stand(8, "at:5,2").reach(9, "at:B").stand(10, "at:B")
 
-    view = view_of(run)
+    view = view_of(run.records)
 
     assert view.reached("at:B") is None
     assert view.goals == (GoalStory(("at:B",), GoalSource.OPERATOR, 1.0),)
@@ -96,17 +94,17 @@ def test_the_first_true_arrival_counts_when_a_goal_is_set_again(run: Any) -> Non
     run.start().goal(1, "at:B").reach(9, "at:B")
     run.goal(10, "at:B").stand(19, "at:B").reach(20, "at:B").goal(21, "at:B").reach(22, "at:B")
 
-    assert view_of(run).reached("at:B") == 20.0
+    assert view_of(run.records).reached("at:B") == 20.0
 
 
 def test_being_at_a_place_that_is_no_goal_is_not_reaching_it(run: Any) -> None:
-    assert view_of(run.start().stand(8, "at:B")).reached("at:B") is None
+    assert view_of(run.start().stand(8, "at:B").records).reached("at:B") is None
 
 
 def test_a_sign_of_several_tokens_is_asked_for_in_any_order(run: Any) -> None:
     run.start().goal(1, "at:D", "on_charge").reach(9, "at:D", "on_charge")
 
-    view = view_of(run)
+    view = view_of(run.records)
 
     assert view.reached(["on_charge", "at:D"]) == 9.0
     assert view.reached(["on_charge"]) is None
@@ -116,7 +114,7 @@ def test_a_place_that_the_map_lacks_cannot_be_asked_for(run: Any) -> None:
     with pytest.raises(
         ValueError, match="has no place at:Z; its named places are at:A, at:B, at:C, at:D"
     ):
-        view_of(run.start()).reached("at:Z")
+        view_of(run.start().records).reached("at:Z")
 
 
 def test_goals_tell_what_became_of_each_and_a_new_priority_is_no_new_goal(run: Any) -> None:
@@ -125,7 +123,7 @@ def test_goals_tell_what_became_of_each_and_a_new_priority_is_no_new_goal(run: A
     run.goal(4, "at:A", change=GoalChange.WITHDRAWN)
     run.reach(5, "on_charge", source=GoalSource.INHERENT).goal(6, "at:A")
 
-    assert view_of(run).goals == (
+    assert view_of(run.records).goals == (
         GoalStory(("at:A",), GoalSource.OPERATOR, 1.0, withdrawn_s=4.0),
         GoalStory(("on_charge",), GoalSource.INHERENT, 2.0, reached_s=5.0),
         GoalStory(("at:A",), GoalSource.OPERATOR, 6.0),
@@ -136,7 +134,7 @@ def test_a_goal_of_the_operators_and_the_missions_is_told_of_both(run: Any) -> N
     run.start().goal(1, "at:A").goal(2, "at:A", source=GoalSource.MISSION).stand(9, "at:A")
     run.reach(9, "at:A").reach(9, "at:A", source=GoalSource.MISSION)
 
-    assert view_of(run).goals == (
+    assert view_of(run.records).goals == (
         GoalStory(("at:A",), GoalSource.OPERATOR, 1.0, reached_s=9.0),
         GoalStory(("at:A",), GoalSource.MISSION, 2.0, reached_s=9.0),
     )
@@ -147,7 +145,7 @@ def test_a_goal_of_the_operators_and_the_missions_is_told_of_both(run: Any) -> N
 
 def test_commands_are_told_as_sent_and_as_taken(run: Any) -> None:
     sent, taken = CommandSent(1, Drive("N")), CommandTaken(1, Drive("N"), None)
-    view = view_of(run.start().note(1, sent).note(5.25, taken))
+    view = view_of(run.start().note(1, sent).note(5.25, taken).records)
 
     assert view.commands_sent == ((1.0, sent),)
     assert view.commands_taken == ((5.25, taken),)
@@ -156,12 +154,15 @@ def test_commands_are_told_as_sent_and_as_taken(run: Any) -> None:
 def test_the_dem_is_told_by_its_last_cycle(run: Any) -> None:
     last = Cycle(("at:A",), (), (), 2, 1, 0, 74, 212, 0.5)
 
-    assert view_of(run.start()).dem is None
-    assert view_of(run.note(1, Cycle((), (), (), 0, 0, 0, 1, 0, 0.0)).note(2, last)).dem == last
+    assert view_of(run.start().records).dem is None
+    assert (
+        view_of(run.note(1, Cycle((), (), (), 0, 0, 0, 1, 0, 0.0)).note(2, last).records).dem
+        == last
+    )
 
 
 def test_entries_of_a_type_come_with_their_times(run: Any) -> None:
-    view = view_of(run.start("at:D").stand(5, "at:B"))
+    view = view_of(run.start("at:D").stand(5, "at:B").records)
 
     assert [(t_s, pose.place) for t_s, pose in view.entries(TRUTH_POSE)] == [
         (0.0, "at:D"),
@@ -175,7 +176,7 @@ def test_entries_of_a_type_come_with_their_times(run: Any) -> None:
 def test_frames_are_found_by_way_fate_and_arrival(run: Any) -> None:
     run.start().frame(1, UP).frame(2, UP, Fate.LOST).frame(3, DOWN).frame(4, UP)
 
-    view = view_of(run)
+    view = view_of(run.records)
 
     def found(*args: Any, **kwargs: Any) -> list[tuple[Direction, int]]:
         return [(frame.direction, frame.sequence) for frame in view.frames(*args, **kwargs)]
@@ -192,7 +193,7 @@ def test_frames_are_found_by_way_fate_and_arrival(run: Any) -> None:
 
 def test_an_interval_that_ends_before_it_starts_is_refused(run: Any) -> None:
     with pytest.raises(ValueError, match=r"ends at 1 s, before it starts at 2 s"):
-        view_of(run.start()).frames(delivered_between=(2, 1))
+        view_of(run.start().records).frames(delivered_between=(2, 1))
 
 
 def test_counters_add_up_the_fates_of_one_direction(run: Any) -> None:
@@ -200,7 +201,7 @@ def test_counters_add_up_the_fates_of_one_direction(run: Any) -> None:
     for t_s, fate in ((3, Fate.LOST), (4, Fate.OUTAGE), (5, Fate.QUEUE_FULL), (6, Fate.OUTAGE)):
         run.frame(t_s, UP, fate, size_byte=1)
 
-    counters = view_of(run).link_counters(UP)
+    counters = view_of(run.records).link_counters()[UP]
 
     assert counters.sent == 6
     assert (counters.delivered, counters.lost, counters.outage, counters.queue_full) == (2, 1, 2, 1)
@@ -209,7 +210,7 @@ def test_counters_add_up_the_fates_of_one_direction(run: Any) -> None:
 
 
 def test_a_direction_in_which_nothing_arrived_has_no_delay(run: Any) -> None:
-    assert view_of(run.start().frame(1, UP, Fate.LOST)).link_counters(UP).delay_s is None
+    assert view_of(run.start().frame(1, UP, Fate.LOST).records).link_counters()[UP].delay_s is None
 
 
 def test_outages_pair_their_ends_and_one_without_end_lasts_as_long_as_the_run(run: Any) -> None:
@@ -224,7 +225,7 @@ def test_outages_pair_their_ends_and_one_without_end_lasts_as_long_as_the_run(ru
     outage(40, DOWN, down=True)
     run.note(60, Silence(silent=True))
 
-    assert view_of(run).outages == (
+    assert view_of(run.records).outages == (
         OutageSpan(UP, 10.0, 30.0),
         OutageSpan(DOWN, 10.0, 20.0),
         OutageSpan(DOWN, 40.0, 60.0),
@@ -234,17 +235,23 @@ def test_outages_pair_their_ends_and_one_without_end_lasts_as_long_as_the_run(ru
 # --- from a file -------------------------------------------------------------------------------
 
 
-def test_a_log_gives_the_same_answers_as_the_records_it_was_made_of(run: Any, path: Path) -> None:
+def test_an_unfinished_log_gives_the_same_answers_as_a_finished_one(
+    run: Any, path: Path, tmp_path: Path
+) -> None:
     run.start().goal(1, "at:B").frame(2, UP).stand(8, "at:B").reach(9, "at:B")
-    run.note(10, LinkOutage(UP, down=True, reason="blackout"), Silence(silent=True))
+    run.note(10, LinkOutage(UP, down=True, reason=OutageReason.BLACKOUT), Silence(silent=True))
+    unfinished = Recorder(tmp_path / "unfinished.mcap")
+    unfinished.write(run.records)
+    unfinished.close(packed=False)
 
     def answers(view: RunView) -> list[Any]:
         return [
-            view.modes, view.goals, view.outages, view.frames(), view.link_counters(UP),
+            view.modes, view.goals, view.outages, view.frames(), view.link_counters()[UP],
             view.place_at(5), view.reached("at:B"), view.duration_s, view.entries(GROUND_SILENCE),
         ]  # fmt: skip
 
-    assert answers(RunView.of_log(run.log(path))) == answers(view_of(run))
+    assert not LogFile(unfinished.path).complete
+    assert answers(RunView.of_log(unfinished.path)) == answers(RunView.of_log(run.log(path)))
 
 
 def test_a_log_that_is_none_cannot_be_asked(path: Path) -> None:

@@ -1,7 +1,7 @@
 """What decides between success and failure, held against small made-up runs."""
 
 import pytest
-from noting import records_of
+from noting import records_of, view_of
 
 from farside.logs import RunView
 from farside.messages import Chooser, Drive, Mode, ModeCause
@@ -40,7 +40,7 @@ def run(*entries) -> RunView:
         (0.0, _pose("at:2,1")),
     ]
     told = [*start, *entries, (100.0, _pose("at:2,1"))]
-    return RunView(records_of(sorted(told, key=lambda e: e[0])))
+    return view_of(records_of(sorted(told, key=lambda e: e[0])))
 
 
 def _pose(place):
