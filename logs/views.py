@@ -288,8 +288,12 @@ class RunView:
             ):
                 yield frame
 
-    def link_counters(self) -> dict[Direction, LinkCounters]:
-        """Counts of frames by fate, for both directions."""
+    def link_counters(self, direction: Direction) -> LinkCounters:
+        """Counts of the frames of one direction by fate."""
+        return self._counters[direction]
+
+    @cached_property
+    def _counters(self) -> dict[Direction, LinkCounters]:
         tallies = {direction: _Tally() for direction in Direction}
         for frame in self.each_frame():
             tallies[frame.direction].add(frame)

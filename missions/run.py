@@ -169,7 +169,7 @@ def _result(
     finished = conductor.now_ns >= to_ns(mission.duration_s)
     judgements = tuple(judge(one, view) for one in mission.expect) if finished else ()
     sim_s = to_s(conductor.now_ns)
-    dem, counters = view.dem, view.link_counters()
+    dem = view.dem
     return RunResult(
         mission=mission.name,
         seed=mission.seed,
@@ -184,7 +184,9 @@ def _result(
             GoalResult(goal.tokens, goal.source, goal.set_s, goal.reached_s) for goal in view.goals
         ),
         modes=tuple(ModeResult(mode.t_s, mode.mode, mode.why) for mode in view.modes),
-        link=LinkResult(uplink=counters[Direction.UP], downlink=counters[Direction.DOWN]),
+        link=LinkResult(
+            uplink=view.link_counters(Direction.UP), downlink=view.link_counters(Direction.DOWN)
+        ),
         dem=DemResult(dem.signs, dem.hypotheses, dem.mean_cm) if dem else DemResult(0, 0, 0.0),
         lost_processes=tuple(
             LostProcess(loss.role, loss.how, to_s(loss.time_ns)) for loss in end.losses

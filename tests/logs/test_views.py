@@ -201,7 +201,7 @@ def test_counters_add_up_the_fates_of_one_direction(run: Any) -> None:
     for t_s, fate in ((3, Fate.LOST), (4, Fate.OUTAGE), (5, Fate.QUEUE_FULL), (6, Fate.OUTAGE)):
         run.frame(t_s, UP, fate, size_byte=1)
 
-    counters = view_of(run.records).link_counters()[UP]
+    counters = view_of(run.records).link_counters(UP)
 
     assert counters.sent == 6
     assert (counters.delivered, counters.lost, counters.outage, counters.queue_full) == (2, 1, 2, 1)
@@ -210,7 +210,7 @@ def test_counters_add_up_the_fates_of_one_direction(run: Any) -> None:
 
 
 def test_a_direction_in_which_nothing_arrived_has_no_delay(run: Any) -> None:
-    assert view_of(run.start().frame(1, UP, Fate.LOST).records).link_counters()[UP].delay_s is None
+    assert view_of(run.start().frame(1, UP, Fate.LOST).records).link_counters(UP).delay_s is None
 
 
 def test_outages_pair_their_ends_and_one_without_end_lasts_as_long_as_the_run(run: Any) -> None:
@@ -246,7 +246,7 @@ def test_an_unfinished_log_gives_the_same_answers_as_a_finished_one(
 
     def answers(view: RunView) -> list[Any]:
         return [
-            view.modes, view.goals, view.outages, view.frames(), view.link_counters()[UP],
+            view.modes, view.goals, view.outages, view.frames(), view.link_counters(UP),
             view.place_at(5), view.reached("at:B"), view.duration_s, view.entries(GROUND_SILENCE),
         ]  # fmt: skip
 
