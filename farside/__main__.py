@@ -1,5 +1,26 @@
-"""`python -m farside`: the `farside` command."""
+"""The `farside` command, also as `python -m farside`."""
 
-from farside.missions.commands.main import main
+import signal
+import sys
+from types import FrameType
+from typing import NoReturn
 
-main()
+_INTERRUPTED = 130
+
+
+def main() -> NoReturn:
+    """Run the command line, so that an interrupt at any moment ends it quietly."""
+    for number in (signal.SIGINT, signal.SIGTERM):
+        # Also where it was inherited as ignored, as by a job in the background of a script.
+        signal.signal(number, _leave)
+    from farside.missions.commands.main import main as run_command_line  # noqa: PLC0415
+
+    run_command_line()
+
+
+def _leave(_number: int, _frame: FrameType | None) -> NoReturn:
+    sys.exit(_INTERRUPTED)
+
+
+if __name__ == "__main__":
+    main()

@@ -8,6 +8,7 @@ writer's memory nor the index grows with the number of windows.
 
 import os
 from collections.abc import Iterable
+from contextlib import suppress
 from importlib.metadata import PackageNotFoundError, version
 from itertools import count
 from pathlib import Path
@@ -213,4 +214,9 @@ class Recorder:
         error: BaseException | None,
         traceback: TracebackType | None,
     ) -> None:
-        self.close()
+        if isinstance(error, LogError):
+            # The file does not take more; what it holds stays as it is.
+            with suppress(LogError):
+                self.close(packed=False)
+        else:
+            self.close()

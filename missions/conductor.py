@@ -8,10 +8,12 @@ from typing import NamedTuple, Protocol
 
 from farside.logs.recording import Recorder
 from farside.missions.crew.crew import Crew
+from farside.missions.interrupts import Interrupts
 from farside.missions.schema import MissionFile
 from farside.node import Record, to_ns, to_s
 
 _PACED_WINDOW_WALL_S = 0.1
+_LONGEST_SLEEP_S = 0.1  # a signal does not end a sleep
 _log_time = attrgetter("log_time_ns")
 
 
@@ -41,6 +43,7 @@ class Conductor:
         crew: who plays the three roles.
         recorder: the log.
         watcher: is shown every window.
+        interrupts: end the run after the window that is on; the second one within it.
         pace: simulated seconds per wall second, infinite for as fast as possible. The log does
             not depend on it.
         window_ns: length of a window at most, where it should be shorter than the link allows.
@@ -56,6 +59,7 @@ class Conductor:
         crew: Crew,
         recorder: Recorder,
         watcher: Watcher,
+        interrupts: Interrupts,
         *,
         pace: float = math.inf,
         window_ns: int | None = None,
@@ -65,31 +69,38 @@ class Conductor:
         self._crew = crew
         self._recorder = recorder
         self._watcher = watcher
+        self._interrupts = interrupts
         self._pace = pace
         self._window_ns = _window_ns(mission, pace, window_ns)
         self._clock = clock
         self.now_ns = 0
 
     def run(self) -> None:
-        """Run to the end of the mission.
+        """Run to the end of the mission, or until an interrupt is requested.
 
         Raises:
+            KeyboardInterrupt: if a second interrupt came within a window, of which nothing is
+                recorded then.
             CrewError: if the rover's process ends before. What was recorded is in the log.
         """
         end_ns = to_ns(self._mission.duration_s)
         began_s = self._clock.now()
-        while self.now_ns < end_ns:
+        while self.now_ns < end_ns and not self._interrupts.requested:
             until_ns = min(self.now_ns + self._window_ns, end_ns)
             # Every node gives its records in order; a stable sort keeps the order of nodes, and
             # of a node's own records, where times are the same.
-            records = sorted(self._crew.advance(until_ns), key=_log_time)
+            with self._interrupts.breakable(at=2):
+                made = self._crew.advance(until_ns)
+            records = sorted(made, key=_log_time)
             self._recorder.write(records)
             self._recorder.flush()
             self.now_ns = until_ns
             self._watcher.watch(to_s(until_ns), records)
-            ahead_s = to_s(until_ns) / self._pace - (self._clock.now() - began_s)
-            if ahead_s > 0:
-                self._clock.sleep(ahead_s)
+            self._wait(began_s + to_s(until_ns) / self._pace)
+
+    def _wait(self, until_s: float) -> None:
+        while (ahead_s := until_s - self._clock.now()) > 0 and not self._interrupts.requested:
+            self._clock.sleep(min(ahead_s, _LONGEST_SLEEP_S))
 
 
 def _window_ns(mission: MissionFile, pace: float, at_most_ns: int | None) -> int:

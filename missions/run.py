@@ -4,6 +4,7 @@ import math
 import platform
 import time
 from collections.abc import Sequence
+from contextlib import ExitStack, suppress
 from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
@@ -17,6 +18,7 @@ from farside.missions.conductor import Conductor, Watcher
 from farside.missions.crew.crew import Crew, CrewError, InProcessCrew, LostRole
 from farside.missions.crew.processes import ProcessCrew
 from farside.missions.expectations import judge
+from farside.missions.interrupts import Interrupts
 from farside.missions.loading import LoadedMission
 from farside.missions.result import (
     DemResult,
@@ -96,25 +98,40 @@ def run_mission(
         watcher: is shown the run while it goes on.
         window_ns: length of a window at most, where it should be shorter than the link allows.
 
+    Ctrl-C or SIGTERM ends the run after the window that is on; a second one at once. The log is
+    whole either way.
+
     Raises:
+        KeyboardInterrupt: if one came before the first window; there is no log then.
         CrewError: if the processes cannot be started; there is no log then.
         LogError: if the log cannot be written.
     """
     mission = loaded.mission
-    with (
-        _crew(mission, in_process=in_process) as crew,
-        Recorder.in_folder(out, f"{mission.name}-seed{mission.seed}") as recorder,
-    ):
+    with Interrupts() as interrupts, ExitStack() as stack:
+        with interrupts.breakable(at=1):
+            crew = stack.enter_context(_crew(mission, in_process=in_process))
+        recorder = stack.enter_context(
+            Recorder.in_folder(out, f"{mission.name}-seed{mission.seed}")
+        )
         _describe(recorder, loaded)
         conductor = Conductor(
-            mission, crew, recorder, watcher or Unwatched(), pace=pace, window_ns=window_ns
+            mission,
+            crew,
+            recorder,
+            watcher or Unwatched(),
+            interrupts,
+            pace=pace,
+            window_ns=window_ns,
         )
         began_s = time.monotonic()
-        end = _conduct(conductor, crew)
+        end = _conduct(conductor, crew, interrupts)
         wall_s = time.monotonic() - began_s
         result = _result(mission, conductor, recorder, end, wall_s)
         recorder.attach("result.json", "application/json", msgspec.json.encode(result))
         recorder.metadata("farside.result", {"outcome": result.outcome, "digest": result.digest})
+        # Packing may be broken off: the log then stays as it was written, and is as good.
+        with suppress(KeyboardInterrupt), interrupts.breakable(at=2):
+            recorder.close()
     return FinishedRun(LogFile(recorder.path), result, end.losses, interrupted=end.interrupted)
 
 
@@ -131,14 +148,15 @@ class _End(NamedTuple):
     interrupted: bool
 
 
-def _conduct(conductor: Conductor, crew: Crew) -> _End:
+def _conduct(conductor: Conductor, crew: Crew, interrupts: Interrupts) -> _End:
+    losses: tuple[LostRole, ...] = ()
     try:
         conductor.run()
     except CrewError as error:
-        return _End((*crew.losses, error.loss), interrupted=False)
+        losses = (error.loss,)
     except KeyboardInterrupt:
-        return _End(tuple(crew.losses), interrupted=True)
-    return _End(tuple(crew.losses), interrupted=False)
+        pass
+    return _End((*crew.losses, *losses), interrupts.requested)
 
 
 def _describe(recorder: Recorder, loaded: LoadedMission) -> None:

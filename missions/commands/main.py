@@ -1,7 +1,6 @@
 """The command line: `farside run`, `check`, `replay`, `link` and `dem`."""
 
 import math
-import signal
 import sys
 from importlib.metadata import version
 from pathlib import Path
@@ -108,7 +107,6 @@ def run(
     farside run blackout --in-process --pace 10
     """
     loaded = load_mission(mission, set_ or (), seed=seed)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
     errors = Console(stderr=True)
     with ProgressDisplay(loaded.mission, errors) as display:
         finished = run_mission(loaded, in_process=in_process, pace=pace, out=out, watcher=display)

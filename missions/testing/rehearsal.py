@@ -59,7 +59,10 @@ class Rehearsal:
 
         Raises:
             MissionError: if the mission, with the changes, is not a good one.
+            KeyboardInterrupt: if somebody stopped it.
         """
-        return run_mission(
-            load_mission(self._source, self._changes), in_process=True, out=self._out
-        )
+        loaded = load_mission(self._source, self._changes)
+        run = run_mission(loaded, in_process=True, out=self._out)
+        if run.interrupted:
+            raise KeyboardInterrupt
+        return run

@@ -13,6 +13,7 @@ from farside.missions import load_mission, run_mission
 from farside.missions.build import build_node
 from farside.missions.conductor import Conductor, WallClock
 from farside.missions.crew.crew import InProcessCrew
+from farside.missions.interrupts import Interrupts
 from farside.node import Role, to_ns
 
 BAD = {
@@ -97,7 +98,7 @@ def test_paced_or_not(tmp_path):
     crew = InProcessCrew(*(build_node(role, mission) for role in Role))
     clock = WallClock(now=lambda: math.fsum(waited), sleep=waited.append)
     recorder = _Memory()
-    Conductor(mission, crew, recorder, recorder, pace=5.0, clock=clock).run()
+    Conductor(mission, crew, recorder, recorder, Interrupts(), pace=5.0, clock=clock).run()
     assert math.fsum(waited) == pytest.approx(60.0 / 5.0)
     assert len(waited) > 100, "short windows, so that a person sees it move"
     assert digest_of(recorder.records) == digest(tmp_path, SHORT)
