@@ -6,7 +6,8 @@ questions about a run, and `story`, `picture`, `screen` and `replay` show one.
 
 from farside.logs.digest import Digest, digest_of
 from farside.logs.index import Attachment, LogError
-from farside.logs.picture import LinkPicture, Picture
+from farside.logs.packing import Recovered, recover
+from farside.logs.picture import LinkPicture, Picture, picture_at
 from farside.logs.reading import LogEntry, LogFile, decode, decoded
 from farside.logs.recording import Recorder
 from farside.logs.replay import play
@@ -27,12 +28,15 @@ __all__ = [
     "OutageSpan",
     "Picture",
     "Recorder",
+    "Recovered",
     "RunView",
     "StoryLine",
     "clock",
     "decode",
     "decoded",
     "digest_of",
+    "picture_at",
     "play",
+    "recover",
     "screen",
 ]

@@ -1,18 +1,71 @@
 """Packing a log: its messages in compressed chunks of a megabyte, with an index at the end."""
 
 import os
+from collections.abc import Iterable, Iterator
 from pathlib import Path
+from typing import BinaryIO, NamedTuple
 
 from mcap.writer import Writer
 
 from farside.logs.index import LogError
 from farside.logs.reading import LogFile
+from farside.node import Record
 
 _CHUNK_BYTE = 1 << 20
 
 
-def pack(log: LogFile, target: Path) -> None:
+class Recovered(NamedTuple):
+    """What came out of a log that nobody finished.
+
+    Attributes:
+        path: the whole log made of it.
+        messages: how many there are in it.
+        damage: what kept the rest from being read; `None` if there was nothing in the way.
+    """
+
+    path: Path
+    messages: int
+    damage: str | None
+
+
+def recover(log: LogFile) -> Recovered:
+    """Make a whole log, beside it, of all that can be read of one that is unfinished or damaged.
+
+    Raises:
+        LogError: if there is no room, or somebody made that log before.
+    """
+    target = log.path.with_name(f"{log.path.stem}-recovered.mcap")
+    if target.exists():
+        raise LogError(f"{target} is there already, and a log is never overwritten: move it away")
+    readable = _Readable(log)
+    pack(log, target, readable)
+    return Recovered(target, readable.count, readable.damage)
+
+
+class _Readable:
+    """The messages of a log up to where it is damaged."""
+
+    def __init__(self, log: LogFile) -> None:
+        self._log = log
+        self.count = 0
+        self.damage: str | None = None
+
+    def __iter__(self) -> Iterator[Record]:
+        try:
+            for record in self._log.records():
+                yield record
+                self.count += 1
+        except LogError as error:
+            self.damage = str(error)
+
+
+def pack(log: LogFile, target: Path, records: Iterable[Record] | None = None) -> None:
     """Write a packed copy of `log` in place of `target`, which is there whole or not at all.
+
+    Args:
+        log: the log.
+        target: the file.
+        records: its messages, where only some of them can be had.
 
     Raises:
         LogError: if `log` is damaged, or there is no room; `target` is then as before.
@@ -20,7 +73,7 @@ def pack(log: LogFile, target: Path) -> None:
     scratch = target.with_name(f".{target.name}.{os.getpid()}.packing")
     try:
         with scratch.open("xb") as file:
-            _write(log, Writer(file, chunk_size=_CHUNK_BYTE))
+            _write(log, log.records() if records is None else records, file)
         scratch.replace(target)
     except OSError as error:
         raise LogError(f"{target} cannot be packed: {error.strerror}") from error
@@ -28,7 +81,8 @@ def pack(log: LogFile, target: Path) -> None:
         scratch.unlink(missing_ok=True)
 
 
-def _write(log: LogFile, writer: Writer) -> None:
+def _write(log: LogFile, records: Iterable[Record], file: BinaryIO) -> None:
+    writer = Writer(file, chunk_size=_CHUNK_BYTE)
     writer.start(library=log.library)
     schemas = {
         number: writer.register_schema(schema.name, schema.encoding, schema.data)
@@ -42,7 +96,7 @@ def _write(log: LogFile, writer: Writer) -> None:
     }
     for name, attachment in log.attachments.items():
         writer.add_attachment(0, 0, name, attachment.media_type, attachment.data)
-    for record in log.records():
+    for record in records:
         writer.add_message(
             channels[record.topic], record.log_time_ns, record.payload, record.publish_time_ns
         )

@@ -7,10 +7,10 @@ from typing import Any
 
 import msgspec
 
-from farside.logs.reading import LogEntry
-from farside.logs.story import StoryLine, tell
+from farside.logs.reading import LogEntry, LogFile, decoded
+from farside.logs.story import TOLD, StoryLine, tell
 from farside.messages import Failsafe, Mode, Proposal, Telemetry, Tokens
-from farside.node import Direction
+from farside.node import Direction, Topic
 from farside.places import Chart
 from farside.topics import (
     GROUND_SILENCE,
@@ -93,7 +93,7 @@ class Picture:
         line = None if self._is_old_news(logged.entry) else tell(logged.log_time_ns, logged.entry)
         if line is not None:
             self.lines.append(line)
-        if (change := _CHANGES.get(logged.topic)) is not None:
+        if (change := _CHANGE_OF.get(logged.topic)) is not None:
             change(self, logged.entry)
         return line
 
@@ -175,18 +175,40 @@ def _link_outage(picture: Picture, entry: LinkOutage) -> None:
     picture.link[entry.direction].down = entry.down
 
 
-_CHANGES: dict[str, Callable[[Picture, Any], None]] = {
-    TRUTH_YARD.name: _yard,
-    TRUTH_POSE.name: _pose,
-    ROVER_MODE.name: _mode_entry,
-    ROVER_FAILSAFE.name: _failsafe_entry,
-    ROVER_ACTION_STARTED.name: _action_started,
-    ROVER_ACTION_ENDED.name: _action_ended,
-    ROVER_GOAL.name: _goal_entry,
-    ROVER_CYCLE.name: _cycle,
-    ROVER_PROPOSAL.name: _proposal,
-    GROUND_TELEMETRY.name: _telemetry,
-    GROUND_SILENCE.name: _silence,
-    LINK_FRAME.name: _frame_fate,
-    LINK_OUTAGE.name: _link_outage,
+_CHANGES: dict[Topic[Any], Callable[[Picture, Any], None]] = {
+    TRUTH_YARD: _yard,
+    TRUTH_POSE: _pose,
+    ROVER_MODE: _mode_entry,
+    ROVER_FAILSAFE: _failsafe_entry,
+    ROVER_ACTION_STARTED: _action_started,
+    ROVER_ACTION_ENDED: _action_ended,
+    ROVER_GOAL: _goal_entry,
+    ROVER_CYCLE: _cycle,
+    ROVER_PROPOSAL: _proposal,
+    GROUND_TELEMETRY: _telemetry,
+    GROUND_SILENCE: _silence,
+    LINK_FRAME: _frame_fate,
+    LINK_OUTAGE: _link_outage,
 }
+_CHANGE_OF = {topic.name: change for topic, change in _CHANGES.items()}
+
+SHOWN: tuple[Topic[Any], ...] = (*_CHANGES, *(topic for topic in TOLD if topic not in _CHANGES))
+"""The topics that a picture is made of."""
+
+# Of these only the last entry matters, and there are many.
+_OVERWRITTEN = (ROVER_CYCLE, GROUND_TELEMETRY)
+
+
+def picture_at(log: LogFile, time_ns: int) -> Picture:
+    """The picture of a run at a time, without a look at all that was logged before.
+
+    Raises:
+        LogError: if the log is damaged before that.
+    """
+    picture = Picture()
+    for record in log.records([t for t in SHOWN if t not in _OVERWRITTEN], end_ns=time_ns):
+        picture.apply(decoded(record))
+    for topic in _OVERWRITTEN:
+        if (latest := log.latest(topic, time_ns)) is not None:
+            picture.apply(decoded(latest))
+    return picture

@@ -1,6 +1,7 @@
 """Playing a log back in the terminal."""
 
 import math
+import shlex
 import time
 from collections.abc import Callable
 
@@ -8,10 +9,10 @@ from rich.console import Console, RenderableType
 from rich.live import Live
 from rich.text import Text
 
-from farside.logs.picture import Picture
-from farside.logs.reading import LogFile
+from farside.logs.picture import SHOWN, Picture, picture_at
+from farside.logs.reading import LogFile, decoded
 from farside.logs.screen import screen
-from farside.logs.story import clock
+from farside.logs.story import TOLD, clock
 from farside.node import to_ns, to_s
 
 _FRAME_S = 0.1
@@ -56,13 +57,19 @@ def play(
     except KeyboardInterrupt:
         return
     if not log.complete:
-        console.print("The log ends here unfinished: the process that wrote it was cut off.")
+        console.print(
+            "The log ends here unfinished: the process that wrote it was cut off, or is still at "
+            f"work. To make it whole: farside recover {shlex.quote(str(log.path))}",
+            soft_wrap=True,
+            markup=False,
+            highlight=False,
+        )
 
 
 def _print_lines(log: LogFile, console: Console, start_ns: int) -> None:
     picture = Picture()
-    for entry in log.entries():
-        line = picture.apply(entry)
+    for record in log.records(TOLD):
+        line = picture.apply(decoded(record))
         if line is not None and line.t_ns >= start_ns:
             text = f"{clock(line.t_ns):>10}  {line.who:<6}  {line.text}"
             console.print(Text(text), soft_wrap=True)
@@ -76,8 +83,8 @@ class _Film:
         self._console = console
         self._speed = speed
         self._now_ns = self._start_ns = start_ns
-        self._picture = Picture()
-        self._coming = log.entries()
+        self._picture = picture_at(log, start_ns)
+        self._coming = map(decoded, log.records(SHOWN, start_ns=start_ns + 1))
         self._next = next(self._coming, None)
 
     def show(self, sleep: Callable[[float], None], now: Callable[[], float]) -> None:

@@ -1,6 +1,6 @@
 """A run in words: one line for each entry that somebody who follows a run wants to read."""
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import msgspec
 
@@ -20,8 +20,17 @@ from farside.messages import (
     Tokens,
     WithdrawGoal,
 )
-from farside.node import Direction, Role, to_s
+from farside.node import Direction, Role, Topic, to_s
 from farside.topics import (
+    GROUND_COMMAND,
+    GROUND_EVENT,
+    GROUND_SILENCE,
+    LINK_OUTAGE,
+    ROVER_ACTION_ENDED,
+    ROVER_COMMAND,
+    ROVER_FAILSAFE,
+    ROVER_GOAL,
+    ROVER_MODE,
     ActionEnded,
     CommandSent,
     CommandTaken,
@@ -50,6 +59,20 @@ class StoryLine(NamedTuple):
     who: Role
     text: str
     routine: bool = False
+
+
+TOLD: tuple[Topic[Any], ...] = (
+    ROVER_MODE,
+    ROVER_FAILSAFE,
+    ROVER_GOAL,
+    ROVER_COMMAND,
+    ROVER_ACTION_ENDED,
+    LINK_OUTAGE,
+    GROUND_COMMAND,
+    GROUND_EVENT,
+    GROUND_SILENCE,
+)
+"""The topics with lines in the story; see `tell`."""
 
 
 def clock(t_ns: int) -> str:

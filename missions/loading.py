@@ -36,11 +36,13 @@ class LoadedMission(NamedTuple):
             no ephemeris asked, once it runs.
         text: the mission file to the letter, without the overrides.
         source: the path, or the name of a shipped mission, as it was asked for.
+        overrides: dotted keys and values that were put in place of the file's, in order.
     """
 
     mission: MissionFile
     text: str
     source: str
+    overrides: tuple[tuple[str, object], ...] = ()
 
 
 def load_mission(
@@ -80,7 +82,8 @@ def load_mission(
     except LinkConfigError as error:
         _refuse(_of_link(error), source, changes)
         raise
-    return LoadedMission(msgspec.structs.replace(mission, link=link), text, str(source))
+    given = tuple((dotted(change.key), change.value) for change in changes)
+    return LoadedMission(msgspec.structs.replace(mission, link=link), text, str(source), given)
 
 
 def _read(source: str | Path) -> str:

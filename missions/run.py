@@ -163,6 +163,7 @@ def _describe(recorder: Recorder, loaded: LoadedMission) -> None:
     mission = loaded.mission
     recorder.attach("mission.toml", "application/toml", loaded.text.encode())
     recorder.attach("mission.json", "application/json", msgspec.json.encode(mission))
+    recorder.attach("overrides.json", "application/json", msgspec.json.encode(loaded.overrides))
     versions = {name: version(name) for name in _LIBRARIES}
     recorder.metadata(
         "farside.run",

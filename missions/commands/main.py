@@ -11,7 +11,7 @@ import typer
 from rich.console import Console
 
 from farside.link.profile.light import EphemerisError
-from farside.logs import LogError, LogFile, play
+from farside.logs import LogError, LogFile, play, recover
 from farside.missions.commands.dem import dem_app
 from farside.missions.commands.dem_stream import StreamError
 from farside.missions.commands.link import link_app
@@ -157,6 +157,23 @@ def replay(
         play(LogFile(log), Console(), speed=speed, start_s=start)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--start") from error
+
+
+@app.command(name="recover")
+def recover_log(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log that nobody finished.")],
+) -> None:
+    """Make a whole log of one whose writer was killed, or that is damaged.
+
+    It lies beside the old one, which stays as it is.
+
+    \b
+    farside recover logs/runs/blackout-seed1-1.mcap
+    """
+    recovered = recover(LogFile(log))
+    print(f"{recovered.path}: {recovered.messages} messages")  # noqa: T201
+    if recovered.damage is not None:
+        _say(recovered.damage)
 
 
 def _status(finished: FinishedRun) -> int:

@@ -3,7 +3,8 @@
 import shutil
 import tempfile
 import weakref
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import msgspec
@@ -29,6 +30,15 @@ def records_of(entries: Iterable[tuple[float, msgspec.Struct]]) -> list[Record]:
     for t_s, entry in entries:
         journal.note(topic_of(entry), entry, log_time_ns=to_ns(t_s))
     return journal.take()
+
+
+@contextmanager
+def log_of(records: Iterable[Record]) -> Iterator[LogFile]:
+    """A finished log of these records, for as long as it is looked at."""
+    with tempfile.TemporaryDirectory() as folder:
+        with Recorder(Path(folder) / "run.mcap") as recorder:
+            recorder.write(records)
+        yield LogFile(recorder.path)
 
 
 def view_of(records: Iterable[Record]) -> RunView:

@@ -4,9 +4,11 @@ from typing import Any
 
 import msgspec
 import pytest
-from noting import logged
+from hypothesis import given
+from hypothesis import strategies as st
+from noting import log_of, logged, records_of
 
-from farside.logs import LinkPicture, Picture, clock, decoded
+from farside.logs import LinkPicture, Picture, clock, decoded, picture_at
 from farside.messages import (
     Approve,
     Chooser,
@@ -201,3 +203,31 @@ def test_steps_of_a_tour_are_routine_and_changes_are_not() -> None:
 )
 def test_the_clock_shows_hours_minutes_and_whole_tenths(t_s: float, text: str) -> None:
     assert clock(to_ns(t_s)) == text
+
+
+@given(
+    moments=st.lists(st.tuples(st.integers(0, 40), st.integers(0, 8)), max_size=30),
+    at=st.integers(0, 40),
+)
+def test_a_picture_made_from_the_index_is_that_of_everything_before(
+    moments: list[tuple[int, int]], at: int
+) -> None:
+    happenings = [
+        ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST),
+        GoalEntry(("at:B",), GoalChange.SET, 2.0, GoalSource.OPERATOR),
+        GoalEntry(("at:B",), GoalChange.REACHED, 2.0, GoalSource.OPERATOR),
+        Proposal(1, 0, ("at:B",), "N", Chooser.GOAL_DIRECTED, ()),
+        ActionEnded("E", 4.0, blocked=True),
+        Pose(1.5, 2.5, 0.0, 0.0, "at:A", 1.0),
+        Cycle((), (), (), 0, 0, 0, 1, 0, 0.0),
+        LinkOutage(Direction.UP, down=True, reason=OutageReason.BLACKOUT),
+        Silence(silent=True),
+    ]
+    records = records_of((t_s, happenings[which]) for t_s, which in sorted(moments))
+    everything = Picture()
+    for record in records:
+        if record.log_time_ns <= to_ns(at):
+            everything.apply(decoded(record))
+
+    with log_of(records) as log:
+        assert picture_at(log, to_ns(at)) == everything

@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 
-from farside.logs import LogError, LogFile, Recorder, digest_of
+from farside.logs import LogError, LogFile, Recorder, digest_of, packing, recover
 from farside.node import Record
 from farside.topics import TOPICS
 
@@ -191,6 +191,52 @@ def test_a_log_closed_by_an_error_is_finished(run: Any, path: Path) -> None:
     log = LogFile(path)
     assert log.complete
     assert list(log.records()) == run.records
+
+
+# --- recovery ----------------------------------------------------------------------------------
+
+
+def test_what_a_killed_writer_left_is_made_whole(run: Any, path: Path) -> None:
+    killed = Recorder(path)
+    killed.attach("mission.toml", "application/toml", b"seed = 1")
+    killed.write(run.start().records)
+    killed.flush()
+
+    recovered = recover(LogFile(path))
+
+    whole = LogFile(recovered.path)
+    assert recovered == (path.with_name("run-recovered.mcap"), len(run.records), None)
+    assert whole.complete
+    assert list(whole.records()) == run.records
+    assert whole.attachments["mission.toml"].data == b"seed = 1"
+    assert not LogFile(path).complete, "the old one stays as it is"
+    killed.close()
+
+
+def test_what_comes_before_the_damage_is_recovered_and_the_damage_told(
+    run: Any, path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(packing, "_CHUNK_BYTE", 100)
+    damaged = bytearray(run.start().stand(2, "at:A").log(path).read_bytes())
+    with path.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    last = summary.chunk_indexes[-1]
+    damaged[last.chunk_start_offset + last.chunk_length - 5] ^= 1
+    path.write_bytes(damaged)
+
+    recovered = recover(LogFile(path))
+
+    assert recovered.damage is not None
+    assert recovered.damage.startswith(f"{path} is damaged at byte ")
+    assert list(LogFile(recovered.path).records()) == run.records[:-1]
+
+
+def test_a_recovered_log_is_not_overwritten(run: Any, path: Path) -> None:
+    recover(LogFile(run.start().log(path)))
+
+    with pytest.raises(LogError, match=r"run-recovered\.mcap is there already"):
+        recover(LogFile(path))
 
 
 # --- the digest --------------------------------------------------------------------------------
