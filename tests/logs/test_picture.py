@@ -33,6 +33,7 @@ from farside.topics import (
     ActionStarted,
     CommandSent,
     CommandTaken,
+    Cycle,
     EventLearned,
     FailsafeEntry,
     Fate,
