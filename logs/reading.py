@@ -1,11 +1,11 @@
-"""Reading a run's log, also one whose writer was killed."""
+"""Reading a run's log, even if its writer was killed."""
 
 import struct
 from collections.abc import Iterator
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO, NamedTuple, Self
 
 import msgspec
 import zstandard
@@ -31,27 +31,43 @@ _DAMAGE = (
     OverflowError,
     MemoryError,
 )
-"""What decoding wrong bytes ends in: sums, lengths, texts and channels that cannot be."""
+"""What decoding damaged bytes raises: bad checksums, lengths, text or channel numbers."""
 
 
 class Attachment(NamedTuple):
-    """A file inside a log."""
+    """A file attached to a log."""
 
     media_type: str
     data: bytes
 
 
 class LogEntry(NamedTuple):
-    """A record of a log, decoded: `entry` has the type of its topic in `TOPICS`."""
+    """A record with its message decoded.
+
+    Attributes:
+        log_time_ns: see `farside.node.Record`.
+        publish_time_ns: likewise.
+        topic: name of the topic.
+        message: the decoded payload, of the type of the topic in `TOPICS`.
+    """
 
     log_time_ns: int
     publish_time_ns: int
     topic: str
-    entry: msgspec.Struct
+    message: msgspec.Struct
+
+    @classmethod
+    def of(cls, record: Record) -> Self:
+        """Decode a record.
+
+        Raises:
+            LogError: see `decode`.
+        """
+        return cls(record.log_time_ns, record.publish_time_ns, record.topic, decode(record))
 
 
 class _Span(NamedTuple):
-    """Where the body of an MCAP record lies in the file."""
+    """Position of an MCAP record's body in the file, in bytes."""
 
     opcode: int
     offset: int
@@ -59,47 +75,39 @@ class _Span(NamedTuple):
 
 
 def decode(record: Record) -> msgspec.Struct:
-    """The entry that a record carries.
+    """The message of a record.
 
     Raises:
-        LogError: if the topic is not one of `TOPICS`, or the payload is not of its type.
+        LogError: if the topic is not in `TOPICS`, or the payload does not match its type.
     """
     topic = TOPICS.get(record.topic)
     if topic is None:
         raise LogError(
-            f"topic {record.topic} is unknown here: read the log with the version that wrote it"
+            f"unknown topic {record.topic}: read the log with the version of Farside that wrote it"
         )
     try:
         return topic.decode(record.payload)
     except msgspec.MsgspecError as error:
         where = f"{record.topic} at {to_s(record.log_time_ns)} s"
-        raise LogError(f"{where} does not hold a {topic.kind.__name__}: {error}") from error
-
-
-def decoded(record: Record) -> LogEntry:
-    """A record with its entry decoded.
-
-    Raises:
-        LogError: as `decode`.
-    """
-    return LogEntry(record.log_time_ns, record.publish_time_ns, record.topic, decode(record))
+        raise LogError(f"{where}: expected a {topic.kind.__name__}, found: {error}") from error
 
 
 class LogFile:
-    """A log on disk, looked through once on opening and then read as far as one asks.
+    """A log on disk, indexed when it is opened and read lazily.
 
-    A log whose writer was killed, or is still at work, is read up to its last whole record.
+    An unfinished log, whose writer was killed or is still running, ends with the last chunk that
+    is whole.
 
     Attributes:
         path: the file.
         complete: whether the writer finished it.
-        library: what wrote it, such as `farside 0.1.0`.
-        end_ns: log time of the last message, 0 without any.
-        attachments: by name; the last where a name was used twice.
-        metadata: by name, likewise.
+        library: the program that wrote it, such as `farside 0.1.0`.
+        end_ns: log time of the last message; 0 if there is none.
+        attachments: by name; of several with one name, the last.
+        metadata: likewise.
 
     Raises:
-        LogError: if there is no such file, or it is not a log of Farside's, or it is damaged.
+        LogError: if the file cannot be read, is not a Farside log, or is damaged.
     """
 
     def __init__(self, path: Path) -> None:
@@ -112,43 +120,47 @@ class LogFile:
         self._chunks: list[_Span] = []
         try:
             with path.open("rb") as file:
-                self._look_through(file)
+                self._index(file)
         except OSError as error:
             raise LogError(f"the log {path} cannot be read: {error.strerror}") from error
         if self.library.split(" ")[0] != LIBRARY:
             author = self.library or "an unknown program"
-            raise LogError(f"{path} is not a log of Farside's: {author} wrote it")
+            raise LogError(f"{path} is not a Farside log: it was written by {author}")
 
     def records(self) -> Iterator[Record]:
-        """Every message in order, still encoded. Each call reads the file anew."""
+        """All records in log order. Each call reads the file again.
+
+        Raises:
+            LogError: at a damaged part of the file.
+        """
         topics: dict[int, str] = {}
         with self.path.open("rb") as file:
             for span in self._chunks:
-                with self._damage_told(span):
+                with self._reporting_damage(span):
                     records = _chunk_records(_body(file, span), topics)
                 yield from records
 
     def entries(self) -> Iterator[LogEntry]:
-        """Every message in order, decoded one by one as they are asked for.
+        """All records in log order, each decoded when it is reached.
 
         Raises:
-            LogError: at a message that cannot be decoded, or a part of the file that is damaged.
+            LogError: at a record that cannot be decoded, or a damaged part of the file.
         """
         for record in self.records():
-            yield decoded(record)
+            yield LogEntry.of(record)
 
     def digest(self) -> str:
-        """The `Digest` of all messages, computed anew from the file."""
+        """The `Digest` of the log, computed from its records."""
         return digest_of(self.records())
 
-    def _look_through(self, file: BinaryIO) -> None:
+    def _index(self, file: BinaryIO) -> None:
         if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
             raise LogError(f"{self.path} is not a log: it is not an MCAP file")
         for span in _whole_records(file):
-            with self._damage_told(span):
-                self._note(file, span)
+            with self._reporting_damage(span):
+                self._add(file, span)
 
-    def _note(self, file: BinaryIO, span: _Span) -> None:
+    def _add(self, file: BinaryIO, span: _Span) -> None:
         match span.opcode:
             case Opcode.HEADER:
                 self.library = mcap.Header.read(_body(file, span)).library
@@ -169,16 +181,16 @@ class LogFile:
                 self.complete = file.read() == MCAP0_MAGIC
 
     @contextmanager
-    def _damage_told(self, span: _Span) -> Iterator[None]:
+    def _reporting_damage(self, span: _Span) -> Iterator[None]:
         try:
             yield
         except _DAMAGE as error:
-            message = f"{self.path} is damaged at byte {span.offset}: only what comes before counts"
+            message = f"{self.path} is damaged at byte {span.offset}: nothing after it can be read"
             raise LogError(message) from error
 
 
 def _whole_records(file: BinaryIO) -> Iterator[_Span]:
-    """The MCAP records whose bytes are all there, up to the footer."""
+    """The complete MCAP records, up to and including the footer."""
     offset, size = len(MCAP0_MAGIC), file.seek(0, 2)
     while offset + _RECORD_HEAD.size <= size:
         file.seek(offset)
@@ -193,7 +205,7 @@ def _whole_records(file: BinaryIO) -> Iterator[_Span]:
 
 
 def _chunk_records(body: ReadDataStream, topics: dict[int, str]) -> list[Record]:
-    """The messages of a chunk. `topics` are those of the channels met so far, by number."""
+    """The records in a chunk. `topics` maps the channel numbers seen so far and is added to."""
     records = []
     for part in breakup_chunk(mcap.Chunk.read(body), validate_crc=True):
         if isinstance(part, mcap.Message):

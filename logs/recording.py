@@ -1,4 +1,4 @@
-"""Writing a run's log: one MCAP file, safe on disk up to the last window."""
+"""Writing a run's log: one MCAP file, which survives a crash up to the last window."""
 
 import hashlib
 import struct
@@ -17,45 +17,45 @@ from farside.node import Record, Topic
 from farside.topics import TOPICS
 
 LIBRARY = "farside"
-"""First word of the library field in the header of every log of Farside's."""
+"""First word of the library field in the header of a log; marks the file as a Farside log."""
 
 try:
     _VERSION = version("farside")
-except PackageNotFoundError:  # run from a source tree that nobody installed
+except PackageNotFoundError:  # running from a source tree that is not installed
     _VERSION = "0+source"
 
 _DIGEST_HEAD = struct.Struct("<HqI")
 
 
 class LogError(Exception):
-    """A log cannot be written or read; the message tells people which, and why."""
+    """A log cannot be written or read. The text, meant for people, names the log and the reason."""
 
 
 class Digest:
-    """SHA-256 over topic, log time and payload of every message in order.
+    """SHA-256 over topic, log time and payload of every record in order.
 
-    A message enters as a head of 14 bytes, little-endian: length of the topic (2 bytes,
-    unsigned), log time in nanoseconds (8, signed), length of the payload (4, unsigned); then
-    the topic in UTF-8, then the payload. Two runs have one digest only if they logged the same.
+    Each record is hashed as a head of 14 bytes, little-endian (length of the topic: 2 bytes,
+    unsigned; log time in nanoseconds: 8, signed; length of the payload: 4, unsigned), then the
+    topic in UTF-8, then the payload. Equal digests mean equal records.
     """
 
     def __init__(self) -> None:
         self._hash = hashlib.sha256()
 
     def add(self, record: Record) -> None:
-        """Take in the next message."""
+        """Add the next record."""
         topic, payload = record.topic.encode(), record.payload
         head = _DIGEST_HEAD.pack(len(topic), record.log_time_ns, len(payload))
         self._hash.update(head + topic + payload)
 
     @property
     def hex(self) -> str:
-        """The digest of all messages so far, as 64 hexadecimal digits."""
+        """The digest of all records so far, as 64 hexadecimal digits."""
         return self._hash.hexdigest()
 
 
 def digest_of(records: Iterable[Record]) -> str:
-    """The digest of a run's records, in order: the same as that of its log."""
+    """The digest of records in log order; equal to `LogFile.digest` of a log of them."""
     digest = Digest()
     for record in records:
         digest.add(record)
@@ -63,13 +63,14 @@ def digest_of(records: Iterable[Record]) -> str:
 
 
 class Recorder:
-    """Writes a new log. A context manager that closes the log on leaving, also on an error.
+    """Writes a new log. A context manager that closes the log on exit, even after an error.
 
-    Every log has a channel for each of `TOPICS`, used or not, so that logs look alike to a
-    viewer. Attachments carry no time of their own: nothing in a log depends on the wall clock.
+    Every log has a channel for each of `TOPICS`, used or not, so that viewers list the same
+    topics for every run. Attachments have no timestamps: nothing in a log depends on the wall
+    clock.
 
     Args:
-        path: the file to create, in a folder that is there.
+        path: the file to create, in an existing folder.
 
     Attributes:
         path: the file.
@@ -83,7 +84,7 @@ class Recorder:
         try:
             self._file = path.open("xb")
         except FileExistsError:
-            message = f"{path} is there already, and a log is never overwritten: name another file"
+            message = f"{path} already exists, and a log is never overwritten: choose another file"
             raise LogError(message) from None
         except OSError as error:
             raise LogError(f"the log {path} cannot be written: {error.strerror}") from error
@@ -104,22 +105,22 @@ class Recorder:
 
     @property
     def digest(self) -> str:
-        """The `Digest` of everything written so far."""
+        """The `Digest` of all records written so far."""
         return self._digest.hex
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
-        """Put a whole file into the log, such as the mission."""
+        """Attach a file to the log, such as the mission."""
         self._writer.add_attachment(0, 0, name, media_type, data)
 
     def metadata(self, name: str, data: dict[str, str]) -> None:
-        """Put a group of keys and values into the log, such as the seed or the result."""
+        """Add a group of keys and values to the log, such as the seed or the result."""
         self._writer.add_metadata(name, data)
 
     def write(self, records: Iterable[Record]) -> None:
-        """Add records, which must come in the order of the log.
+        """Add records, which must come in log order.
 
         Raises:
-            KeyError: if a record's topic is not one of `TOPICS`.
+            KeyError: if a record's topic is not in `TOPICS`.
         """
         for record in records:
             self._writer.add_message(
@@ -131,14 +132,14 @@ class Recorder:
             self._digest.add(record)
 
     def flush(self) -> None:
-        """End the chunk and hand all to the operating system: it now survives this process.
+        """Finish the chunk and hand it to the operating system, so that it outlives this process.
 
-        Call it at the end of every window. It costs little where nothing was written.
+        Call it at the end of every window. It costs little if nothing was written.
         """
         self._writer.flush()
 
     def close(self) -> None:
-        """Write the index and the end mark that tell a finished log. Closing again is harmless."""
+        """Finish the log with its index and footer. Closing it again does nothing."""
         if not self._file.closed:
             self._writer.finish()
             self._file.close()
