@@ -1,24 +1,25 @@
-"""A run's log: writing it, reading it, asking it and playing it back.
+"""A run's log: writing and reading it, querying a run, and showing one.
 
-From the bottom up: `recorder` and `schemas` write the file, `reader` reads it, `view` answers
-questions about a run, and `story`, `picture`, `screen` and `replay` show one.
+`recording` and `schemas` write the file and `reading` reads it; `views` answers queries on a run;
+`events`, `picture`, `screen` and `replay` show one in a terminal.
 """
 
 from farside.logs.digest import Digest, digest_of
+from farside.logs.events import EventLine, sign_text, time_text
 from farside.logs.index import Attachment, LogError
 from farside.logs.packing import Recovered, recover
 from farside.logs.picture import LinkPicture, Picture, picture_at
-from farside.logs.reading import LogEntry, LogFile, decode, decoded
+from farside.logs.reading import LogEntry, LogFile, decode
 from farside.logs.recording import Recorder
-from farside.logs.replay import play
+from farside.logs.replay import replay
 from farside.logs.screen import screen
-from farside.logs.story import StoryLine, clock
-from farside.logs.views import GoalStory, LinkCounters, ModeSpan, OutageSpan, RunView
+from farside.logs.views import GoalSpan, LinkCounters, ModeSpan, OutageSpan, RunView
 
 __all__ = [
     "Attachment",
     "Digest",
-    "GoalStory",
+    "EventLine",
+    "GoalSpan",
     "LinkCounters",
     "LinkPicture",
     "LogEntry",
@@ -30,13 +31,12 @@ __all__ = [
     "Recorder",
     "Recovered",
     "RunView",
-    "StoryLine",
-    "clock",
     "decode",
-    "decoded",
     "digest_of",
     "picture_at",
-    "play",
     "recover",
+    "replay",
     "screen",
+    "sign_text",
+    "time_text",
 ]

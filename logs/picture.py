@@ -1,4 +1,4 @@
-"""The state of a run as one looks on: fed entry by entry, shown by `screen`."""
+"""The state of a run at a moment, built from its log entries and drawn by `screen`."""
 
 from collections import deque
 from collections.abc import Callable
@@ -7,8 +7,8 @@ from typing import Any
 
 import msgspec
 
-from farside.logs.reading import LogEntry, LogFile, decoded
-from farside.logs.story import TOLD, StoryLine, tell
+from farside.logs.events import EVENT_TOPICS, EventLine, event_line
+from farside.logs.reading import LogEntry, LogFile
 from farside.messages import Failsafe, Mode, Proposal, Telemetry, Tokens
 from farside.node import Direction, Topic
 from farside.places import Chart
@@ -46,7 +46,15 @@ _LINES_KEPT = 100
 
 @dataclass
 class LinkPicture:
-    """One direction of the link: whether it is down now, and how many frames fared how so far."""
+    """One direction of the link: whether it is down, and the frames so far by fate.
+
+    Duplicates do not count.
+
+    Attributes:
+        down: whether an outage is on.
+        delivered: frames that arrived.
+        lost: frames with any other fate, lost to an outage or a full queue included.
+    """
 
     down: bool = False
     delivered: int = 0
@@ -55,21 +63,21 @@ class LinkPicture:
 
 @dataclass
 class Picture:
-    """What an onlooker who sees everything knows of a run; `None` where nothing is known yet.
+    """The whole state of a run, on both sides of the link; `None` where nothing is logged yet.
 
     Attributes:
         chart: the yard.
-        pose: where the rover really is.
-        visited: the Tokens of the places where it has been.
-        mode, failsafe: as the rover has them.
-        action: what the rover is doing, `None` when it is standing.
+        pose: the true pose of the rover.
+        visited: Tokens of the places where it has been.
+        mode, failsafe: of the rover.
+        action: the action in progress, `None` while the rover stands.
         goals: the Goal List: each Sign with its priority, top-goal first.
         cycle: the DEM's last cycle.
-        proposal: the DEM's last proposal, as long as its goal stands.
-        telemetry: the last that the ground heard.
-        silent: whether the ground takes the rover to be silent.
-        link: both directions.
-        lines: the last events, the newest at the end.
+        proposal: the DEM's last proposal, until its goal leaves the Goal List.
+        telemetry: the latest that the ground has received, by the time it was measured.
+        silent: whether the rover counts as silent at the ground.
+        link: the two directions.
+        lines: the last 100 events, newest last.
     """
 
     chart: Chart | None = None
@@ -86,96 +94,96 @@ class Picture:
     link: dict[Direction, LinkPicture] = field(
         default_factory=lambda: {direction: LinkPicture() for direction in Direction}
     )
-    lines: deque[StoryLine] = field(default_factory=lambda: deque(maxlen=_LINES_KEPT))
+    lines: deque[EventLine] = field(default_factory=lambda: deque(maxlen=_LINES_KEPT))
 
-    def apply(self, logged: LogEntry) -> StoryLine | None:
-        """Take in the next entry of the log; gives its line in the story, if it has one."""
-        line = None if self._is_old_news(logged.entry) else tell(logged.log_time_ns, logged.entry)
+    def apply(self, entry: LogEntry) -> EventLine | None:
+        """Update the state with the next entry of the log; returns its event line, if any."""
+        line = None if self._only_changes_priority(entry.message) else event_line(entry)
         if line is not None:
             self.lines.append(line)
-        if (change := _CHANGE_OF.get(logged.topic)) is not None:
-            change(self, logged.entry)
+        if (update := _UPDATE_OF.get(entry.topic)) is not None:
+            update(self, entry.message)
         return line
 
-    def _is_old_news(self, entry: msgspec.Struct) -> bool:
-        """A goal whose priority alone changes is set again, and the battery's does all the time."""
+    def _only_changes_priority(self, message: msgspec.Struct) -> bool:
+        """Whether a goal on the list is set again: the battery's is, whenever its charge falls."""
         return (
-            isinstance(entry, GoalEntry)
-            and entry.change is GoalChange.SET
-            and entry.tokens in self.goals
+            isinstance(message, GoalEntry)
+            and message.change is GoalChange.SET
+            and message.tokens in self.goals
         )
 
 
-# --- what each entry changes; all others change nothing ---------------------------------------
+# --- how a message of each topic updates the picture ------------------------------------------
 
 
-def _yard(picture: Picture, entry: Yard) -> None:
-    picture.chart = Chart(entry.rows, entry.cell_m)
+def _yard(picture: Picture, message: Yard) -> None:
+    picture.chart = Chart(message.rows, message.cell_m)
 
 
-def _pose(picture: Picture, entry: Pose) -> None:
-    picture.pose = entry
-    picture.visited.add(entry.place)
+def _pose(picture: Picture, message: Pose) -> None:
+    picture.pose = message
+    picture.visited.add(message.place)
 
 
-def _mode_entry(picture: Picture, entry: ModeEntry) -> None:
-    picture.mode = entry.mode
+def _mode_entry(picture: Picture, message: ModeEntry) -> None:
+    picture.mode = message.mode
 
 
-def _failsafe_entry(picture: Picture, entry: FailsafeEntry) -> None:
-    picture.failsafe = entry.state
+def _failsafe_entry(picture: Picture, message: FailsafeEntry) -> None:
+    picture.failsafe = message.state
 
 
-def _action_started(picture: Picture, entry: ActionStarted) -> None:
-    picture.action = entry
+def _action_started(picture: Picture, message: ActionStarted) -> None:
+    picture.action = message
 
 
-def _action_ended(picture: Picture, _entry: ActionEnded) -> None:
+def _action_ended(picture: Picture, _message: ActionEnded) -> None:
     picture.action = None
 
 
-def _goal_entry(picture: Picture, entry: GoalEntry) -> None:
-    if entry.change is GoalChange.SET:
-        goals = {**picture.goals, entry.tokens: entry.priority}
+def _goal_entry(picture: Picture, message: GoalEntry) -> None:
+    if message.change is GoalChange.SET:
+        goals = {**picture.goals, message.tokens: message.priority}
         picture.goals = dict(sorted(goals.items(), key=lambda goal: -goal[1]))
         return
-    picture.goals.pop(entry.tokens, None)
-    if picture.proposal is not None and picture.proposal.goal == entry.tokens:
+    picture.goals.pop(message.tokens, None)
+    if picture.proposal is not None and picture.proposal.goal == message.tokens:
         picture.proposal = None
 
 
-def _cycle(picture: Picture, entry: Cycle) -> None:
-    picture.cycle = entry
+def _cycle(picture: Picture, message: Cycle) -> None:
+    picture.cycle = message
 
 
-def _proposal(picture: Picture, entry: Proposal) -> None:
-    picture.proposal = entry
+def _proposal(picture: Picture, message: Proposal) -> None:
+    picture.proposal = message
 
 
-def _telemetry(picture: Picture, entry: Telemetry) -> None:
-    if picture.telemetry is None or entry.time_ns >= picture.telemetry.time_ns:
-        picture.telemetry = entry
+def _telemetry(picture: Picture, message: Telemetry) -> None:
+    if picture.telemetry is None or message.time_ns >= picture.telemetry.time_ns:
+        picture.telemetry = message
 
 
-def _silence(picture: Picture, entry: Silence) -> None:
-    picture.silent = entry.silent
+def _silence(picture: Picture, message: Silence) -> None:
+    picture.silent = message.silent
 
 
-def _frame_fate(picture: Picture, entry: FrameFate) -> None:
-    side = picture.link[entry.direction]
-    if entry.copy:
+def _frame_fate(picture: Picture, message: FrameFate) -> None:
+    side = picture.link[message.direction]
+    if message.copy:
         return
-    if entry.fate is Fate.DELIVERED:
+    if message.fate is Fate.DELIVERED:
         side.delivered += 1
     else:
         side.lost += 1
 
 
-def _link_outage(picture: Picture, entry: LinkOutage) -> None:
-    picture.link[entry.direction].down = entry.down
+def _link_outage(picture: Picture, message: LinkOutage) -> None:
+    picture.link[message.direction].down = message.down
 
 
-_CHANGES: dict[Topic[Any], Callable[[Picture, Any], None]] = {
+_UPDATES: dict[Topic[Any], Callable[[Picture, Any], None]] = {
     TRUTH_YARD: _yard,
     TRUTH_POSE: _pose,
     ROVER_MODE: _mode_entry,
@@ -190,25 +198,26 @@ _CHANGES: dict[Topic[Any], Callable[[Picture, Any], None]] = {
     LINK_FRAME: _frame_fate,
     LINK_OUTAGE: _link_outage,
 }
-_CHANGE_OF = {topic.name: change for topic, change in _CHANGES.items()}
+_UPDATE_OF = {topic.name: update for topic, update in _UPDATES.items()}
 
-SHOWN: tuple[Topic[Any], ...] = (*_CHANGES, *(topic for topic in TOLD if topic not in _CHANGES))
-"""The topics that a picture is made of."""
+PICTURE_TOPICS: tuple[Topic[Any], ...] = tuple(dict.fromkeys((*_UPDATES, *EVENT_TOPICS)))
+"""The topics that a picture is made from."""
 
-# Of these only the last entry matters, and there are many.
+# Of these only the last message matters, and there are many.
 _OVERWRITTEN = (ROVER_CYCLE, GROUND_TELEMETRY)
 
 
 def picture_at(log: LogFile, time_ns: int) -> Picture:
-    """The picture of a run at a time, without a look at all that was logged before.
+    """The picture of a run at a time, read through the log's index.
 
     Raises:
         LogError: if the log is damaged before that.
     """
     picture = Picture()
-    for record in log.records([t for t in SHOWN if t not in _OVERWRITTEN], end_ns=time_ns):
-        picture.apply(decoded(record))
+    kept = [topic for topic in PICTURE_TOPICS if topic not in _OVERWRITTEN]
+    for record in log.records(kept, end_ns=time_ns):
+        picture.apply(LogEntry.of(record))
     for topic in _OVERWRITTEN:
         if (latest := log.latest(topic, time_ns)) is not None:
-            picture.apply(decoded(latest))
+            picture.apply(LogEntry.of(latest))
     return picture

@@ -1,10 +1,10 @@
-"""Reading a run's log by topic and time, also one whose writer was killed."""
+"""Reading a run's log by topic and time, even if its writer was killed."""
 
 from collections import deque
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, BinaryIO, NamedTuple, Self
 
 import msgspec
 
@@ -24,43 +24,50 @@ from farside.topics import TOPICS
 
 
 class LogEntry(NamedTuple):
-    """A record of a log, decoded: `entry` has the type of its topic in `TOPICS`."""
+    """A record with its message decoded.
+
+    Attributes:
+        log_time_ns: see `farside.node.Record`.
+        publish_time_ns: likewise.
+        topic: name of the topic.
+        message: the decoded payload, of the type of the topic in `TOPICS`.
+    """
 
     log_time_ns: int
     publish_time_ns: int
     topic: str
-    entry: msgspec.Struct
+    message: msgspec.Struct
+
+    @classmethod
+    def of(cls, record: Record) -> Self:
+        """Decode a record.
+
+        Raises:
+            LogError: see `decode`.
+        """
+        return cls(record.log_time_ns, record.publish_time_ns, record.topic, decode(record))
 
 
 def decode(record: Record) -> msgspec.Struct:
-    """The entry that a record carries.
+    """The message of a record.
 
     Raises:
-        LogError: if the topic is not one of `TOPICS`, or the payload is not of its type.
+        LogError: if the topic is not in `TOPICS`, or the payload does not match its type.
     """
     topic = TOPICS.get(record.topic)
     if topic is None:
         raise LogError(
-            f"topic {record.topic} is unknown here: read the log with the version that wrote it"
+            f"unknown topic {record.topic}: read the log with the version of Farside that wrote it"
         )
     try:
         return topic.decode(record.payload)
     except (msgspec.MsgspecError, ValueError, RecursionError) as error:
         where = f"{record.topic} at {to_s(record.log_time_ns)} s"
-        raise LogError(f"{where} does not hold a {topic.kind.__name__}: {error}") from error
-
-
-def decoded(record: Record) -> LogEntry:
-    """A record with its entry decoded.
-
-    Raises:
-        LogError: as `decode`.
-    """
-    return LogEntry(record.log_time_ns, record.publish_time_ns, record.topic, decode(record))
+        raise LogError(f"{where}: expected a {topic.kind.__name__}, found: {error}") from error
 
 
 class LogFile:
-    """A log on disk: looked over on opening, and then read as far as one asks.
+    """A log on disk, indexed when it is opened and read lazily by topic and time.
 
     Attributes:
         path: the file.
@@ -78,7 +85,7 @@ class LogFile:
         self.end_ns = max((block.end_ns for block in self.index.blocks), default=0)
         if self.library.split(" ")[0] != LIBRARY:
             author = self.library or "an unknown program"
-            raise LogError(f"{path} is not a log of Farside's: {author} wrote it")
+            raise LogError(f"{path} is not a Farside log: it was written by {author}")
         self._at_hand: tuple[Block, bytes] | None = None
 
     @property
@@ -88,17 +95,17 @@ class LogFile:
 
     @property
     def library(self) -> str:
-        """What wrote it, such as `farside 0.1.0`."""
+        """The program that wrote it, such as `farside 0.1.0`."""
         return self.index.library
 
     @property
     def attachments(self) -> Mapping[str, Attachment]:
-        """The files inside by name; the last where a name was used twice."""
+        """The attached files by name; of several with one name, the last."""
         return self.index.attachments
 
     @property
     def metadata(self) -> Mapping[str, Mapping[str, str]]:
-        """Groups of keys and values by name, likewise."""
+        """Groups of keys and values by name; of several with one name, the last."""
         return self.index.metadata
 
     def records(
@@ -108,15 +115,15 @@ class LogFile:
         start_ns: int = 0,
         end_ns: int = NEVER_NS,
     ) -> Iterator[Record]:
-        """The messages of some topics in order, still encoded. Each call reads the file anew.
+        """The records of some topics in log order. Each call reads the file again.
 
         Args:
-            topics: of all topics where absent.
-            start_ns: log time of the first.
-            end_ns: log time of the last.
+            topics: which ones; all by default.
+            start_ns: least log time.
+            end_ns: greatest log time.
 
         Raises:
-            LogError: at a part of the file that is damaged, or that is not there any more.
+            LogError: at a damaged part of the file, or one that is missing by now.
         """
         names = None if topics is None else {topic.name for topic in topics}
         with self._opened() as file:
@@ -129,7 +136,7 @@ class LogFile:
                         yield record
 
     def latest(self, topic: Topic[Any], time_ns: int) -> Record | None:
-        """The last message of a topic that was logged at `time_ns` or before; `None` if none was.
+        """The last record of a topic with a log time of `time_ns` or before; `None` if none has.
 
         Raises:
             LogError: as `records`.
@@ -144,15 +151,15 @@ class LogFile:
         return None
 
     def entries(self) -> Iterator[LogEntry]:
-        """Every message in order, decoded one by one as they are asked for.
+        """All records in log order, each decoded when it is reached.
 
         Raises:
-            LogError: at a message that cannot be decoded, or a part of the file that is damaged.
+            LogError: at a record that cannot be decoded, or a damaged part of the file.
         """
-        return map(decoded, self.records())
+        return map(LogEntry.of, self.records())
 
     def digest(self) -> str:
-        """The `Digest` of all messages, computed anew from the file."""
+        """The `Digest` of all records, computed from the file."""
         return digest_of(self.records())
 
     # --- by block ------------------------------------------------------------------------------

@@ -77,13 +77,14 @@ class _Tail:
 
 
 class Recorder:
-    """Writes a new log. A context manager that closes the log on leaving, also on an error.
+    """Writes a new log. A context manager that closes the log on exit, even after an error.
 
-    Every log has a channel for each of `TOPICS`, used or not, so that logs look alike to a
-    viewer. Attachments carry no time of their own: nothing in a log depends on the wall clock.
+    Every log has a channel for each of `TOPICS`, used or not, so that viewers list the same
+    topics for every run. Attachments have no timestamps: nothing in a log depends on the wall
+    clock.
 
     Args:
-        path: the file to create, in a folder that is there.
+        path: the file to create, in an existing folder.
 
     Attributes:
         path: the file.
@@ -97,7 +98,7 @@ class Recorder:
         try:
             self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
         except FileExistsError:
-            message = f"{path} is there already, and a log is never overwritten: name another file"
+            message = f"{path} already exists, and a log is never overwritten: choose another file"
             raise LogError(message) from None
         except (OSError, ValueError) as error:
             reason = error.strerror if isinstance(error, OSError) else str(error)
@@ -144,22 +145,22 @@ class Recorder:
 
     @property
     def digest(self) -> str:
-        """The `Digest` of everything written so far."""
+        """The `Digest` of all records written so far."""
         return self._digest.hex
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
-        """Put a whole file into the log, such as the mission."""
+        """Attach a file to the log, such as the mission."""
         self._writer.add_attachment(0, 0, name, media_type, data)
 
     def metadata(self, name: str, data: dict[str, str]) -> None:
-        """Put a group of keys and values into the log, such as the seed or the result."""
+        """Add a group of keys and values to the log, such as the seed or the result."""
         self._writer.add_metadata(name, data)
 
     def write(self, records: Iterable[Record]) -> None:
-        """Add records, which must come in the order of the log.
+        """Add records, which must come in log order.
 
         Raises:
-            KeyError: if a record's topic is not one of `TOPICS`.
+            KeyError: if a record's topic is not in `TOPICS`.
         """
         records = tuple(records)
         self._tail.write(message_bytes(records, self._channels))
@@ -167,7 +168,7 @@ class Recorder:
             self._digest.add(record)
 
     def flush(self) -> None:
-        """Hand all to the operating system: it now survives this process.
+        """Hand everything to the operating system, so that it outlives this process.
 
         Call it at the end of every window.
 

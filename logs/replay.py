@@ -1,4 +1,4 @@
-"""Playing a log back in the terminal."""
+"""Replaying a log in the terminal."""
 
 import math
 import shlex
@@ -9,17 +9,17 @@ from rich.console import Console, RenderableType
 from rich.live import Live
 from rich.text import Text
 
-from farside.logs.picture import SHOWN, Picture, picture_at
-from farside.logs.reading import LogFile, decoded
+from farside.logs.events import EVENT_TOPICS, time_text
+from farside.logs.picture import PICTURE_TOPICS, Picture, picture_at
+from farside.logs.reading import LogEntry, LogFile
 from farside.logs.screen import screen
-from farside.logs.story import TOLD, clock
 from farside.node import to_ns, to_s
 
-_FRAME_S = 0.1
-"""Wall time between two pictures: smooth to the eye, and little to send over a slow terminal."""
+_UPDATE_S = 0.1
+"""Wall time between two screen updates: smooth to the eye, and light on a slow terminal."""
 
 
-def play(
+def replay(
     log: LogFile,
     console: Console,
     *,
@@ -28,38 +28,40 @@ def play(
     sleep: Callable[[float], None] = time.sleep,
     now: Callable[[], float] = time.monotonic,
 ) -> None:
-    """Show a log as a moving picture; where no terminal looks on, as one line for each event.
+    """Replay a log on a terminal screen or, where output is not a terminal, print its event lines.
 
-    Ends with the log, leaving its last picture on the terminal, or quietly on Ctrl-C.
+    Returns at the end of the log, leaving the last screen on the terminal, or on Ctrl-C.
 
     Args:
-        log: the run.
+        log: the log to replay.
         console: where to show it.
-        speed: simulated seconds in a wall second; `math.inf` shows the end at once. Lines are
-            not paced.
-        start_s: simulated time to begin at.
-        sleep: waits for so many seconds.
-        now: wall time in seconds from any origin.
+        speed: simulated seconds per wall second; `math.inf` goes straight to the end. Printed
+            lines are not paced.
+        start_s: simulated time at which to start.
+        sleep: waits for a number of wall seconds.
+        now: wall time in seconds, from any origin.
 
     Raises:
         ValueError: if `speed` is not positive or `start_s` is not within the run.
         LogError: if the log is damaged.
     """
     if not speed > 0:
-        raise ValueError(f"speed must be more than 0, not {speed:g}")
+        raise ValueError(f"expected a speed above 0, found {speed:g}")
     if not 0 <= start_s <= to_s(log.end_ns):
-        raise ValueError(f"the start must be within the run, 0 to {to_s(log.end_ns)} s: {start_s}")
+        raise ValueError(
+            f"expected a start within the run, 0 to {to_s(log.end_ns)} s, found {start_s} s"
+        )
     try:
         if console.is_interactive:
-            _Film(log, console, speed, to_ns(start_s)).show(sleep, now)
+            _Replay(log, console, speed, to_ns(start_s)).show(sleep, now)
         else:
             _print_lines(log, console, to_ns(start_s))
     except KeyboardInterrupt:
         return
     if not log.complete:
         console.print(
-            "The log ends here unfinished: the process that wrote it was cut off, or is still at "
-            f"work. To make it whole: farside recover {shlex.quote(str(log.path))}",
+            "The log ends here, unfinished: its writer was killed or is still running. To make it "
+            f"whole: farside recover {shlex.quote(str(log.path))}",
             soft_wrap=True,
             markup=False,
             highlight=False,
@@ -68,15 +70,15 @@ def play(
 
 def _print_lines(log: LogFile, console: Console, start_ns: int) -> None:
     picture = Picture()
-    for record in log.records(TOLD):
-        line = picture.apply(decoded(record))
+    for record in log.records(EVENT_TOPICS):
+        line = picture.apply(LogEntry.of(record))
         if line is not None and line.t_ns >= start_ns:
-            text = f"{clock(line.t_ns):>10}  {line.who:<6}  {line.text}"
+            text = f"{time_text(line.t_ns):>10}  {line.role:<6}  {line.text}"
             console.print(Text(text), soft_wrap=True)
 
 
-class _Film:
-    """A log in motion: the picture so far, and the entries to come."""
+class _Replay:
+    """A replay in progress: the picture so far and the entries still to come."""
 
     def __init__(self, log: LogFile, console: Console, speed: float, start_ns: int) -> None:
         self._log = log
@@ -84,8 +86,9 @@ class _Film:
         self._speed = speed
         self._now_ns = self._start_ns = start_ns
         self._picture = picture_at(log, start_ns)
-        self._coming = map(decoded, log.records(SHOWN, start_ns=start_ns + 1))
-        self._next = next(self._coming, None)
+        coming = log.records(PICTURE_TOPICS, start_ns=start_ns + 1)
+        self._remaining = map(LogEntry.of, coming)
+        self._next = next(self._remaining, None)
 
     def show(self, sleep: Callable[[float], None], now: Callable[[], float]) -> None:
         began_s = now()
@@ -93,9 +96,9 @@ class _Film:
             self._run_to(self._start_ns)
             while self._now_ns < self._log.end_ns:
                 live.update(self._screen(self._console.height), refresh=True)
-                sleep(_FRAME_S)
+                sleep(_UPDATE_S)
                 self._run_to(self._due_ns(now() - began_s))
-        # Left on the ordinary screen, with a row free for the prompt.
+        # On the ordinary screen this one stays, with a row free for the prompt.
         self._console.print(self._screen(self._console.height - 1))
 
     def _due_ns(self, wall_s: float) -> int:
@@ -106,7 +109,7 @@ class _Film:
     def _run_to(self, time_ns: int) -> None:
         while self._next is not None and self._next.log_time_ns <= time_ns:
             self._picture.apply(self._next)
-            self._next = next(self._coming, None)
+            self._next = next(self._remaining, None)
         self._now_ns = time_ns
 
     def _screen(self, height: int) -> RenderableType:

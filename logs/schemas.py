@@ -1,4 +1,4 @@
-"""The JSON Schema of a topic, in a form that log viewers accept."""
+"""JSON Schemas of the topics, in a form that log viewers accept."""
 
 from typing import Any
 
@@ -10,12 +10,12 @@ _SCALARS = frozenset({"boolean", "integer", "number", "string"})
 
 
 def topic_schema(kind: type[msgspec.Struct]) -> bytes:
-    """The JSON Schema of the messages of a topic that carries `kind`.
+    """The JSON Schema of a message type, encoded.
 
-    Foxglove wants an object at the top level. Lichtblick drops a topic altogether if one of its
-    properties is a reference, a union, perhaps null, or an array of arrays. So the top level
-    lists only the properties that every viewer can take, and `allOf` brings in the whole type
-    from `$defs`; a viewer shows the other properties all the same, as it finds them in a message.
+    Foxglove requires an object at the top level. Lichtblick drops a topic if any property is a
+    reference, a union, nullable, or an array of arrays. So the top level lists only the
+    properties that every viewer accepts, and `allOf` refers to the complete type in `$defs`;
+    viewers still show the other properties, as they find them in the messages.
     """
     schema = msgspec.json.schema(kind)
     definitions: dict[str, _Schema] = schema["$defs"]
@@ -43,7 +43,7 @@ def _object(schema: _Schema, definitions: dict[str, _Schema]) -> _Schema:
 
 
 def _plain(schema: _Schema, definitions: dict[str, _Schema]) -> _Schema | None:
-    """`schema` without references, or `None` if it says more than all viewers understand."""
+    """`schema` with references resolved; `None` if not every viewer accepts it."""
     schema = _resolved(schema, definitions)
     kind = schema.get("type")
     if "enum" in schema:

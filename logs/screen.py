@@ -1,4 +1,4 @@
-"""The screen: a `Picture` as the terminal shows it, the map and the instruments beside it."""
+"""The terminal screen: a `Picture` drawn as a map with instruments and events."""
 
 import math
 from collections.abc import Sequence
@@ -10,15 +10,15 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from farside.logs.events import EventLine, sign_text, time_text
 from farside.logs.picture import Picture
-from farside.logs.story import StoryLine, clock, name
 from farside.messages import Failsafe, Mode
 from farside.node import Direction, Role, to_s
 from farside.places import ROCK, SHADOW, WALL, Cell, Chart, place_name
 from farside.topics import ActionStarted
 
 _ARROWS = "→↗↑↖←↙↓↘"
-_WAYS = {Direction.UP: "↑ up", Direction.DOWN: "↓ down"}
+_DIRECTION_LABELS = {Direction.UP: "↑ up", Direction.DOWN: "↓ down"}
 
 _LEGEND = "[magenta]◇[/] for the ground  [cyan]•[/] proposed"
 
@@ -47,17 +47,17 @@ def screen(
     title: str = "farside",
     end_ns: int | None = None,
 ) -> RenderableType:
-    """The picture at a time, made for 100 columns by 30 rows and usable from 80 by 24.
+    """Draw a picture, at its best in 100 columns by 30 rows and usable from 80 by 24.
 
-    It reads without colours too: every state has a word or a character of its own.
+    It reads without colours too: every state has its own word or character.
 
     Args:
-        picture: everything logged up to `now_ns`.
+        picture: the state of the run at `now_ns`.
         now_ns: simulated time.
         width: columns to fill.
-        height: rows to fill; more are taken where the map is high.
-        title: what is shown, at the top on the right.
-        end_ns: when the run ends, where that is known.
+        height: rows to fill; a tall map takes more.
+        title: text at the top right.
+        end_ns: simulated time at which the run ends, if known.
     """
     drawing = _map(picture, width - _INSTRUMENTS_WIDTH_MIN - 4)
     body_height = max(2 + len(drawing), _BODY_HEIGHT_MIN)
@@ -92,9 +92,9 @@ def _panel(title: str, inside: RenderableType, *, height: int, legend: str | Non
 
 
 def _header(picture: Picture, now_ns: int, title: str, end_ns: int | None) -> Table:
-    state = Text(f"  {clock(now_ns)}", style="bold")
+    state = Text(f"  {time_text(now_ns)}", style="bold")
     if end_ns is not None:
-        state.append(f" / {clock(end_ns)}", style=_DIM)
+        state.append(f" / {time_text(end_ns)}", style=_DIM)
     for badge in (_badge(picture.mode, _MODE_STYLES), _badge(picture.failsafe, _FAILSAFE_STYLES)):
         state.append("  ").append(badge)
     header = _grid([(state, Text(f"{title}  ", style=_DIM))])
@@ -110,17 +110,17 @@ def _badge(state: _State | None, styles: dict[_State, str]) -> Text:
 
 
 def _grid(rows: Sequence[Sequence[str | Text]]) -> Table:
-    """Cells in columns, one line a row; only the last column gives way where room is short.
+    """A grid with one line per row; only the last column shrinks when room is short.
 
-    Words are never taken for markup.
+    Strings are shown literally: rich markup in them is not interpreted.
     """
     grid = Table.grid(padding=(0, 1, 0, 0))
     for row in rows:
         grid.add_row(*(Text(cell) if isinstance(cell, str) else cell for cell in row))
-    for number, column in enumerate(grid.columns, start=1):
+    for index, column in enumerate(grid.columns):
         column.no_wrap = True
-        if number < len(grid.columns):
-            column.min_width = max(len(row[number - 1]) for row in rows)
+        if index < len(grid.columns) - 1:
+            column.min_width = max(len(row[index]) for row in rows)
     return grid
 
 
@@ -128,7 +128,7 @@ def _grid(rows: Sequence[Sequence[str | Text]]) -> Table:
 
 
 def _map(picture: Picture, width: int) -> list[Text]:
-    """The rows of the map; a cell takes two columns if `width` lets it, to look square."""
+    """The rows of the map; a cell takes two columns, to look square, if `width` allows."""
     chart = picture.chart
     if chart is None:
         return [Text("no map yet", style=_DIM)]
@@ -151,7 +151,7 @@ def _map(picture: Picture, width: int) -> list[Text]:
 
 
 def _marks(picture: Picture, chart: Chart) -> dict[Cell, _Mark]:
-    """What stands on the places of the map; what matters more hides what matters less."""
+    """The mark of each place; the rover covers the ground's fix of it, which covers the rest."""
     proposed = {
         token for step in (picture.proposal.path if picture.proposal else ()) for token in step.sign
     }
@@ -195,11 +195,11 @@ def _rover(picture: Picture) -> Table:
     rows["action"] = _action(picture.action)
     if picture.goals:
         goals = picture.goals.items()
-        rows["goals"] = ", ".join(f"{name(sign)} ({priority:.3g})" for sign, priority in goals)
+        rows["goals"] = ", ".join(f"{sign_text(sign)} ({priority:.3g})" for sign, priority in goals)
     if proposal is not None:
         steps = f"{len(proposal.path)} steps" if proposal.path else proposal.chooser
         rows["proposal"] = (
-            f"{proposal.number}: {proposal.action}, to {name(proposal.goal)}, {steps}"
+            f"{proposal.number}: {proposal.action}, to {sign_text(proposal.goal)}, {steps}"
         )
     if cycle is not None:
         rows["DEM"] = f"{cycle.signs} Signs, {cycle.hypotheses} hypotheses"
@@ -217,7 +217,7 @@ def _battery(charge: float) -> Text:
 def _action(action: ActionStarted | None) -> str:
     if action is None:
         return "standing"
-    goal = f", to {name(action.goal)}" if action.goal else ""
+    goal = f", to {sign_text(action.goal)}" if action.goal else ""
     return f"{action.action}, {action.chooser}{goal}"
 
 
@@ -225,7 +225,7 @@ def _link(picture: Picture, now_ns: int) -> Table:
     rows: list[tuple[Text, Text, str, str]] = []
     for direction, side in picture.link.items():
         state = _lamp("outage" if side.down else "ok", good=not side.down)
-        label = Text(_WAYS[direction], style=_DIM)
+        label = Text(_DIRECTION_LABELS[direction], style=_DIM)
         rows.append((label, state, f"{side.delivered} delivered", f"{side.lost} lost"))
     hears = _lamp("silence" if picture.silent else "hears", good=not picture.silent)
     rows.append((Text("ground", style=_DIM), hears, "telemetry", _age(picture, now_ns)))
@@ -242,12 +242,12 @@ def _age(picture: Picture, now_ns: int) -> str:
     return f"{to_s(now_ns - picture.telemetry.time_ns):.1f} s old"
 
 
-def _events(lines: Sequence[StoryLine]) -> Table:
+def _events(lines: Sequence[EventLine]) -> Table:
     return _grid(
         [
             (
-                Text(clock(line.t_ns), style=_DIM),
-                Text(line.who, style=_ROLE_STYLES[line.who]),
+                Text(time_text(line.t_ns), style=_DIM),
+                Text(line.role, style=_ROLE_STYLES[line.role]),
                 Text(line.text, style=_DIM if line.routine else ""),
             )
             for line in lines

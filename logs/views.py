@@ -1,9 +1,8 @@
-"""Asking a finished run: who drove when, what was reached, what became of every frame."""
+"""Queries on a finished run: modes, goals, commands, frames and outages."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from functools import cached_property
-from operator import attrgetter
 from pathlib import Path
 from typing import NamedTuple, TypeVar, cast
 
@@ -38,11 +37,9 @@ from farside.topics import (
 
 T = TypeVar("T", bound=msgspec.Struct)
 
-_log_time_ns = attrgetter("log_time_ns")
-
 
 class ModeSpan(NamedTuple):
-    """From `t_s` until the next span, the rover was in `mode`."""
+    """The rover was in `mode` from `t_s` until the next span; `why` is the cause of the change."""
 
     t_s: float
     mode: Mode
@@ -50,22 +47,22 @@ class ModeSpan(NamedTuple):
 
 
 class OutageSpan(NamedTuple):
-    """One direction was down from `start_s` until `end_s`, or until the run ended."""
+    """One direction was down from `start_s` to `end_s`, or to the end of the run."""
 
     direction: Direction
     start_s: float
     end_s: float
 
 
-class GoalStory(NamedTuple):
-    """What became of a goal, from being set to leaving the Goal List.
+class GoalSpan(NamedTuple):
+    """A goal from being set to leaving the Goal List, or to the end of the run.
 
     Attributes:
         tokens: its Sign.
-        source: whose goal it was.
-        set_s: when it came on the Goal List.
-        reached_s: when it was reached, `None` if it was not, or if the rover only believed so.
-        withdrawn_s: when it was withdrawn, `None` if it was not.
+        source: who set it.
+        set_s: when it was added to the Goal List.
+        reached_s: when it was reached; `None` if it was not, or if only the estimate said so.
+        withdrawn_s: when it was withdrawn; `None` if it was not.
     """
 
     tokens: Tokens
@@ -76,17 +73,17 @@ class GoalStory(NamedTuple):
 
 
 class LinkCounters(msgspec.Struct, frozen=True):
-    """The frames of one direction whose fate came about in the run.
+    """Counts of the frames of one direction whose fate was decided within the run.
 
     Attributes:
-        sent: how many the sender handed over; the sum of the next six.
-        delivered, lost, outage, queue_full, expired, bit_error: how many of them met each `Fate`.
-        duplicated: how many arrived a second time.
-        damaged: how many arrived with bits flipped.
-        refused: how many arrived and were not taken for what the other end sent, or not again.
-        shadowed: how many were lost in terrain shadow, at the rover.
-        bytes: payload of all that were handed over.
-        delay_s: mean time from handing over to arrival, `None` if none arrived.
+        sent: frames handed to the channel; the sum of the next six.
+        delivered, lost, outage, queue_full, expired, bit_error: frames with each `Fate`.
+        duplicated: frames that arrived twice.
+        damaged: frames that arrived with bit errors.
+        refused: frames that the receiver refused as not genuine or not new.
+        shadowed: frames lost to terrain shadow, at the rover.
+        bytes: total payload of the frames sent, in bytes.
+        delay_s: mean time from sender to arrival, queueing included; `None` if none arrived.
     """
 
     sent: int
@@ -105,12 +102,13 @@ class LinkCounters(msgspec.Struct, frozen=True):
 
 
 class RunView:
-    """Queries on a run, answered from its log. Times are in simulated seconds.
+    """Queries on a run, answered from its log. All times are simulated seconds.
 
-    Nothing is read before it is asked for, and only what the question is about.
+    A query reads what it is about through the log's index, and nothing is kept: a run may be
+    larger than memory.
 
     Args:
-        log: the run's log.
+        log: the log.
     """
 
     def __init__(self, log: LogFile) -> None:
@@ -118,7 +116,7 @@ class RunView:
 
     @classmethod
     def of_log(cls, path: Path) -> "RunView":
-        """The run in a log.
+        """A view of the run in a log.
 
         Raises:
             LogError: if the log cannot be read.
@@ -127,71 +125,77 @@ class RunView:
 
     @property
     def duration_s(self) -> float:
-        """When the last record was made."""
+        """Log time of the last record; 0 if there is none."""
         return to_s(self._log.end_ns)
 
     def entries(self, topic: Topic[T]) -> tuple[tuple[float, T], ...]:
-        """All messages of a topic, each with its log time in seconds."""
+        """All messages of a topic in log order, each with its log time.
+
+        Raises:
+            LogError: if a message cannot be decoded.
+        """
         return tuple(self.each(topic))
 
     def each(self, topic: Topic[T]) -> Iterator[tuple[float, T]]:
-        """`entries`, one by one: a topic of a long run may be larger than memory."""
+        """`entries` one by one, for topics that may be larger than memory."""
         for record in self._log.records([topic]):
             yield to_s(record.log_time_ns), cast("T", decode(record))
 
-    # --- what was so at a time -----------------------------------------------------------------
+    # --- state at a time -----------------------------------------------------------------------
 
     def mode_at(self, t_s: float) -> Mode:
-        """The rover's mode.
+        """The rover's mode at a time.
 
         Raises:
-            ValueError: if `t_s` is not within the run.
+            ValueError: if `t_s` is outside the run.
         """
         return self._latest(ROVER_MODE, t_s).mode
 
     def failsafe_at(self, t_s: float) -> Failsafe:
-        """The state of the rover's failsafe.
+        """The failsafe's state at a time.
 
         Raises:
-            ValueError: if `t_s` is not within the run.
+            ValueError: if `t_s` is outside the run.
         """
         return self._latest(ROVER_FAILSAFE, t_s).state
 
     def place_at(self, t_s: float) -> str:
-        """The Token of the place where the rover really was.
+        """The Token of the rover's true place at a time.
 
         Raises:
-            ValueError: if `t_s` is not within the run.
+            ValueError: if `t_s` is outside the run.
         """
         return self._latest(TRUTH_POSE, t_s).place
 
     def _latest(self, topic: Topic[T], t_s: float) -> T:
         if not 0 <= t_s <= self.duration_s:
-            raise ValueError(f"{t_s} s is not within the run, from 0 to {self.duration_s} s")
+            raise ValueError(
+                f"expected a time within the run, 0 to {self.duration_s} s, found {t_s} s"
+            )
         record = self._log.latest(topic, to_ns(t_s))
         if record is None:
-            raise ValueError(f"the run has no {topic.name} at {t_s} s or before")
+            raise ValueError(f"expected a {topic.name} message at {t_s} s or before, found none")
         return cast("T", decode(record))
 
-    # --- the whole story -----------------------------------------------------------------------
+    # --- modes, goals, commands and the DEM ----------------------------------------------------
 
     @property
     def modes(self) -> tuple[ModeSpan, ...]:
-        """Every mode that the rover was in, from the start."""
+        """The rover's modes in order, from the start of the run."""
         return tuple(
             ModeSpan(t_s, entry.mode, entry.why) for t_s, entry in self.entries(ROVER_MODE)
         )
 
     def reached(self, token: str | Sequence[str]) -> float | None:
-        """When a Sign was first reached as a goal, `None` if it never was.
+        """When a Sign was first reached as a goal; `None` if it never was.
 
-        It does not count where the rover only believed to be at a place: the truth must agree.
+        A goal that names a place counts only if the rover was truly there, whatever it estimated.
 
         Args:
-            token: the Sign's Token, or its Tokens in any order.
+            token: the Sign's only Token, or all its Tokens in any order.
 
         Raises:
-            ValueError: if it names a place that the map lacks.
+            ValueError: if a Token names a place that is not on the map.
         """
         sign = (token,) if isinstance(token, str) else tuple(sorted(token))
         self._check_places(sign)
@@ -204,44 +208,44 @@ class RunView:
         for token in sign:
             if is_place_token(token) and token not in places:
                 named = ", ".join(sorted(place for place in places if "," not in place))
-                raise ValueError(f"the map has no place {token}; its named places are {named}")
+                raise ValueError(f"expected a place on the map, such as {named}, found {token}")
 
     @cached_property
-    def goals(self) -> tuple[GoalStory, ...]:
-        """Every goal in the order in which they came on the Goal List, one for each who set it."""
-        stories: list[GoalStory] = []
+    def goals(self) -> tuple[GoalSpan, ...]:
+        """Every goal in the order in which it was set; one span per source if several set it."""
+        spans: list[GoalSpan] = []
         listed: dict[tuple[Tokens, GoalSource], int] = {}
         for t_s, entry in self.each(ROVER_GOAL):
-            wanted = entry.tokens, entry.source
-            if wanted not in listed:
-                listed[wanted] = len(stories)
-                stories.append(GoalStory(entry.tokens, entry.source, t_s))
+            key = entry.tokens, entry.source
+            if key not in listed:
+                listed[key] = len(spans)
+                spans.append(GoalSpan(entry.tokens, entry.source, t_s))
             if entry.change is GoalChange.SET:
                 continue
-            number = listed.pop(wanted)
+            index = listed.pop(key)
             if entry.change is GoalChange.WITHDRAWN:
-                stories[number] = stories[number]._replace(withdrawn_s=t_s)
-            elif self._truly(entry.tokens, t_s):
-                stories[number] = stories[number]._replace(reached_s=t_s)
-        return tuple(stories)
+                spans[index] = spans[index]._replace(withdrawn_s=t_s)
+            elif self._was_true(entry.tokens, t_s):
+                spans[index] = spans[index]._replace(reached_s=t_s)
+        return tuple(spans)
 
-    def _truly(self, sign: Tokens, t_s: float) -> bool:
+    def _was_true(self, sign: Tokens, t_s: float) -> bool:
         places = [token for token in sign if is_place_token(token)]
         return not places or places == [self.place_at(t_s)]
 
     @property
     def commands_sent(self) -> tuple[tuple[float, CommandSent], ...]:
-        """Every command that the ground put on the uplink."""
+        """Every command that the ground sent, with its log time."""
         return self.entries(GROUND_COMMAND)
 
     @property
     def commands_taken(self) -> tuple[tuple[float, CommandTaken], ...]:
-        """Every command that the rover took, obeyed or refused."""
+        """Every command that the rover received, obeyed or refused, with its log time."""
         return self.entries(ROVER_COMMAND)
 
     @property
     def dem(self) -> Cycle | None:
-        """The DEM's last cycle, with the sizes of its lists; `None` if it never had one."""
+        """The DEM's last cycle, which gives the sizes of its lists; `None` if there was none."""
         record = self._log.latest(ROVER_CYCLE, self._log.end_ns)
         return None if record is None else cast("Cycle", decode(record))
 
@@ -253,16 +257,16 @@ class RunView:
         fate: Fate | str | None = None,
         delivered_between: tuple[float, float] | None = None,
     ) -> tuple[FrameFate, ...]:
-        """The frames that meet all given conditions.
+        """The frames that match all given filters, in log order.
 
         Args:
-            direction: they went this way, `up` or `down`.
-            fate: they met this fate, such as `delivered` or `lost`.
-            delivered_between: they arrived at or after the first time and before the second.
+            direction: `up` or `down`.
+            fate: such as `delivered` or `lost`.
+            delivered_between: frames that arrived at or after the first time and before the second.
 
         Raises:
-            ValueError: if `delivered_between` ends before it starts, or there is no such direction
-                or fate.
+            ValueError: if `delivered_between` ends before it starts, or the direction or fate does
+                not exist.
         """
         return tuple(self.each_frame(direction, fate, delivered_between))
 
@@ -278,7 +282,7 @@ class RunView:
         start_s, end_s = delivered_between or (0.0, 0.0)
         if start_s > end_s:
             raise ValueError(
-                f"delivered_between ends at {end_s} s, before it starts at {start_s} s"
+                f"expected delivered_between to end after it starts, found {start_s} s to {end_s} s"
             )
         for _, frame in self.each(LINK_FRAME):
             if way not in {None, frame.direction} or end not in {None, frame.fate}:
@@ -289,7 +293,7 @@ class RunView:
                 yield frame
 
     def link_counters(self, direction: Direction) -> LinkCounters:
-        """Counts of the frames of one direction by fate."""
+        """Counts of the frames of one direction."""
         return self._counters[direction]
 
     @cached_property
@@ -304,16 +308,19 @@ class RunView:
 
     @property
     def outages(self) -> tuple[OutageSpan, ...]:
-        """Every outage in the order in which they began, uplink first where both did at once."""
-        began: dict[Direction, float] = {}
+        """Every outage in order of its start; of two that start together, the uplink's first."""
+        started: dict[Direction, float] = {}
         outages = []
         for t_s, entry in self.each(LINK_OUTAGE):
             if entry.down:
-                began.setdefault(entry.direction, t_s)
-            elif entry.direction in began:
-                start_s = began.pop(entry.direction)
+                started.setdefault(entry.direction, t_s)
+            elif entry.direction in started:
+                start_s = started.pop(entry.direction)
                 outages.append(OutageSpan(entry.direction, start_s, t_s))
-        outages += [OutageSpan(way, start_s, self.duration_s) for way, start_s in began.items()]
+        outages += [
+            OutageSpan(direction, start_s, self.duration_s)
+            for direction, start_s in started.items()
+        ]
         return tuple(sorted(outages, key=lambda outage: (outage.start_s, outage.direction != "up")))
 
 

@@ -10,8 +10,9 @@ import msgspec
 import typer
 from rich.console import Console
 
+from farside import logs
 from farside.link.profile.light import EphemerisError
-from farside.logs import LogError, LogFile, play, recover
+from farside.logs import LogError, LogFile, recover
 from farside.missions.commands.dem import dem_app
 from farside.missions.commands.dem_stream import StreamError
 from farside.missions.commands.link import link_app
@@ -154,7 +155,7 @@ def replay(
     farside replay logs/runs/blackout-seed1-1.mcap | less    (a line an event)
     """
     try:
-        play(LogFile(log), Console(), speed=speed, start_s=start)
+        logs.replay(LogFile(log), Console(), speed=speed, start_s=start)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--start") from error
 

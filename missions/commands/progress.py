@@ -7,7 +7,7 @@ from typing import Self
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
-from farside.logs import Picture, decoded
+from farside.logs import LogEntry, Picture
 from farside.missions.schema import MissionFile
 from farside.node import Record
 from farside.topics import LINK_OUTAGE, ROVER_FAILSAFE, ROVER_MODE
@@ -38,7 +38,7 @@ class ProgressDisplay:
         """See `farside.missions.conductor.Watcher`."""
         for record in records:
             if record.topic in _SHOWN:
-                self._picture.apply(decoded(record))
+                self._picture.apply(LogEntry.of(record))
         self._progress.update(self._task, completed=now_s, state=self._state())
 
     def _state(self) -> str:

@@ -1,41 +1,18 @@
-"""What an onlooker knows after each entry, and the story in words."""
+"""The state of a run after each entry of its log."""
 
 from typing import Any
 
-import msgspec
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from noting import log_of, logged, records_of
+from noting import log_of, records_of
 
-from farside.logs import LinkPicture, Picture, clock, decoded, picture_at
-from farside.messages import (
-    Approve,
-    Chooser,
-    CommandRefused,
-    Drive,
-    Event,
-    Failsafe,
-    FailsafeChanged,
-    GoalReached,
-    Mode,
-    ModeCause,
-    ModeChanged,
-    Override,
-    Proposal,
-    SetGoal,
-    SetMode,
-    WithdrawGoal,
-)
+from farside.logs import LinkPicture, LogEntry, Picture, picture_at
+from farside.messages import Chooser, Mode, ModeCause, Proposal
 from farside.node import Direction, to_ns
 from farside.topics import (
     ActionEnded,
     ActionStarted,
-    CommandSent,
-    CommandTaken,
     Cycle,
-    EventLearned,
-    FailsafeEntry,
     Fate,
     GoalChange,
     GoalEntry,
@@ -51,11 +28,11 @@ from farside.topics import (
 def picture_of(run: Any) -> Picture:
     picture = Picture()
     for record in run.records:
-        picture.apply(decoded(record))
+        picture.apply(LogEntry.of(record))
     return picture
 
 
-def test_the_rover_marks_the_places_where_it_has_been(run: Any) -> None:
+def test_the_places_where_the_rover_has_been_count_as_visited(run: Any) -> None:
     picture = picture_of(run.start("at:D").stand(1, "at:4,1").stand(2, "at:C"))
 
     assert picture.visited == {"at:D", "at:4,1", "at:C"}
@@ -81,7 +58,7 @@ def test_an_action_lasts_until_it_ends(run: Any) -> None:
     assert picture_of(run.note(3, ActionEnded("N", 2.0, blocked=False))).action is None
 
 
-def test_a_proposal_stands_as_long_as_its_goal(run: Any) -> None:
+def test_a_proposal_lasts_as_long_as_its_goal(run: Any) -> None:
     proposal = Proposal(1, 0, ("at:A",), "N", Chooser.GOAL_DIRECTED, ())
     run.start().goal(1, "at:A").goal(1, "at:B").note(2, proposal)
 
@@ -100,7 +77,7 @@ def test_each_direction_counts_its_own_frames(run: Any) -> None:
     }
 
 
-def test_a_goal_that_is_set_again_with_a_new_priority_is_told_once(run: Any) -> None:
+def test_a_new_priority_for_a_goal_on_the_list_is_no_event(run: Any) -> None:
     run.goal(1, "on_charge", priority=0.1).goal(2, "on_charge", priority=0.2)
     run.reach(3, "on_charge").goal(4, "on_charge", priority=0.1)
 
@@ -109,101 +86,6 @@ def test_a_goal_that_is_set_again_with_a_new_priority_is_told_once(run: Any) -> 
         "goal on_charge reached",
         "goal on_charge set (operator, priority 0.1)",
     ]
-
-
-@pytest.mark.parametrize(
-    ("entry", "line"),
-    [
-        (ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST), "rover: mode autonomous: link lost"),
-        (FailsafeEntry(Failsafe.HOLD, 10.24), "rover: failsafe hold after 10.2 s of silence"),
-        (FailsafeEntry(Failsafe.NOMINAL, 0.0), "rover: failsafe nominal"),
-        (
-            GoalEntry(("at:D", "on_charge"), GoalChange.SET, 2.5, GoalSource.INHERENT),
-            "rover: goal at:D + on_charge set (inherent, priority 2.5)",
-        ),
-        (
-            GoalEntry(("at:B",), GoalChange.REACHED, 1.0, GoalSource.OPERATOR),
-            "rover: goal at:B reached",
-        ),
-        (
-            CommandTaken(7, Drive("N"), "expired"),
-            "rover: refuses command 7 (drive N): expired",
-        ),
-        (ActionEnded("E", 4.06, blocked=True), "rover: E was blocked, after 4.1 s"),
-        (
-            LinkOutage(Direction.UP, down=True, reason=OutageReason.BLACKOUT),
-            "link: uplink: blackout begins",
-        ),
-        (
-            LinkOutage(Direction.DOWN, down=False, reason=OutageReason.PASS),
-            "link: downlink: gap between passes ends",
-        ),
-        (CommandSent(7, Drive("N")), "ground: command 7: drive N"),
-        (CommandSent(8, Approve(3)), "ground: command 8: approve proposal 3"),
-        (CommandSent(9, Override(3, "E")), "ground: command 9: override proposal 3 with E"),
-        (CommandSent(10, SetMode(Mode.SHARED)), "ground: command 10: mode shared"),
-        (CommandSent(11, SetGoal(("at:A",), 1.0)), "ground: command 11: goal at:A, priority 1"),
-        (CommandSent(12, WithdrawGoal(("at:A",))), "ground: command 12: withdraw goal at:A"),
-        (Silence(silent=True), "ground: hears nothing from the rover"),
-        (Silence(silent=False), "ground: hears the rover"),
-    ],
-    ids=lambda value: value if isinstance(value, str) else "",
-)  # fmt: skip
-def test_an_entry_is_told_as(entry: msgspec.Struct, line: str) -> None:
-    told = Picture().apply(logged(0, entry))
-
-    assert told is not None
-    assert f"{told.who}: {told.text}" == line
-
-
-@pytest.mark.parametrize(
-    ("what", "text"),
-    [
-        (ModeChanged(Mode.AUTONOMOUS, ModeCause.LINK_LOST), "mode autonomous: link lost"),
-        (FailsafeChanged(Failsafe.LOST, to_ns(30)), "failsafe lost after 30.0 s of silence"),
-        (GoalReached(("at:B",)), "goal at:B reached"),
-        (CommandRefused(7, "expired"), "command 7 refused: expired"),
-    ],
-    ids=lambda value: value if isinstance(value, str) else "",
-)
-def test_the_ground_learns_of_an_event_with_its_time(what: Any, text: str) -> None:
-    told = Picture().apply(logged(to_ns(400), EventLearned(Event(1, to_ns(83.25), what))))
-
-    assert told is not None
-    assert told.text == f"learns of 0:01:23.2: {text}"
-
-
-@pytest.mark.parametrize(
-    "entry",
-    [
-        CommandTaken(7, Drive("N"), None),
-        ActionEnded("E", 4.0, blocked=False),
-        Pose(0.0, 0.0, 0.0, 0.0, "at:A", 1.0),
-    ],
-    ids=["an obeyed command", "an action that ended well", "a measurement"],
-)
-def test_the_story_leaves_out(entry: msgspec.Struct) -> None:
-    assert Picture().apply(logged(0, entry)) is None
-
-
-def test_steps_of_a_tour_are_routine_and_changes_are_not() -> None:
-    def is_routine(entry: msgspec.Struct) -> bool:
-        line = Picture().apply(logged(0, entry))
-        assert line is not None
-        return line.routine
-
-    assert is_routine(CommandSent(1, Drive("N")))
-    assert is_routine(CommandSent(1, Approve(1)))
-    assert not is_routine(CommandSent(1, Override(1, "N")))
-    assert not is_routine(ModeEntry(Mode.SHARED, ModeCause.OPERATOR))
-
-
-@pytest.mark.parametrize(
-    ("t_s", "text"),
-    [(0, "0:00:00.0"), (59.99, "0:00:59.9"), (754.5, "0:12:34.5"), (36_000, "10:00:00.0")],
-)
-def test_the_clock_shows_hours_minutes_and_whole_tenths(t_s: float, text: str) -> None:
-    assert clock(to_ns(t_s)) == text
 
 
 @given(
@@ -228,7 +110,7 @@ def test_a_picture_made_from_the_index_is_that_of_everything_before(
     everything = Picture()
     for record in records:
         if record.log_time_ns <= to_ns(at):
-            everything.apply(decoded(record))
+            everything.apply(LogEntry.of(record))
 
     with log_of(records) as log:
         assert picture_at(log, to_ns(at)) == everything

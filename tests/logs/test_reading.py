@@ -1,4 +1,4 @@
-"""A log is read as far as it is whole, and people are told what is wrong with it."""
+"""Reading whole, unfinished and damaged logs, and the errors that name what is wrong."""
 
 import signal
 import subprocess
@@ -21,7 +21,7 @@ from farside.topics import ModeEntry, Silence
 hypothesis_with_files = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 
 
-def test_entries_come_decoded_in_the_order_of_the_log(run: Any, path: Path) -> None:
+def test_entries_are_decoded_in_log_order(run: Any, path: Path) -> None:
     run.note(1.5, ModeEntry(Mode.SHARED, ModeCause.OPERATOR)).note(2.0, Silence(silent=True))
 
     log = LogFile(run.log(path))
@@ -33,7 +33,7 @@ def test_entries_come_decoded_in_the_order_of_the_log(run: Any, path: Path) -> N
     assert log.end_ns == to_ns(2.0)
 
 
-def test_an_entry_tells_when_it_became_known_beside_when_it_was_so(run: Any, path: Path) -> None:
+def test_an_entry_has_both_its_log_time_and_its_publish_time(run: Any, path: Path) -> None:
     run.hear(4.0, "at:A", since_s=2.75)
 
     (entry,) = LogFile(run.log(path)).entries()
@@ -41,19 +41,19 @@ def test_an_entry_tells_when_it_became_known_beside_when_it_was_so(run: Any, pat
     assert (entry.log_time_ns, entry.publish_time_ns) == (to_ns(4.0), to_ns(2.75))
 
 
-def test_nothing_is_decoded_before_it_is_asked_for(path: Path) -> None:
+def test_a_record_is_decoded_only_when_it_is_reached(path: Path) -> None:
     with Recorder(path) as recorder:
         recorder.write([Record("/rover/mode", 0, 0, b"not JSON")])
 
     log = LogFile(path)
     entries = log.entries()
 
-    with pytest.raises(LogError, match=r"/rover/mode at 0\.0 s does not hold a ModeEntry"):
+    with pytest.raises(LogError, match=r"/rover/mode at 0\.0 s: expected a ModeEntry, found"):
         next(entries)
 
 
-def test_a_topic_of_a_later_version_is_named() -> None:
-    with pytest.raises(LogError, match="topic /rover/arm is unknown here"):
+def test_an_unknown_topic_is_refused_by_name() -> None:
+    with pytest.raises(LogError, match="unknown topic /rover/arm"):
         decode(Record("/rover/arm", 0, 0, b"{}"))
 
 
@@ -61,12 +61,12 @@ def test_a_topic_of_a_later_version_is_named() -> None:
 
 
 class Killed(NamedTuple):
-    """What a writer left that was killed after its last flush."""
+    """The log of a writer that was killed after its last flush."""
 
     content: bytes
     windows: list[list[Record]]
     sizes: list[int]
-    """Of the file after opening it and after each window."""
+    """File size in bytes after opening and after each window."""
 
 
 @pytest.fixture
@@ -104,7 +104,7 @@ def test_a_log_whose_process_is_killed_holds_everything_up_to_the_last_flush(pat
     assert log.attachments["mission.toml"].data == b"seed = 1"
 
 
-def test_a_log_cut_anywhere_in_its_last_chunk_gives_all_chunks_before(
+def test_a_log_truncated_in_its_last_chunk_gives_all_chunks_before(
     killed: Killed, path: Path
 ) -> None:
     first, second, last = killed.windows
@@ -117,14 +117,14 @@ def test_a_log_cut_anywhere_in_its_last_chunk_gives_all_chunks_before(
         assert not log.complete
         found.append(list(log.records()))
 
-    # The last chunk counts as soon as it is whole itself, though its index may be cut.
+    # The last chunk counts as soon as it is whole, even if its index is truncated.
     without = found.count(first + second)
     assert found == [first + second] * without + [first + second + last] * (len(found) - without)
     assert 0 < without < len(found)
 
 
 @pytest.mark.parametrize("missing", [1, 8, 9])
-def test_a_log_is_complete_only_with_the_last_byte_of_its_end_mark(
+def test_a_log_is_complete_only_with_the_last_byte_of_its_footer(
     run: Any, path: Path, missing: int
 ) -> None:
     content = run.start().log(path).read_bytes()
@@ -139,7 +139,7 @@ def test_a_log_is_complete_only_with_the_last_byte_of_its_end_mark(
 @hypothesis_with_files
 @given(share=st.floats(0, 1, exclude_max=True))
 @example(share=0.0)
-def test_a_log_cut_anywhere_gives_a_beginning_or_says_that_it_is_none(
+def test_a_log_truncated_anywhere_gives_its_first_records_or_is_refused(
     killed: Killed, path: Path, share: float
 ) -> None:
     path.write_bytes(killed.content[: int(share * len(killed.content))])
@@ -156,7 +156,7 @@ def test_a_log_cut_anywhere_gives_a_beginning_or_says_that_it_is_none(
 
 @hypothesis_with_files
 @given(data=st.data())
-def test_a_log_with_a_wrong_byte_never_ends_in_another_error(
+def test_a_corrupt_byte_raises_nothing_but_log_errors(
     killed: Killed, path: Path, data: st.DataObject
 ) -> None:
     content = bytearray(killed.content)
@@ -167,7 +167,7 @@ def test_a_log_with_a_wrong_byte_never_ends_in_another_error(
         list(LogFile(path).entries())
 
 
-def test_a_damaged_chunk_is_told_after_what_comes_before_it(
+def test_a_damaged_chunk_is_reported_after_the_records_before_it(
     run: Any, path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(packing, "_CHUNK_BYTE", 100)
@@ -187,10 +187,10 @@ def test_a_damaged_chunk_is_told_after_what_comes_before_it(
     assert found == run.records[:-1]
 
 
-# --- no log at all -----------------------------------------------------------------------------
+# --- files that are not logs -------------------------------------------------------------------
 
 
-def test_a_missing_log_is_named(path: Path) -> None:
+def test_a_missing_log_is_refused_by_name(path: Path) -> None:
     with pytest.raises(LogError, match=rf"the log {path} cannot be read: No such file"):
         LogFile(path)
 
@@ -214,5 +214,5 @@ def test_an_mcap_file_of_another_program_is_not_a_log(path: Path) -> None:
         writer.start(library="rosbag2 1.0")
         writer.finish()
 
-    with pytest.raises(LogError, match=r"is not a log of Farside's: rosbag2 1\.0 wrote it"):
+    with pytest.raises(LogError, match=r"is not a Farside log: it was written by rosbag2 1\.0"):
         LogFile(path)

@@ -1,4 +1,4 @@
-"""What is written is in the file, under a digest that tells any difference."""
+"""What is recorded is in the file, and the digest changes with any of it."""
 
 import os
 import resource
@@ -27,7 +27,7 @@ some_records = st.lists(
 
 @settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(windows=st.lists(some_records, max_size=5))
-def test_a_log_gives_back_what_was_written_in_the_same_order(
+def test_a_log_holds_the_written_records_in_the_same_order(
     tmp_path: Path, windows: list[list[Record]]
 ) -> None:
     path = tmp_path / "run.mcap"
@@ -45,7 +45,7 @@ def test_a_log_gives_back_what_was_written_in_the_same_order(
     assert log.digest() == recorder.digest == digest_of(written)
 
 
-def test_attachments_and_metadata_come_back(path: Path) -> None:
+def test_attachments_and_metadata_are_in_the_log(path: Path) -> None:
     with Recorder(path) as recorder:
         recorder.attach("mission.toml", "application/toml", b"name = 'blackout'\n")
         recorder.metadata("run", {"seed": "5"})
@@ -161,7 +161,7 @@ def test_recorders_in_one_folder_get_a_file_each(tmp_path: Path) -> None:
         recorder.close()
 
 
-def test_two_recordings_of_one_run_are_the_same_file(run: Any, tmp_path: Path) -> None:
+def test_two_recordings_of_one_run_are_identical_files(run: Any, tmp_path: Path) -> None:
     run.start()
 
     first, second = run.log(tmp_path / "a.mcap"), run.log(tmp_path / "b.mcap")
@@ -172,13 +172,13 @@ def test_two_recordings_of_one_run_are_the_same_file(run: Any, tmp_path: Path) -
 def test_an_existing_log_is_not_overwritten(path: Path) -> None:
     path.write_bytes(b"years of work")
 
-    with pytest.raises(LogError, match=r"run\.mcap is there already"):
+    with pytest.raises(LogError, match=r"run\.mcap already exists"):
         Recorder(path)
 
     assert path.read_bytes() == b"years of work"
 
 
-def test_a_log_in_a_folder_that_is_not_there_is_refused(tmp_path: Path) -> None:
+def test_a_log_in_a_missing_folder_is_refused(tmp_path: Path) -> None:
     with pytest.raises(LogError, match="cannot be written: No such file or directory"):
         Recorder(tmp_path / "nowhere" / "run.mcap")
 
@@ -256,17 +256,17 @@ POSE = Record("/truth/pose", 1, 1, b"{}")
     ],
     ids=["none", "twice", "topic", "log time", "payload", "border between topic and payload"],
 )
-def test_the_digest_tells_apart(other: list[Record]) -> None:
+def test_the_digest_differs_for(other: list[Record]) -> None:
     assert digest_of(other) != digest_of([POSE])
 
 
-def test_the_digest_tells_the_order() -> None:
+def test_the_digest_depends_on_the_order() -> None:
     later = Record("/truth/pose", 2, 2, b"{}")
 
     assert digest_of([POSE, later]) != digest_of([later, POSE])
 
 
-def test_the_digest_is_of_the_bytes_that_its_docstring_says() -> None:
+def test_the_digest_hashes_the_bytes_that_its_docstring_describes() -> None:
     head = bytes.fromhex("0b00010000000000000002000000")
 
     assert digest_of([POSE]) == sha256(head + b"/truth/pose" + b"{}").hexdigest()

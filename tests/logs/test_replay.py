@@ -1,4 +1,4 @@
-"""A log played back against a clock that only moves when the player sleeps."""
+"""Replays on a fake clock, which moves only when the replay sleeps."""
 
 import io
 import math
@@ -9,14 +9,14 @@ from typing import Any
 import pytest
 from rich.console import Console
 
-from farside.logs import LogFile, Recorder, play
+from farside.logs import LogFile, Recorder, replay
 from farside.messages import Mode, ModeCause
 from farside.node import Direction
 from farside.topics import LinkOutage, ModeEntry, Silence
 
 
 class FakeClock:
-    """Wall time in seconds from an origin that means nothing."""
+    """Wall time in seconds, from an arbitrary origin."""
 
     def __init__(self) -> None:
         self.time_s = 1000.0
@@ -39,7 +39,7 @@ def clock() -> FakeClock:
 
 @pytest.fixture
 def log(run: Any, path: Path) -> LogFile:
-    """A run of 8 s with something to tell at 0, 2, 5 and 8 s."""
+    """A run of 8 s with events at 0, 2, 5 and 8 s."""
     run.start().note(2, LinkOutage(Direction.UP, down=True, reason="blackout"))
     run.note(5, ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST)).note(8, Silence(silent=True))
     return LogFile(run.log(path))
@@ -66,59 +66,59 @@ def times_shown(console: Console) -> list[float]:
     return [float(seconds) for seconds in clocks]
 
 
-def test_simulated_time_keeps_pace_with_the_wall(log: LogFile, clock: FakeClock) -> None:
+def test_simulated_time_keeps_pace_with_the_wall_clock(log: LogFile, clock: FakeClock) -> None:
     console = terminal()
 
-    play(log, console, speed=20, sleep=clock.sleep, now=clock.now)
+    replay(log, console, speed=20, sleep=clock.sleep, now=clock.now)
 
     assert times_shown(console) == [0.0, 2.0, 4.0, 6.0, 8.0]
     assert clock.time_s == pytest.approx(1000.4)
 
 
-def test_a_slow_terminal_skips_pictures_and_not_time(log: LogFile, clock: FakeClock) -> None:
+def test_a_slow_terminal_skips_updates_and_not_time(log: LogFile, clock: FakeClock) -> None:
     console = terminal()
 
     def oversleep(seconds: float) -> None:
         clock.sleep(seconds + 0.05)
 
-    play(log, console, speed=20, sleep=oversleep, now=clock.now)
+    replay(log, console, speed=20, sleep=oversleep, now=clock.now)
 
     assert times_shown(console) == [0.0, 3.0, 6.0, 8.0]
 
 
-def test_each_picture_shows_what_was_logged_up_to_its_time(log: LogFile, clock: FakeClock) -> None:
+def test_each_update_shows_what_was_logged_up_to_its_time(log: LogFile, clock: FakeClock) -> None:
     console = terminal()
 
-    play(log, console, speed=20, sleep=clock.sleep, now=clock.now)
+    replay(log, console, speed=20, sleep=clock.sleep, now=clock.now)
 
     pictures = output(console).split("╭─ yard")[1:]
     assert ["blackout begins" in picture for picture in pictures] == [False, True, True, True, True]
     assert ["link lost" in picture for picture in pictures] == [False, False, False, True, True]
 
 
-def test_a_replay_begins_where_it_is_told_with_the_state_of_that_time(
+def test_a_replay_starts_at_the_given_time_with_the_state_at_that_time(
     log: LogFile, clock: FakeClock
 ) -> None:
     console = terminal()
 
-    play(log, console, speed=10, start_s=6, sleep=clock.sleep, now=clock.now)
+    replay(log, console, speed=10, start_s=6, sleep=clock.sleep, now=clock.now)
 
     assert times_shown(console) == [6.0, 7.0, 8.0]
     assert "AUTONOMOUS" in output(console).split("╭─ yard")[0]
 
 
-def test_at_full_speed_the_end_is_shown_after_one_picture(log: LogFile, clock: FakeClock) -> None:
+def test_at_maximum_speed_the_end_comes_after_one_update(log: LogFile, clock: FakeClock) -> None:
     console = terminal()
 
-    play(log, console, speed=math.inf, sleep=clock.sleep, now=clock.now)
+    replay(log, console, speed=math.inf, sleep=clock.sleep, now=clock.now)
 
     assert times_shown(console) == [0.0, 8.0]
 
 
-def test_the_last_picture_stays_on_the_ordinary_screen(log: LogFile, clock: FakeClock) -> None:
+def test_the_last_screen_stays_in_the_terminal(log: LogFile, clock: FakeClock) -> None:
     console = terminal()
 
-    play(log, console, speed=20, sleep=clock.sleep, now=clock.now)
+    replay(log, console, speed=20, sleep=clock.sleep, now=clock.now)
 
     _, after = output(console).split("\x1b[?1049l")
     assert "0:00:08.0 / 0:00:08.0" in after
@@ -126,7 +126,7 @@ def test_the_last_picture_stays_on_the_ordinary_screen(log: LogFile, clock: Fake
     assert after.count("\n") == 23
 
 
-def test_an_interrupt_ends_quietly_and_gives_the_terminal_back(
+def test_an_interrupt_ends_the_replay_quietly_and_restores_the_terminal(
     log: LogFile, clock: FakeClock
 ) -> None:
     console = terminal()
@@ -134,17 +134,17 @@ def test_an_interrupt_ends_quietly_and_gives_the_terminal_back(
     def interrupted(_seconds: float) -> None:
         raise KeyboardInterrupt
 
-    play(log, console, sleep=interrupted, now=clock.now)
+    replay(log, console, sleep=interrupted, now=clock.now)
 
     assert output(console).endswith("\x1b[?25h\x1b[?1049l")
 
 
-def test_without_a_terminal_every_event_is_a_line_and_nothing_waits(
+def test_without_a_terminal_every_event_is_a_line_and_nothing_is_paced(
     log: LogFile, clock: FakeClock
 ) -> None:
     console = pipe()
 
-    play(log, console, sleep=clock.sleep, now=clock.now)
+    replay(log, console, sleep=clock.sleep, now=clock.now)
 
     assert output(console) == (
         " 0:00:00.0  rover   mode guided: start\n"
@@ -156,10 +156,10 @@ def test_without_a_terminal_every_event_is_a_line_and_nothing_waits(
     assert clock.sleeps == 0
 
 
-def test_lines_begin_at_the_start_that_is_asked_for(log: LogFile) -> None:
+def test_lines_begin_at_the_given_start(log: LogFile) -> None:
     console = pipe()
 
-    play(log, console, start_s=5)
+    replay(log, console, start_s=5)
 
     assert output(console) == (
         " 0:00:05.0  rover   mode autonomous: link lost\n"
@@ -167,23 +167,23 @@ def test_lines_begin_at_the_start_that_is_asked_for(log: LogFile) -> None:
     )
 
 
-def test_a_log_that_was_cut_off_says_so_at_its_end(run: Any, path: Path) -> None:
+def test_the_end_of_an_unfinished_log_is_named(run: Any, path: Path) -> None:
     console = pipe()
     with Recorder(path) as recorder:
         recorder.write(run.start().records)
         recorder.flush()
-        play(LogFile(path), console)
+        replay(LogFile(path), console)
 
-    assert "The log ends here unfinished" in output(console)
+    assert "The log ends here, unfinished" in output(console)
 
 
 @pytest.mark.parametrize("speed", [0, -1, math.nan])
-def test_time_does_not_stand_still_or_run_backwards(log: LogFile, speed: float) -> None:
-    with pytest.raises(ValueError, match="speed must be more than 0"):
-        play(log, pipe(), speed=speed)
+def test_a_speed_that_is_not_positive_is_refused(log: LogFile, speed: float) -> None:
+    with pytest.raises(ValueError, match="expected a speed above 0"):
+        replay(log, pipe(), speed=speed)
 
 
 @pytest.mark.parametrize("start_s", [-1, 8.1, math.nan])
 def test_a_start_outside_the_run_is_refused(log: LogFile, start_s: float) -> None:
-    with pytest.raises(ValueError, match=r"the start must be within the run, 0 to 8\.0 s"):
-        play(log, pipe(), start_s=start_s)
+    with pytest.raises(ValueError, match=r"expected a start within the run, 0 to 8\.0 s"):
+        replay(log, pipe(), start_s=start_s)

@@ -1,4 +1,4 @@
-"""The schemas in a log are true of every message, and plain enough for every viewer."""
+"""The schemas in a log fit every message and are simple enough for every viewer."""
 
 from typing import Any
 
@@ -35,7 +35,7 @@ SCALARS: dict[type[mi.Type], st.SearchStrategy[Any]] = {
 
 
 def values(kind: mi.Type) -> st.SearchStrategy[Any]:
-    """Any value that msgspec takes for `kind`."""
+    """Any value that msgspec accepts for `kind`."""
     match kind:
         case mi.StructType(cls=cls, fields=fields):
             return st.builds(cls, **{field.name: values(field.type) for field in fields})
@@ -48,13 +48,13 @@ def values(kind: mi.Type) -> st.SearchStrategy[Any]:
     return SCALARS[type(kind)]
 
 
-entries = st.sampled_from(list(TOPICS.values())).flatmap(
+messages = st.sampled_from(list(TOPICS.values())).flatmap(
     lambda topic: values(mi.type_info(topic.kind))
 )
 
 
 def holds(value: Any, schema: dict[str, Any], definitions: dict[str, Any]) -> bool:
-    """Whether `value` keeps to `schema`, as far as schemas of msgspec's go."""
+    """Whether `value` is valid under `schema`, for the keywords that msgspec uses."""
 
     def keeps(value: Any, schema: dict[str, Any]) -> bool:
         return holds(value, schema, definitions)
@@ -78,7 +78,7 @@ def holds(value: Any, schema: dict[str, Any], definitions: dict[str, Any]) -> bo
 
 
 def plain(schema: dict[str, Any]) -> bool:
-    """Whether the pickiest viewer takes it: a known type everywhere, no array in an array."""
+    """Whether every viewer accepts it: a plain type everywhere, no array of arrays."""
     if schema["type"] == "object":
         return all(plain(part) for part in schema["properties"].values())
     if schema["type"] == "array":
@@ -86,34 +86,34 @@ def plain(schema: dict[str, Any]) -> bool:
     return schema["type"] in PYTHON_TYPES and schema["type"] != "null"
 
 
-@given(entry=entries)
-def test_every_message_keeps_to_the_schema_of_its_topic(entry: msgspec.Struct) -> None:
-    schema = msgspec.json.decode(topic_schema(type(entry)))
-    message = msgspec.json.decode(msgspec.json.encode(entry))
+@given(message=messages)
+def test_every_message_is_valid_under_the_schema_of_its_topic(message: msgspec.Struct) -> None:
+    schema = msgspec.json.decode(topic_schema(type(message)))
+    value = msgspec.json.decode(msgspec.json.encode(message))
 
-    assert holds(message, schema, schema["$defs"])
+    assert holds(value, schema, schema["$defs"])
 
 
-@given(entry=entries)
-def test_a_message_that_lacks_a_required_property_breaks_the_schema(entry: msgspec.Struct) -> None:
-    schema = msgspec.json.decode(topic_schema(type(entry)))
-    message = msgspec.json.decode(msgspec.json.encode(entry))
-    required = schema["$defs"][type(entry).__name__]["required"]
+@given(message=messages)
+def test_a_message_without_a_required_property_is_invalid(message: msgspec.Struct) -> None:
+    schema = msgspec.json.decode(topic_schema(type(message)))
+    value = msgspec.json.decode(msgspec.json.encode(message))
+    required = schema["$defs"][type(message).__name__]["required"]
 
-    del message[required[0]]
+    del value[required[0]]
 
-    assert not holds(message, schema, schema["$defs"])
+    assert not holds(value, schema, schema["$defs"])
 
 
 @pytest.mark.parametrize("topic", TOPICS)
-def test_a_viewer_takes_every_property_at_the_top_of_a_schema(topic: str) -> None:
+def test_viewers_accept_every_property_at_the_top_level_of_a_schema(topic: str) -> None:
     schema = msgspec.json.decode(topic_schema(TOPICS[topic].kind))
 
     assert schema["type"] == "object"
     assert plain(schema)
 
 
-def test_a_schema_names_the_scalars_enums_and_structs_of_its_type_for_viewers() -> None:
+def test_the_top_level_of_a_schema_lists_scalars_enums_and_structs() -> None:
     schema = msgspec.json.decode(topic_schema(TOPICS["/ground/event"].kind))
     assert schema["properties"] == {
         "event": {
@@ -136,9 +136,9 @@ def test_a_schema_names_the_scalars_enums_and_structs_of_its_type_for_viewers() 
     }
 
 
-@given(entry=entries)
-def test_what_a_journal_notes_is_decoded_to_the_same_entry(entry: msgspec.Struct) -> None:
+@given(message=messages)
+def test_a_record_of_a_journal_decodes_to_the_same_message(message: msgspec.Struct) -> None:
     journal = Journal()
-    journal.note(topic_of(entry), entry)
+    journal.note(topic_of(message), message)
 
-    assert decode(journal.take()[0]) == entry
+    assert decode(journal.take()[0]) == message

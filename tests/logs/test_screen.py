@@ -1,4 +1,4 @@
-"""The screen as a whole, at the widths that people have."""
+"""The whole screen, at usual terminal sizes."""
 
 import io
 import math
@@ -8,7 +8,7 @@ import pytest
 from noting import logged
 from rich.console import Console
 
-from farside.logs import Picture, decoded, screen
+from farside.logs import LogEntry, Picture, screen
 from farside.messages import Chooser, Failsafe, Mode, ModeCause, Proposal, ProposedStep
 from farside.node import Direction, to_ns
 from farside.places import Chart
@@ -25,10 +25,10 @@ from farside.topics import (
 
 
 def shown(run: Any, now_s: float, *, width: int = 80, height: int = 24, **options: Any) -> str:
-    """The screen of a run at a time, as plain text without trailing blanks."""
+    """The screen of a run at a time, as plain text without trailing spaces."""
     picture = Picture()
     for record in run.records:
-        picture.apply(decoded(record))
+        picture.apply(LogEntry.of(record))
     console = Console(file=io.StringIO(), width=width, height=height, color_system=None)
     console.print(screen(picture, to_ns(now_s), width=width, height=height, **options))
     lines = console.file.getvalue().splitlines()
@@ -36,13 +36,13 @@ def shown(run: Any, now_s: float, *, width: int = 80, height: int = 24, **option
 
 
 def map_of(text: str) -> list[str]:
-    """The rows between the borders of the panel on the left."""
+    """The rows inside the map panel."""
     return [line.split("│")[1].strip() for line in text.splitlines()[2:7]]
 
 
 @pytest.fixture
 def lost(run: Any) -> Any:
-    """A rover alone at D, on its way from C to B, while the ground still has it at C."""
+    """A rover alone at D, on its way from C to B, while the ground last heard of it at C."""
     run.start("at:C").frame(1, Direction.DOWN).hear(2, "at:C", since_s=0.75).goal(3, "at:B")
     for direction in Direction:
         run.note(4, LinkOutage(direction, down=True, reason="blackout"))
@@ -89,7 +89,7 @@ AT_80_BY_24 = """\
 ╰──────────────────────────────────────────────────────────────────────────────╯"""
 
 
-def test_at_80_by_24_the_screen_is(lost: Any) -> None:
+def test_the_screen_at_80_by_24(lost: Any) -> None:
     assert shown(lost, 37.5, title="blackout.mcap") == AT_80_BY_24
 
 
@@ -100,20 +100,20 @@ def test_it_fills_a_larger_terminal(lost: Any) -> None:
     assert {len(line) for line in lines[1:]} == {100}
 
 
-def test_the_end_of_the_run_is_shown_where_it_is_known(lost: Any) -> None:
+def test_the_end_of_the_run_is_shown_if_known(lost: Any) -> None:
     header = shown(lost, 37.5, end_ns=to_ns(90)).splitlines()[0]
 
     assert header.startswith("  0:00:37.5 / 0:01:30.0   AUTONOMOUS    LOST ")
 
 
-def test_before_the_first_entry_there_is_nothing_to_show_but_a_screen(run: Any) -> None:
+def test_the_screen_of_an_empty_picture_says_that_nothing_is_known(run: Any) -> None:
     text = shown(run, 0)
 
     assert "no map yet" in text
     assert "UNKNOWN" in text
 
 
-def test_only_the_newest_events_find_room(lost: Any) -> None:
+def test_only_the_newest_events_are_shown(lost: Any) -> None:
     text = shown(lost, 37.5, height=20)
 
     assert "failsafe hold" not in text
@@ -131,7 +131,7 @@ def test_the_arrow_points_where_the_rover_heads(run: Any, heading_rad: float, ar
     assert rows[3] == f"██{arrow}       D ██"
 
 
-def test_a_map_too_wide_for_two_columns_a_cell_takes_one() -> None:
+def test_a_wide_map_is_drawn_with_one_column_per_cell() -> None:
     rows = ("#" * 30, "#" + "." * 28 + "#", "#" * 30)
     picture = Picture(chart=Chart(rows, 1.0))
     picture.apply(logged(0, Pose(1.5, 1.5, 0.0, 0.0, "at:1,1", 1.0)))
@@ -142,17 +142,17 @@ def test_a_map_too_wide_for_two_columns_a_cell_takes_one() -> None:
     assert f"│ █→{' ' * 27}█ │" in console.file.getvalue()
 
 
-def test_words_of_a_mission_are_not_taken_for_markup(run: Any) -> None:
+def test_markup_in_tokens_and_titles_is_shown_literally(run: Any) -> None:
     text = shown(run.start().goal(1, "[bold]lamp[/bold]"), 1, title="[red].mcap")
 
     assert "[bold]lamp[/bold] (1)" in text
     assert "[red].mcap" in text
 
 
-def test_colours_tell_the_rover_from_what_the_ground_has_of_it(lost: Any) -> None:
+def test_the_rover_and_its_position_at_the_ground_have_different_colours(lost: Any) -> None:
     picture = Picture()
     for record in lost.records:
-        picture.apply(decoded(record))
+        picture.apply(LogEntry.of(record))
     console = Console(file=io.StringIO(), width=80, force_terminal=True, color_system="standard")
 
     console.print(screen(picture, 0, width=80, height=24))

@@ -1,4 +1,4 @@
-"""Small runs written by hand, and what one learns by asking them."""
+"""Queries on small handmade runs."""
 
 import math
 from pathlib import Path
@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 from noting import view_of
 
-from farside.logs import GoalStory, LogError, LogFile, ModeSpan, OutageSpan, Recorder, RunView
+from farside.logs import GoalSpan, LogError, LogFile, ModeSpan, OutageSpan, Recorder, RunView
 from farside.messages import Drive, Failsafe, Mode, ModeCause
 from farside.node import Direction
 from farside.topics import (
@@ -29,7 +29,7 @@ from farside.topics import (
 UP, DOWN = Direction.UP, Direction.DOWN
 
 
-def test_a_rover_that_loses_the_link_takes_over_and_gives_back(run: Any) -> None:
+def test_mode_and_failsafe_over_a_loss_of_the_link(run: Any) -> None:
     run.start()
     run.note(100, FailsafeEntry(Failsafe.HOLD, 10.0))
     run.note(
@@ -54,19 +54,19 @@ def test_a_rover_that_loses_the_link_takes_over_and_gives_back(run: Any) -> None
 
 
 @pytest.mark.parametrize("t_s", [-0.1, 10.1, math.nan])
-def test_a_time_outside_the_run_has_no_answer(run: Any, t_s: float) -> None:
+def test_a_time_outside_the_run_is_refused(run: Any, t_s: float) -> None:
     view = view_of(run.start().note(10, Silence(silent=True)).records)
 
-    with pytest.raises(ValueError, match=r"s is not within the run, from 0 to 10\.0 s"):
+    with pytest.raises(ValueError, match=r"expected a time within the run, 0 to 10\.0 s"):
         view.mode_at(t_s)
 
 
-def test_a_run_without_a_pose_cannot_tell_the_place(run: Any) -> None:
-    with pytest.raises(ValueError, match=r"the run has no /truth/pose at 0 s or before"):
+def test_a_run_without_a_pose_has_no_place(run: Any) -> None:
+    with pytest.raises(ValueError, match=r"expected a /truth/pose message at 0 s or before"):
         view_of(run.note(0, Silence(silent=True)).records).place_at(0)
 
 
-def test_the_place_is_where_the_rover_really_is(run: Any) -> None:
+def test_the_place_is_the_true_one(run: Any) -> None:
     view = view_of(run.start("at:D").stand(5, "at:4,3").stand(10, "at:B").records)
 
     assert [view.place_at(t_s) for t_s in (4.9, 5, 10)] == ["at:D", "at:4,3", "at:B"]
@@ -81,13 +81,13 @@ def test_a_goal_counts_as_reached_when_the_truth_agrees(run: Any) -> None:
     assert view_of(run.records).reached("at:B") == 9.0
 
 
-def test_a_goal_that_the_rover_wrongly_believes_to_have_reached_does_not_count(run: Any) -> None:
+def test_a_goal_reached_by_the_estimate_alone_does_not_count(run: Any) -> None:
     run.start().goal(1, "at:B").stand(8, "at:5,2").reach(9, "at:B").stand(10, "at:B")
 
     view = view_of(run.records)
 
     assert view.reached("at:B") is None
-    assert view.goals == (GoalStory(("at:B",), GoalSource.OPERATOR, 1.0),)
+    assert view.goals == (GoalSpan(("at:B",), GoalSource.OPERATOR, 1.0),)
 
 
 def test_the_first_true_arrival_counts_when_a_goal_is_set_again(run: Any) -> None:
@@ -101,7 +101,7 @@ def test_being_at_a_place_that_is_no_goal_is_not_reaching_it(run: Any) -> None:
     assert view_of(run.start().stand(8, "at:B").records).reached("at:B") is None
 
 
-def test_a_sign_of_several_tokens_is_asked_for_in_any_order(run: Any) -> None:
+def test_the_tokens_of_a_sign_are_given_in_any_order(run: Any) -> None:
     run.start().goal(1, "at:D", "on_charge").reach(9, "at:D", "on_charge")
 
     view = view_of(run.records)
@@ -110,40 +110,40 @@ def test_a_sign_of_several_tokens_is_asked_for_in_any_order(run: Any) -> None:
     assert view.reached(["on_charge"]) is None
 
 
-def test_a_place_that_the_map_lacks_cannot_be_asked_for(run: Any) -> None:
+def test_a_place_that_is_not_on_the_map_is_refused(run: Any) -> None:
     with pytest.raises(
-        ValueError, match="has no place at:Z; its named places are at:A, at:B, at:C, at:D"
+        ValueError, match="a place on the map, such as at:A, at:B, at:C, at:D, found at:Z"
     ):
         view_of(run.start().records).reached("at:Z")
 
 
-def test_goals_tell_what_became_of_each_and_a_new_priority_is_no_new_goal(run: Any) -> None:
+def test_a_goal_ends_reached_or_withdrawn_and_a_new_priority_is_no_new_goal(run: Any) -> None:
     run.start().goal(1, "at:A").goal(2, "on_charge", source=GoalSource.INHERENT)
     run.goal(3, "on_charge", source=GoalSource.INHERENT, priority=2.0)
     run.goal(4, "at:A", change=GoalChange.WITHDRAWN)
     run.reach(5, "on_charge", source=GoalSource.INHERENT).goal(6, "at:A")
 
     assert view_of(run.records).goals == (
-        GoalStory(("at:A",), GoalSource.OPERATOR, 1.0, withdrawn_s=4.0),
-        GoalStory(("on_charge",), GoalSource.INHERENT, 2.0, reached_s=5.0),
-        GoalStory(("at:A",), GoalSource.OPERATOR, 6.0),
+        GoalSpan(("at:A",), GoalSource.OPERATOR, 1.0, withdrawn_s=4.0),
+        GoalSpan(("on_charge",), GoalSource.INHERENT, 2.0, reached_s=5.0),
+        GoalSpan(("at:A",), GoalSource.OPERATOR, 6.0),
     )
 
 
-def test_a_goal_of_the_operators_and_the_missions_is_told_of_both(run: Any) -> None:
+def test_a_goal_set_by_operator_and_mission_has_a_span_for_each(run: Any) -> None:
     run.start().goal(1, "at:A").goal(2, "at:A", source=GoalSource.MISSION).stand(9, "at:A")
     run.reach(9, "at:A").reach(9, "at:A", source=GoalSource.MISSION)
 
     assert view_of(run.records).goals == (
-        GoalStory(("at:A",), GoalSource.OPERATOR, 1.0, reached_s=9.0),
-        GoalStory(("at:A",), GoalSource.MISSION, 2.0, reached_s=9.0),
+        GoalSpan(("at:A",), GoalSource.OPERATOR, 1.0, reached_s=9.0),
+        GoalSpan(("at:A",), GoalSource.MISSION, 2.0, reached_s=9.0),
     )
 
 
 # --- commands and the DEM ----------------------------------------------------------------------
 
 
-def test_commands_are_told_as_sent_and_as_taken(run: Any) -> None:
+def test_commands_are_listed_as_sent_and_as_received(run: Any) -> None:
     sent, taken = CommandSent(1, Drive("N")), CommandTaken(1, Drive("N"), None)
     view = view_of(run.start().note(1, sent).note(5.25, taken).records)
 
@@ -151,7 +151,7 @@ def test_commands_are_told_as_sent_and_as_taken(run: Any) -> None:
     assert view.commands_taken == ((5.25, taken),)
 
 
-def test_the_dem_is_told_by_its_last_cycle(run: Any) -> None:
+def test_the_state_of_the_dem_is_its_last_cycle(run: Any) -> None:
     last = Cycle(("at:A",), (), (), 2, 1, 0, 74, 212, 0.5)
 
     assert view_of(run.start().records).dem is None
@@ -161,7 +161,7 @@ def test_the_dem_is_told_by_its_last_cycle(run: Any) -> None:
     )
 
 
-def test_entries_of_a_type_come_with_their_times(run: Any) -> None:
+def test_messages_of_a_topic_come_with_their_times(run: Any) -> None:
     view = view_of(run.start("at:D").stand(5, "at:B").records)
 
     assert [(t_s, pose.place) for t_s, pose in view.entries(TRUTH_POSE)] == [
@@ -173,7 +173,7 @@ def test_entries_of_a_type_come_with_their_times(run: Any) -> None:
 # --- the link ----------------------------------------------------------------------------------
 
 
-def test_frames_are_found_by_way_fate_and_arrival(run: Any) -> None:
+def test_frames_are_found_by_direction_fate_and_arrival(run: Any) -> None:
     run.start().frame(1, UP).frame(2, UP, Fate.LOST).frame(3, DOWN).frame(4, UP)
 
     view = view_of(run.records)
@@ -192,11 +192,13 @@ def test_frames_are_found_by_way_fate_and_arrival(run: Any) -> None:
 
 
 def test_an_interval_that_ends_before_it_starts_is_refused(run: Any) -> None:
-    with pytest.raises(ValueError, match=r"ends at 1 s, before it starts at 2 s"):
+    with pytest.raises(
+        ValueError, match=r"expected delivered_between to end after it starts, found 2 s to 1 s"
+    ):
         view_of(run.start().records).frames(delivered_between=(2, 1))
 
 
-def test_counters_add_up_the_fates_of_one_direction(run: Any) -> None:
+def test_counters_count_the_fates_of_one_direction(run: Any) -> None:
     run.start().frame(1, UP, size_byte=10).frame(2, UP, size_byte=30).frame(2, DOWN)
     for t_s, fate in ((3, Fate.LOST), (4, Fate.OUTAGE), (5, Fate.QUEUE_FULL), (6, Fate.OUTAGE)):
         run.frame(t_s, UP, fate, size_byte=1)
@@ -213,7 +215,7 @@ def test_a_direction_in_which_nothing_arrived_has_no_delay(run: Any) -> None:
     assert view_of(run.start().frame(1, UP, Fate.LOST).records).link_counters(UP).delay_s is None
 
 
-def test_outages_pair_their_ends_and_one_without_end_lasts_as_long_as_the_run(run: Any) -> None:
+def test_an_outage_lasts_until_its_end_or_the_end_of_the_run(run: Any) -> None:
     def outage(t_s: float, direction: Direction, *, down: bool) -> None:
         run.note(t_s, LinkOutage(direction, down, "blackout"))
 
@@ -254,6 +256,6 @@ def test_an_unfinished_log_gives_the_same_answers_as_a_finished_one(
     assert answers(RunView.of_log(unfinished.path)) == answers(RunView.of_log(run.log(path)))
 
 
-def test_a_log_that_is_none_cannot_be_asked(path: Path) -> None:
+def test_a_view_of_a_missing_log_is_refused(path: Path) -> None:
     with pytest.raises(LogError):
         RunView.of_log(path)

@@ -93,7 +93,7 @@ def test_a_mission_comes_with_the_text_of_its_file_to_the_letter() -> None:
 
     loaded = load_mission(Path("yard.toml"), seed=9)
 
-    assert loaded == LoadedMission(loaded.mission, text, "yard.toml")
+    assert loaded == LoadedMission(loaded.mission, text, "yard.toml", overrides=(("seed", 9),))
     assert (loaded.mission.name, loaded.mission.seed) == ("yard", 9)
 
 

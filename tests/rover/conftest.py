@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from farside.link import LinkConfig, LinkTerms, OneWay, ground_endpoint
-from farside.logs import LogEntry, decoded
+from farside.logs import LogEntry
 from farside.messages import Command, Drive, Event, Heartbeat, Order, Proposal, Telemetry
 from farside.node import Frame, Journal, to_ns, to_s
 from farside.places import Chart
@@ -66,7 +66,7 @@ class Bench:
             sent = self._ground.take_sent()
             frames, records = self.rover.advance(self.now_ns, sent if self.link_up else [])
             self._read(frames)
-            self.entries += map(decoded, records)
+            self.entries += map(LogEntry.of, records)
 
     def run_s(self, time_s: float) -> None:
         """Live on for so many seconds."""
@@ -88,7 +88,7 @@ class Bench:
 
     def of(self, topic):
         """All entries of a topic."""
-        return [logged.entry for logged in self.entries if logged.topic == topic.name]
+        return [logged.message for logged in self.entries if logged.topic == topic.name]
 
     def _read(self, frames) -> None:
         self.frames += frames

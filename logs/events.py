@@ -1,9 +1,8 @@
-"""A run in words: one line for each entry that somebody who follows a run wants to read."""
+"""A run as lines of text: one for each log entry that is an event worth reading."""
 
 from typing import Any, NamedTuple
 
-import msgspec
-
+from farside.logs.reading import LogEntry
 from farside.messages import (
     Approve,
     CommandRefused,
@@ -45,23 +44,23 @@ from farside.topics import (
 )
 
 
-class StoryLine(NamedTuple):
-    """One event of the story.
+class EventLine(NamedTuple):
+    """One event of a run.
 
     Attributes:
-        t_ns: when it became known.
-        who: whose part of the run it belongs to.
+        t_ns: its log time.
+        role: the role that recorded it.
         text: what happened.
-        routine: whether it is one of many alike, such as a step of a tour.
+        routine: whether it is one of many alike, such as a step of a tour; displays may dim it.
     """
 
     t_ns: int
-    who: Role
+    role: Role
     text: str
     routine: bool = False
 
 
-TOLD: tuple[Topic[Any], ...] = (
+EVENT_TOPICS: tuple[Topic[Any], ...] = (
     ROVER_MODE,
     ROVER_FAILSAFE,
     ROVER_GOAL,
@@ -72,37 +71,38 @@ TOLD: tuple[Topic[Any], ...] = (
     GROUND_EVENT,
     GROUND_SILENCE,
 )
-"""The topics with lines in the story; see `tell`."""
+"""The topics with event lines; see `event_line`."""
 
 
-def clock(t_ns: int) -> str:
-    """Simulated time in hours, minutes and whole tenths of a second, such as `0:12:34.5`."""
+def time_text(t_ns: int) -> str:
+    """Simulated time as hours, minutes and seconds, cut to tenths: `0:12:34.5`."""
     minutes, tenths = divmod(t_ns // 100_000_000, 600)
     return f"{minutes // 60}:{minutes % 60:02}:{tenths // 10:02}.{tenths % 10}"
 
 
-def name(sign: Tokens) -> str:
-    """A Sign as people read it: its Tokens with a plus between them."""
+def sign_text(sign: Tokens) -> str:
+    """A Sign for people: its Tokens joined by plus signs, such as `at:D + on_charge`."""
     return " + ".join(sign)
 
 
-def tell(t_ns: int, entry: msgspec.Struct) -> StoryLine | None:
-    """The line for an entry logged at `t_ns`; `None` for what is measurement or repetition."""
-    match entry:
+def event_line(entry: LogEntry) -> EventLine | None:
+    """The line for a log entry; `None` for measurements and for what another line already says."""
+    t_ns = entry.log_time_ns
+    match entry.message:
         case ModeEntry(mode=mode, why=why):
-            return StoryLine(t_ns, Role.ROVER, f"mode {mode}: {why}")
+            return EventLine(t_ns, Role.ROVER, f"mode {mode}: {why}")
         case FailsafeEntry(state=state, silence_s=silence_s):
-            return StoryLine(t_ns, Role.ROVER, _failsafe(state, silence_s))
-        case GoalEntry():
-            return StoryLine(t_ns, Role.ROVER, _goal(entry))
+            return EventLine(t_ns, Role.ROVER, _failsafe(state, silence_s))
+        case GoalEntry() as goal:
+            return EventLine(t_ns, Role.ROVER, _goal(goal))
         case CommandTaken(number=number, order=order, refused=str(why)):
             text = f"refuses command {number} ({_order(order)}): {why}"
-            return StoryLine(t_ns, Role.ROVER, text)
-        case ActionEnded(blocked=True):
-            text = f"{entry.action} was blocked, after {entry.duration_s:.1f} s"
-            return StoryLine(t_ns, Role.ROVER, text, routine=True)
+            return EventLine(t_ns, Role.ROVER, text)
+        case ActionEnded(action=action, duration_s=duration_s, blocked=True):
+            text = f"{action} was blocked after {duration_s:.1f} s"
+            return EventLine(t_ns, Role.ROVER, text, routine=True)
         case _:
-            return _tell_of_link_or_ground(t_ns, entry)
+            return _link_or_ground_line(entry)
 
 
 _OUTAGES = {
@@ -110,25 +110,26 @@ _OUTAGES = {
     OutageReason.PASS: "gap between passes",
     OutageReason.CONTACT: "gap between contacts",
     OutageReason.CONJUNCTION: "solar conjunction",
-    OutageReason.CONTROL: "outage by hand",
+    OutageReason.CONTROL: "manual outage",
 }
 
 
-def _tell_of_link_or_ground(t_ns: int, entry: msgspec.Struct) -> StoryLine | None:
-    match entry:
+def _link_or_ground_line(entry: LogEntry) -> EventLine | None:
+    t_ns = entry.log_time_ns
+    match entry.message:
         case LinkOutage(direction=direction, down=down, reason=reason):
             way = "uplink" if direction is Direction.UP else "downlink"
             text = f"{way}: {_OUTAGES[reason]} {'begins' if down else 'ends'}"
-            return StoryLine(t_ns, Role.LINK, text)
+            return EventLine(t_ns, Role.LINK, text)
         case CommandSent(number=number, order=order):
             text = f"command {number}: {_order(order)}"
-            return StoryLine(t_ns, Role.GROUND, text, routine=isinstance(order, Drive | Approve))
+            return EventLine(t_ns, Role.GROUND, text, routine=isinstance(order, Drive | Approve))
         case EventLearned(event=event):
-            text = f"learns of {clock(event.time_ns)}: {_happening(event.what)}"
-            return StoryLine(t_ns, Role.GROUND, text)
+            text = f"learns of {time_text(event.time_ns)}: {_happening(event.what)}"
+            return EventLine(t_ns, Role.GROUND, text)
         case Silence(silent=silent):
             text = "hears nothing from the rover" if silent else "hears the rover"
-            return StoryLine(t_ns, Role.GROUND, text)
+            return EventLine(t_ns, Role.GROUND, text)
         case _:
             return None
 
@@ -139,10 +140,10 @@ def _failsafe(state: Failsafe, silence_s: float) -> str:
     return f"failsafe {state} after {silence_s:.1f} s of silence"
 
 
-def _goal(entry: GoalEntry) -> str:
-    text = f"goal {name(entry.tokens)} {entry.change}"
-    if entry.change is GoalChange.SET:
-        text += f" ({entry.source}, priority {entry.priority:.3g})"
+def _goal(goal: GoalEntry) -> str:
+    text = f"goal {sign_text(goal.tokens)} {goal.change}"
+    if goal.change is GoalChange.SET:
+        text += f" ({goal.source}, priority {goal.priority:.3g})"
     return text
 
 
@@ -157,9 +158,9 @@ def _order(order: Order) -> str:
         case SetMode(mode=mode):
             text = f"mode {mode}"
         case SetGoal(tokens=tokens, priority=priority):
-            text = f"goal {name(tokens)}, priority {priority:.3g}"
+            text = f"goal {sign_text(tokens)}, priority {priority:.3g}"
         case WithdrawGoal(tokens=tokens):
-            text = f"withdraw goal {name(tokens)}"
+            text = f"withdraw goal {sign_text(tokens)}"
     return text
 
 
@@ -170,7 +171,7 @@ def _happening(what: Happening) -> str:
         case FailsafeChanged(state=state, silence_ns=silence_ns):
             text = _failsafe(state, to_s(silence_ns))
         case GoalReached(tokens=tokens):
-            text = f"goal {name(tokens)} reached"
+            text = f"goal {sign_text(tokens)} reached"
         case CommandRefused(number=number, why=why):
             text = f"command {number} refused: {why}"
     return text
