@@ -1,7 +1,7 @@
-"""Missions: their files, the conductor that runs them, the processes, and the command line.
+"""Missions: the mission files, the crew and conductor that run them, and the command line.
 
-The names below are imported when they are first asked for: a child process that plays one role
-and a test session that has Farside installed should not pay for all of it.
+The names below are imported on first use: neither the process of one role nor a test session that
+has Farside installed should pay for importing all of it.
 """
 
 from importlib import import_module
@@ -25,7 +25,7 @@ __all__ = [
     "run_mission",
 ]
 
-_HOME = {
+_MODULES = {
     "FinishedRun": "run",
     "MissionError": "loading",
     "MissionFile": "schema",
@@ -38,6 +38,6 @@ _HOME = {
 
 
 def __getattr__(name: str) -> object:
-    if name not in _HOME:
+    if name not in _MODULES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    return getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)

@@ -1,4 +1,4 @@
-"""Makes the three nodes of a run from its mission file, each with its own random streams."""
+"""Building the three nodes of a run from its mission, each with random streams of its own."""
 
 from enum import IntEnum, unique
 
@@ -16,7 +16,7 @@ from farside.rover.node import Rover, RoverStreams
 
 @unique
 class _Purpose(IntEnum):
-    """What a random stream is for. The numbers are part of what a seed means: never reuse one."""
+    """Purpose of a random stream. Its number is part of the meaning of a seed: never reuse one."""
 
     UPLINK = 0
     DOWNLINK = 1

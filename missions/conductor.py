@@ -1,4 +1,4 @@
-"""The conductor: leads a crew through a run window by window, and writes the log."""
+"""The conductor: advances a crew window by window, records the log and keeps the pace."""
 
 import math
 import time
@@ -14,19 +14,24 @@ from farside.node import Record, to_ns, to_s
 
 _PACED_WINDOW_WALL_S = 0.1
 _LONGEST_SLEEP_S = 0.1  # a signal does not end a sleep
-_log_time = attrgetter("log_time_ns")
+_log_time_ns = attrgetter("log_time_ns")
 
 
 class Watcher(Protocol):
-    """Is shown a run while it runs."""
+    """Observer of a run in progress."""
 
     def watch(self, now_s: float, records: Sequence[Record]) -> None:
-        """The run is at `now_s`; these records were made since the last call."""
+        """Called after each window.
+
+        Args:
+            now_s: simulated time that the run has reached.
+            records: the records of the window, in log order.
+        """
         ...
 
 
 class WallClock(NamedTuple):
-    """Wall time for pacing, replaced in tests."""
+    """Wall time in seconds for pacing: a monotonic clock and a sleep. Tests replace them."""
 
     now: Callable[[], float] = time.monotonic
     sleep: Callable[[float], None] = time.sleep
@@ -36,21 +41,21 @@ _WALL_CLOCK = WallClock()
 
 
 class Conductor:
-    """Runs a mission from its start to its end.
+    """Runs a mission from start to end.
 
     Args:
         mission: the mission.
-        crew: who plays the three roles.
-        recorder: the log.
-        watcher: is shown every window.
-        interrupts: end the run after the window that is on; the second one within it.
-        pace: simulated seconds per wall second, infinite for as fast as possible. The log does
-            not depend on it.
-        window_ns: length of a window at most, where it should be shorter than the link allows.
+        crew: the three nodes, at time 0.
+        recorder: writes the log.
+        watcher: observes every window.
+        interrupts: end the run after the window in progress, the second one within it.
+        pace: most simulated seconds per wall second; infinite for as fast as possible. The log
+            does not depend on it.
+        window_ns: longest window, if shorter than the link allows.
         clock: wall time.
 
     Attributes:
-        now_ns: how far the run is.
+        now_ns: simulated time reached.
     """
 
     def __init__(
@@ -79,34 +84,33 @@ class Conductor:
         """Run to the end of the mission, or until an interrupt is requested.
 
         Raises:
-            KeyboardInterrupt: if a second interrupt came within a window, of which nothing is
-                recorded then.
-            CrewError: if the rover's process ends before. What was recorded is in the log.
+            KeyboardInterrupt: on a second interrupt within a window, of which nothing is recorded.
+            CrewError: if the rover's process ends first. The log holds the windows before.
         """
         end_ns = to_ns(self._mission.duration_s)
-        began_s = self._clock.now()
+        started_s = self._clock.now()
         while self.now_ns < end_ns and not self._interrupts.requested:
             until_ns = min(self.now_ns + self._window_ns, end_ns)
-            # Every node gives its records in order; a stable sort keeps the order of nodes, and
-            # of a node's own records, where times are the same.
             with self._interrupts.breakable(at=2):
-                made = self._crew.advance(until_ns)
-            records = sorted(made, key=_log_time)
+                records = self._crew.advance(until_ns)
+            # Each node returns its records in order of time. A stable sort keeps, at equal times,
+            # the order of the nodes and of a node's own records.
+            records.sort(key=_log_time_ns)
             self._recorder.write(records)
             self._recorder.flush()
             self.now_ns = until_ns
             self._watcher.watch(to_s(until_ns), records)
-            self._wait(began_s + to_s(until_ns) / self._pace)
+            self._wait(started_s + to_s(until_ns) / self._pace)
 
     def _wait(self, until_s: float) -> None:
         while (ahead_s := until_s - self._clock.now()) > 0 and not self._interrupts.requested:
             self._clock.sleep(min(ahead_s, _LONGEST_SLEEP_S))
 
 
-def _window_ns(mission: MissionFile, pace: float, at_most_ns: int | None) -> int:
-    wanted_ns = mission.window_ns
-    if at_most_ns is not None:
-        wanted_ns = min(wanted_ns, at_most_ns)
+def _window_ns(mission: MissionFile, pace: float, longest_ns: int | None) -> int:
+    length_ns = mission.window_ns
+    if longest_ns is not None:
+        length_ns = min(length_ns, longest_ns)
     if math.isfinite(pace):
-        wanted_ns = min(wanted_ns, to_ns(pace * _PACED_WINDOW_WALL_S))
-    return max(1, wanted_ns // mission.tick_ns) * mission.tick_ns
+        length_ns = min(length_ns, to_ns(pace * _PACED_WINDOW_WALL_S))
+    return max(1, length_ns // mission.tick_ns) * mission.tick_ns

@@ -1,4 +1,4 @@
-"""Whether a run was what its mission expected."""
+"""Judging a run by the expectations of its mission."""
 
 from collections.abc import Callable
 
@@ -18,7 +18,7 @@ from farside.topics import ROVER_ACTION_STARTED, Fate, FrameFate
 
 
 def judge(expectation: Expectation, run: RunView) -> Judgement:
-    """Hold one expectation against a run."""
+    """Judge whether a run met one expectation."""
     match expectation:
         case ReachedExpected():
             return _reached(expectation, run)
@@ -48,7 +48,7 @@ def _reached(expectation: ReachedExpected, run: RunView) -> Judgement:
 def _autonomy(expectation: AutonomyExpected, run: RunView) -> Judgement:
     within_s = expectation.within_s
     name = f"autonomy within {within_s:g} s of each loss of the uplink, never otherwise"
-    losses = _outages(run, Direction.UP)
+    outages = _outages(run, Direction.UP)
     taken_s = [
         mode.t_s
         for mode in run.modes
@@ -57,13 +57,13 @@ def _autonomy(expectation: AutonomyExpected, run: RunView) -> Judgement:
     unfounded = [
         f"{t_s:.1f} s"
         for t_s in taken_s
-        if not any(loss.start_s <= t_s <= loss.start_s + within_s for loss in losses)
+        if not any(outage.start_s <= t_s <= outage.start_s + within_s for outage in outages)
     ]
     missed = [
-        f"{loss.start_s:.1f} s"
-        for loss in losses
-        if loss.start_s + within_s < loss.end_s
-        and run.mode_at(loss.start_s + within_s) is not Mode.AUTONOMOUS
+        f"{outage.start_s:.1f} s"
+        for outage in outages
+        if outage.start_s + within_s < outage.end_s
+        and run.mode_at(outage.start_s + within_s) is not Mode.AUTONOMOUS
     ]
     if unfounded:
         return Judgement(name, met=False, detail=f"taken without a loss at {', '.join(unfounded)}")
@@ -111,7 +111,13 @@ def _no_crossing(run: RunView) -> Judgement:
 def _crossing(
     run: RunView, direction: Direction, at_rover: Callable[[FrameFate], tuple[int, int]]
 ) -> FrameFate | None:
-    """The first delivered frame that was at the rover's end during an outage."""
+    """The first delivered frame that passed the rover's end of the link during an outage.
+
+    Args:
+        run: the run.
+        direction: of the frames.
+        at_rover: the span in ns in which a frame passes the rover's end.
+    """
     outages_ns = [(to_ns(out.start_s), to_ns(out.end_s)) for out in _outages(run, direction)]
     for frame in run.each_frame(direction, Fate.DELIVERED):
         first_ns, last_ns = at_rover(frame)

@@ -1,4 +1,4 @@
-"""From a mission file to a checked mission, or to one message that says what is wrong with it."""
+"""Loading a mission: the file read, assignments applied, everything checked, the link resolved."""
 
 import re
 import tomllib
@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import msgspec
 
 from farside.link.profile.resolve import LinkConfigError, resolve_link, with_preset
-from farside.missions.overrides import Assignment, put, read_overrides
+from farside.missions.assignments import Assignment, assign, read_assignments
 from farside.missions.schema import MissionFile
 from farside.places import ACTIONS, Cell, Chart, place_name
 from farside.validation import Key, Problem, did_you_mean, dotted, mismatches, named, shown
@@ -21,22 +21,22 @@ _COORDINATES = re.compile(r"([0-9]{1,4}),([0-9]{1,4})")
 
 
 class MissionError(Exception):
-    """No mission can be made of the input.
+    """The mission cannot be loaded.
 
-    Its text is for people, a line a problem: the file, the key as one writes it for `--set`, what
-    was expected, what was found and, where an override set it, which one.
+    The text, meant for people, has a line for each problem: the file, the dotted key, what was
+    expected, what was found and, if an assignment set the key, which one.
     """
 
 
 class LoadedMission(NamedTuple):
-    """A mission and where it came from.
+    """A mission and its source.
 
     Attributes:
-        mission: the mission, overrides applied, checked, its link resolved: no file is read, and
-            no ephemeris asked, once it runs.
-        text: the mission file to the letter, without the overrides.
-        source: the path, or the name of a shipped mission, as it was asked for.
-        overrides: dotted keys and values that were put in place of the file's, in order.
+        mission: the mission with assignments applied, checked, its link resolved: running it reads
+            no more files and needs no ephemeris.
+        text: the exact text of the mission file, without the assignments.
+        source: path or name of the mission, as given to `load_mission`.
+        overrides: dotted keys and values of the assignments, in order.
     """
 
     mission: MissionFile
@@ -47,20 +47,20 @@ class LoadedMission(NamedTuple):
 
 def load_mission(
     source: str | Path,
-    overrides: Sequence[str] | Mapping[str, object] = (),
+    assignments: Sequence[str] | Mapping[str, object] = (),
     seed: int | None = None,
 ) -> LoadedMission:
-    """Read a mission file, put the overrides in, and check all of it.
+    """Read a mission file, apply the assignments, and check the result.
 
     Args:
-        source: path of a TOML file, or the name of a mission shipped with Farside. A file of that
-            name comes first.
-        overrides: texts `key=value` with a dotted key, numbers entering arrays from 0, and a TOML
-            value or a bare word; or the values themselves by dotted key. Later ones win.
-        seed: the seed of the run, in place of the mission's own.
+        source: path of a TOML file, or name of a mission shipped with Farside. A file with that
+            name takes precedence.
+        assignments: `key=value` strings, or values by dotted key; see
+            `farside.missions.assignments`. The last assignment to a key wins.
+        seed: replaces the mission's seed.
 
     Raises:
-        MissionError: if the file cannot be read, or is no mission. Nothing else is raised.
+        MissionError: if the file cannot be read or is not a valid mission. Nothing else is raised.
     """
     text = _read(source)
     try:
@@ -68,21 +68,21 @@ def load_mission(
     except (ValueError, RecursionError) as error:
         raise MissionError(f"{source}: expected TOML, found: {error}") from error
     try:
-        changes = read_overrides(overrides)
+        made = read_assignments(assignments)
     except ValueError as error:
         raise MissionError(f"{source}: {error}") from error
     if seed is not None:
-        changes.append(Assignment(("seed",), seed, f"--seed {seed}"))
-    problems = [*_put_in(changes, data), *_preset_in(data), *mismatches(data, _SCHEMA)]
-    _refuse(problems, source, changes)
+        made.append(Assignment(("seed",), seed, f"--seed {seed}"))
+    problems = [*_apply(made, data), *_insert_preset(data), *mismatches(data, _SCHEMA)]
+    _refuse(problems, source, made)
     mission = msgspec.convert(data, MissionFile)
-    _refuse(_contradictions(mission, data), source, changes)
+    _refuse(_inconsistencies(mission, data), source, made)
     try:
         link = resolve_link(mission.link, folder=Path(source).parent, duration_s=mission.duration_s)
     except LinkConfigError as error:
-        _refuse(_of_link(error), source, changes)
+        _refuse(_link_problems(error), source, made)
         raise
-    given = tuple((dotted(change.key), change.value) for change in changes)
+    given = tuple((dotted(change.key), change.value) for change in made)
     return LoadedMission(msgspec.structs.replace(mission, link=link), text, str(source), given)
 
 
@@ -100,7 +100,7 @@ def _read(source: str | Path) -> str:
 
 
 def _find(source: str | Path) -> Path | Traversable:
-    """The file at the path `source`, before the shipped mission of that name."""
+    """The file at the path `source` or, if there is none, the shipped mission of that name."""
     path, shipped = Path(source), _shipped()
     if not path.is_file() and str(source) in shipped:
         return shipped[str(source)]
@@ -122,39 +122,42 @@ def _shipped() -> dict[str, Traversable]:
     }
 
 
-def _put_in(changes: Sequence[Assignment], data: dict[str, Any]) -> Iterator[Problem]:
-    for change in changes:
+def _apply(assignments: Sequence[Assignment], data: dict[str, Any]) -> Iterator[Problem]:
+    for assignment in assignments:
         try:
-            put(change, data)
+            assign(assignment, data)
         except ValueError as error:
-            yield Problem(change.key, str(error))
+            yield Problem(assignment.key, str(error))
 
 
-def _preset_in(data: dict[str, Any]) -> Iterator[Problem]:
-    """Put the preset that the link names under what the mission says of it."""
+def _insert_preset(data: dict[str, Any]) -> Iterator[Problem]:
+    """Fill in what the mission's link leaves to its preset."""
     if isinstance(link := data.get("link"), dict):
         try:
             data["link"] = with_preset(link)
         except LinkConfigError as error:
-            yield from _of_link(error)
+            yield from _link_problems(error)
 
 
-def _of_link(error: LinkConfigError) -> Iterator[Problem]:
+def _link_problems(error: LinkConfigError) -> Iterator[Problem]:
     return (Problem(("link", *key), text) for key, text in error.problems)
 
 
-def _refuse(problems: Iterable[Problem], source: str | Path, changes: Sequence[Assignment]) -> None:
+def _refuse(
+    problems: Iterable[Problem], source: str | Path, assignments: Sequence[Assignment]
+) -> None:
+    """Raise a `MissionError` if there are problems."""
     lines = []
     for problem in problems:
-        origins = [change.origin for change in changes if change.touches(problem.key)]
+        origins = [made.origin for made in assignments if made.touches(problem.key)]
         with_origin = f" (with {origins[-1]})" if origins else ""
         lines.append(f"{source}: {dotted(problem.key)}: {problem.text}{with_origin}")
     if lines:
         raise MissionError("\n".join(lines))
 
 
-def _contradictions(mission: MissionFile, data: dict[str, object]) -> Iterator[Problem]:
-    """What is right in each table by itself, and wrong with the others."""
+def _inconsistencies(mission: MissionFile, data: dict[str, object]) -> Iterator[Problem]:
+    """Problems between tables that are each valid alone."""
     if mission.duration_s < mission.tick_s:
         text = f"expected at least tick_s = {mission.tick_s:g}, found {mission.duration_s:g}"
         yield Problem(("duration_s",), text)
@@ -169,23 +172,23 @@ def _contradictions(mission: MissionFile, data: dict[str, object]) -> Iterator[P
 
 
 def _misplaced(key: Key, place: str, start: str, chart: Chart) -> Iterator[Problem]:
-    """The problem with a place that is not on the chart, or cut off from the start."""
-    goal, begin = chart.places.get(place), chart.places.get(start)
+    """The problem with a place that is not on the chart or not reachable from the start."""
+    goal, origin = chart.places.get(place), chart.places.get(start)
     if goal is None:
         letters = ", ".join(sorted(name for name in chart.places if "," not in name))
         names = f"{letters} or EAST,NORTH" if letters else "EAST,NORTH"
         hint = _nearest_place(place, chart)
         yield Problem(key, f"expected a place on the map ({names}), found {shown(place)}{hint}")
-    elif begin is not None:
+    elif origin is not None:
         try:
-            chart.way(begin, goal)
+            chart.way(origin, goal)
         except ValueError as error:
-            text = f"expected a place that the start leads to, found {shown(place)}: {error}"
+            text = f"expected a place reachable from the start, found {shown(place)}: {error}"
             yield Problem(key, text)
 
 
 def _nearest_place(place: str, chart: Chart) -> str:
-    """A question after the place that is nearest to `place`: on the map, or by name."""
+    """A suggestion of the place nearest to `place`, on the map or by spelling."""
     if chart.places and (pair := _COORDINATES.fullmatch(place)):
         cell = Cell(int(pair[1]), int(pair[2]))
         nearest = chart.cell_at(*chart.centre_m(cell))

@@ -1,4 +1,4 @@
-"""What came of a run: the object that `farside run --json` prints and the log keeps."""
+"""The result of a run: the object that `farside run --json` prints and the log keeps."""
 
 from enum import StrEnum
 
@@ -10,7 +10,11 @@ from farside.topics import GoalSource
 
 
 class Outcome(StrEnum):
-    """Success: it ran to its end and met all expectations. Aborted: it did not run to its end."""
+    """Outcome of a run.
+
+    `SUCCESS`: it reached its end and met all expectations. `FAILURE`: it reached its end and missed
+    one. `ABORTED`: it did not reach its end, or lost a process.
+    """
 
     SUCCESS = "success"
     FAILURE = "failure"
@@ -18,7 +22,7 @@ class Outcome(StrEnum):
 
 
 class Judgement(msgspec.Struct, frozen=True):
-    """One expectation, whether it was met, and what was found."""
+    """Whether the expectation called `name` was met; `detail` is what was found."""
 
     name: str
     met: bool
@@ -26,7 +30,7 @@ class Judgement(msgspec.Struct, frozen=True):
 
 
 class ModeResult(msgspec.Struct, frozen=True):
-    """The rover was in `mode` from `t_s` on; `why` says what brought it there."""
+    """The rover was in `mode` from `t_s` on; `why` is the cause of the change."""
 
     t_s: float
     mode: Mode
@@ -34,7 +38,7 @@ class ModeResult(msgspec.Struct, frozen=True):
 
 
 class GoalResult(msgspec.Struct, frozen=True):
-    """A goal: whose, and when it was set and reached (`None`: never)."""
+    """A goal, who set it, and when it was set and reached; `None` if never reached."""
 
     tokens: Tokens
     source: GoalSource
@@ -43,22 +47,22 @@ class GoalResult(msgspec.Struct, frozen=True):
 
 
 class LinkResult(msgspec.Struct, frozen=True):
-    """The frames of both directions."""
+    """The counters of both directions."""
 
     uplink: LinkCounters
     downlink: LinkCounters
 
 
 class DemResult(msgspec.Struct, frozen=True):
-    """The DEM's lists at the end: how many Signs and hypotheses, and their mean C_m."""
+    """The DEM's lists at the end: number of Signs and hypotheses, and mean C_m."""
 
     signs: int
     hypotheses: int
     mean_cm: float
 
 
-class LostProcess(msgspec.Struct, frozen=True):
-    """A process that ended before the run did: which, how, and from when the run missed it."""
+class LostProcessResult(msgspec.Struct, frozen=True):
+    """A `LostProcess`: its role, how it ended, and the start of the first window without it."""
 
     role: str
     how: str
@@ -66,7 +70,24 @@ class LostProcess(msgspec.Struct, frozen=True):
 
 
 class RunResult(msgspec.Struct, frozen=True, kw_only=True):
-    """The result of one run. Times are in seconds; `speedup` is simulated over wall time."""
+    """The result of one run.
+
+    Attributes:
+        mission: name of the mission.
+        seed: the seed of the run.
+        outcome: success, failure or aborted.
+        expectations: judgements in the order of the mission; empty if the run ended early.
+        log: path of the log.
+        digest: see `farside.logs.Digest`.
+        sim_seconds: simulated time reached.
+        wall_seconds: wall time taken.
+        speedup: their ratio.
+        goals: every goal in the order in which it was set.
+        modes: the rover's modes in order.
+        link: counters of the frames.
+        dem: the DEM's lists at the end.
+        lost_processes: processes that ended before the run, in order of loss.
+    """
 
     mission: str
     seed: int
@@ -81,4 +102,4 @@ class RunResult(msgspec.Struct, frozen=True, kw_only=True):
     modes: tuple[ModeResult, ...]
     link: LinkResult
     dem: DemResult
-    lost_processes: tuple[LostProcess, ...] = ()
+    lost_processes: tuple[LostProcessResult, ...] = ()

@@ -1,4 +1,4 @@
-"""One run of a mission from start to result: crew, log, expectations."""
+"""Running a mission: crew, log, expectations and result."""
 
 import math
 import platform
@@ -15,7 +15,7 @@ from farside.logs import LogFile, Recorder
 from farside.logs.views import RunView
 from farside.missions.build import build_node
 from farside.missions.conductor import Conductor, Watcher
-from farside.missions.crew.crew import Crew, CrewError, InProcessCrew, LostRole
+from farside.missions.crew.crew import Crew, CrewError, InProcessCrew, LostProcess
 from farside.missions.crew.processes import ProcessCrew
 from farside.missions.expectations import judge
 from farside.missions.interrupts import Interrupts
@@ -25,7 +25,7 @@ from farside.missions.result import (
     GoalResult,
     Judgement,
     LinkResult,
-    LostProcess,
+    LostProcessResult,
     ModeResult,
     Outcome,
     RunResult,
@@ -34,48 +34,48 @@ from farside.missions.schema import MissionFile
 from farside.node import Direction, Record, Role, to_ns, to_s
 
 RUNS = Path("logs/runs")
-"""Where logs go unless told otherwise, below the current folder."""
+"""Default folder for logs, relative to the current folder."""
 
 _LIBRARIES = ("farside", "eclipse-zenoh", "mcap", "msgspec", "numpy", "pymunk")
 
 
-class Unwatched:
-    """A `Watcher` that looks away."""
+class _Unwatched:
+    """A `Watcher` that does nothing."""
 
     def watch(self, now_s: float, records: Sequence[Record]) -> None:
-        """Do nothing."""
+        """See `Watcher.watch`."""
 
 
 class FinishedRun(RunView):
-    """A run that is over: its result, and all there is to ask about it.
+    """A run that is over: its result, and the queries of a `RunView`.
 
     Attributes:
-        result: what came of it.
-        losses: the processes that ended before the run did, with their last words.
-        interrupted: whether somebody stopped it.
+        result: the result.
+        lost_processes: processes that ended before the run, in order of loss.
+        interrupted: whether the run was stopped, as by Ctrl-C.
     """
 
     def __init__(
         self,
         log: LogFile,
         result: RunResult,
-        losses: tuple[LostRole, ...],
+        lost_processes: tuple[LostProcess, ...],
         *,
         interrupted: bool,
     ) -> None:
         super().__init__(log)
         self.result = result
-        self.losses = losses
+        self.lost_processes = lost_processes
         self.interrupted = interrupted
 
     @property
     def log(self) -> Path:
-        """The log."""
+        """Path of the log."""
         return Path(self.result.log)
 
     @property
     def digest(self) -> str:
-        """SHA-256 over all that was logged; see `farside.logs.Digest`."""
+        """The digest of the log; see `farside.logs.Digest`."""
         return self.result.digest
 
 
@@ -88,22 +88,22 @@ def run_mission(
     watcher: Watcher | None = None,
     window_ns: int | None = None,
 ) -> FinishedRun:
-    """Run a mission and leave its log.
+    """Run a mission and write its log.
 
     Args:
         loaded: the mission.
-        in_process: run all nodes in this process, not in one each over Zenoh.
-        pace: simulated seconds per wall second at most.
-        out: folder for the log; made if need be.
-        watcher: is shown the run while it goes on.
-        window_ns: length of a window at most, where it should be shorter than the link allows.
+        in_process: run all nodes in this process, not in a process each over Zenoh.
+        pace: most simulated seconds per wall second.
+        out: folder for the log, created if missing.
+        watcher: observes the run in progress.
+        window_ns: longest window, if shorter than the link allows.
 
-    Ctrl-C or SIGTERM ends the run after the window that is on; a second one at once. The log is
+    Ctrl-C or SIGTERM ends the run after the window in progress, a second one at once. The log is
     whole either way.
 
     Raises:
-        KeyboardInterrupt: if one came before the first window; there is no log then.
-        CrewError: if the processes cannot be started; there is no log then.
+        KeyboardInterrupt: if it came before the first window; no log is written then.
+        CrewError: if the processes cannot be started; no log is written then.
         LogError: if the log cannot be written.
     """
     mission = loaded.mission
@@ -118,21 +118,23 @@ def run_mission(
             mission,
             crew,
             recorder,
-            watcher or Unwatched(),
+            watcher or _Unwatched(),
             interrupts,
             pace=pace,
             window_ns=window_ns,
         )
-        began_s = time.monotonic()
+        started_s = time.monotonic()
         end = _conduct(conductor, crew, interrupts)
-        wall_s = time.monotonic() - began_s
+        wall_s = time.monotonic() - started_s
         result = _result(mission, conductor, recorder, end, wall_s)
         recorder.attach("result.json", "application/json", msgspec.json.encode(result))
         recorder.metadata("farside.result", {"outcome": result.outcome, "digest": result.digest})
-        # Packing may be broken off: the log then stays as it was written, and is as good.
+        # Packing may be interrupted: the log then stays as it was written, which is as good.
         with suppress(KeyboardInterrupt), interrupts.breakable(at=2):
             recorder.close()
-    return FinishedRun(LogFile(recorder.path), result, end.losses, interrupted=end.interrupted)
+    return FinishedRun(
+        LogFile(recorder.path), result, end.lost_processes, interrupted=end.interrupted
+    )
 
 
 def _crew(mission: MissionFile, *, in_process: bool) -> Crew:
@@ -142,21 +144,21 @@ def _crew(mission: MissionFile, *, in_process: bool) -> Crew:
 
 
 class _End(NamedTuple):
-    """How a run came to its end."""
+    """How a run ended."""
 
-    losses: tuple[LostRole, ...]
+    lost_processes: tuple[LostProcess, ...]
     interrupted: bool
 
 
 def _conduct(conductor: Conductor, crew: Crew, interrupts: Interrupts) -> _End:
-    losses: tuple[LostRole, ...] = ()
+    lost: tuple[LostProcess, ...] = ()
     try:
         conductor.run()
     except CrewError as error:
-        losses = (error.loss,)
+        lost = (error.lost,)
     except KeyboardInterrupt:
         pass
-    return _End((*crew.losses, *losses), interrupts.requested)
+    return _End((*crew.lost_processes, *lost), interrupts.requested)
 
 
 def _describe(recorder: Recorder, loaded: LoadedMission) -> None:
@@ -185,14 +187,16 @@ def _result(
 ) -> RunResult:
     recorder.flush()
     view = RunView(LogFile(recorder.path))
-    finished = conductor.now_ns >= to_ns(mission.duration_s)
-    judgements = tuple(judge(one, view) for one in mission.expect) if finished else ()
+    complete = conductor.now_ns >= to_ns(mission.duration_s)
+    judgements = (
+        tuple(judge(expectation, view) for expectation in mission.expect) if complete else ()
+    )
     sim_s = to_s(conductor.now_ns)
     dem = view.dem
     return RunResult(
         mission=mission.name,
         seed=mission.seed,
-        outcome=_outcome(judgements, aborted=bool(end.losses) or not finished),
+        outcome=_outcome(judgements, aborted=bool(end.lost_processes) or not complete),
         expectations=judgements,
         log=str(recorder.path),
         digest=recorder.digest,
@@ -208,7 +212,8 @@ def _result(
         ),
         dem=DemResult(dem.signs, dem.hypotheses, dem.mean_cm) if dem else DemResult(0, 0, 0.0),
         lost_processes=tuple(
-            LostProcess(loss.role, loss.how, to_s(loss.time_ns)) for loss in end.losses
+            LostProcessResult(lost.role, lost.how, to_s(lost.time_ns))
+            for lost in end.lost_processes
         ),
     )
 
@@ -216,4 +221,4 @@ def _result(
 def _outcome(judgements: Sequence[Judgement], *, aborted: bool) -> Outcome:
     if aborted:
         return Outcome.ABORTED
-    return Outcome.SUCCESS if all(j.met for j in judgements) else Outcome.FAILURE
+    return Outcome.SUCCESS if all(judgement.met for judgement in judgements) else Outcome.FAILURE

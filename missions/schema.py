@@ -1,4 +1,4 @@
-"""The mission file as a checked object: world, rover, link, ground and expectations."""
+"""The schema of a mission file: world, rover, link, ground and expectations."""
 
 from typing import Annotated
 
@@ -13,18 +13,19 @@ from farside.settings import PlaceName, Positive, Section
 
 
 class WorldConfig(Section, frozen=True):
-    """The `[world]` table: the yard, drawn; see `farside.places.Chart`.
+    """The `[world]` table.
 
     Attributes:
-        map: one line a row of cells, northernmost first.
-        cell_m: side of a cell.
+        map: the yard drawn as `farside.places.Chart` reads it, a line for each row of cells,
+            northernmost first.
+        cell_m: side of a cell; project default.
     """
 
     map: str
     cell_m: Positive = 1.0
 
     def chart(self) -> Chart:
-        """The yard as places.
+        """The chart of the yard.
 
         Raises:
             ValueError: if the drawing is not a walled yard.
@@ -36,40 +37,43 @@ class WorldConfig(Section, frozen=True):
 
 
 class ReachedExpected(Section, frozen=True, tag="reached", tag_field="what"):
-    """The goal `place` is reached, in truth; with `in_blackout`, while both ways are out."""
+    """The goal `place` is truly reached; with `in_blackout`, while both directions are down."""
 
     place: PlaceName
     in_blackout: bool = False
 
 
 class AutonomyExpected(Section, frozen=True, tag="autonomy", tag_field="what"):
-    """The rover turns autonomous within `within_s` of each loss of the uplink, never otherwise."""
+    """The rover turns autonomous within `within_s` of each loss of the uplink, never otherwise.
+
+    Only changes by the failsafe count, not those that the operator orders.
+    """
 
     within_s: Positive
 
 
 class ObedienceExpected(Section, frozen=True, tag="obedience", tag_field="what"):
-    """No command is obeyed that nobody sent, and none twice."""
+    """Every command obeyed was sent, and none is obeyed twice."""
 
 
 class NoCrossingExpected(Section, frozen=True, tag="no-crossing", tag_field="what"):
-    """No frame is delivered that had to cross an outage."""
+    """No frame is delivered that passes the rover's end of the link during an outage."""
 
 
 Expectation = ReachedExpected | AutonomyExpected | ObedienceExpected | NoCrossingExpected
 
 
 class MissionFile(Section, frozen=True):
-    """A whole mission.
+    """A mission file.
 
     Attributes:
-        name: what the mission is called; names the log.
-        about: one line for people.
-        seed: the seed of every random stream; `--seed` replaces it.
+        name: name of the mission and of its logs.
         duration_s: simulated time from start to end.
-        tick_s: the grid of physics and decisions.
         world, rover, link, ground: the tables of those names.
-        expect: what decides between success and failure.
+        about: one line for people.
+        seed: seed of every random stream; `--seed` replaces it.
+        tick_s: time step of physics and decisions; project default.
+        expect: the expectations that decide between success and failure.
     """
 
     name: Annotated[str, Meta(pattern=r"^[a-z0-9][a-z0-9_-]*\Z")]
@@ -85,10 +89,10 @@ class MissionFile(Section, frozen=True):
 
     @property
     def tick_ns(self) -> int:
-        """The grid of physics and decisions, in nanoseconds."""
+        """`tick_s` in nanoseconds."""
         return to_ns(self.tick_s)
 
     @property
     def window_ns(self) -> int:
-        """The longest window: the link's lookahead in whole ticks, one tick at least."""
+        """The longest window in nanoseconds: the link's lookahead in whole ticks, at least one."""
         return max(1, self.link.lookahead_ns // self.tick_ns) * self.tick_ns

@@ -21,7 +21,7 @@ from farside.link.emulator.control import EmulatorState, WayCounters, WayState, 
 from farside.link.emulator.relay import Manner, Relay, open_side
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.link.profile.resolve import LinkConfigError, load_profile
-from farside.missions.overrides import put, read_overrides
+from farside.missions.assignments import assign, read_assignments
 from farside.node import Direction, Role
 
 _PICTURES_HZ = 2
@@ -152,11 +152,11 @@ def _load(
     except LinkConfigError as error:
         raise typer.BadParameter(str(error), param_hint="--preset or --profile") from error
     try:
-        for override in read_overrides(texts):
-            table, *keys = override.key
+        for assignment in read_assignments(texts):
+            table, *keys = assignment.key
             for name in alternatives_to(keys[0]) if keys else ():
                 data.get(table, {}).pop(name, None)
-            put(override, data)
+            assign(assignment, data)
         return msgspec.convert(data, LinkConfig)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--set") from error

@@ -1,4 +1,4 @@
-"""The command line: `farside run`, `check`, `replay`, `link` and `dem`."""
+"""The `farside` command: `run`, `check` and `replay`, beside `link` and `dem`."""
 
 import math
 import sys
@@ -27,7 +27,7 @@ _DONE, _UNMET, _BAD_INPUT, _INFRASTRUCTURE, _INTERRUPTED = 0, 1, 2, 3, 130
 
 _STATUS = (
     "Exit status: 0 done and all expectations met; 1 an expectation was not met; 2 bad input; "
-    "3 a process failed; 130 stopped by Ctrl-C."
+    "3 a process failed; 130 interrupted by Ctrl-C."
 )
 
 app = typer.Typer(
@@ -44,12 +44,13 @@ app.add_typer(dem_app, name="dem")
 Mission = Annotated[
     str,
     typer.Argument(
-        metavar="MISSION", help="A mission file, or the name of a shipped one such as 'blackout'."
+        metavar="MISSION",
+        help="A mission file, or the name of a shipped mission such as 'blackout'.",
     ),
 ]
 Set = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Replace a value of the mission file."),
+    typer.Option("--set", metavar="KEY=VALUE", help="Set a value of the mission file."),
 ]
 
 
@@ -65,7 +66,7 @@ def _pace(text: str) -> float:
     return pace
 
 
-def _show_version(wanted: bool) -> None:  # noqa: FBT001 - typer calls it so
+def _show_version(wanted: bool) -> None:  # noqa: FBT001 - typer passes it by position
     if wanted:
         print(f"farside {version('farside')}")  # noqa: T201
         raise typer.Exit
@@ -84,14 +85,16 @@ def _farside(
 @app.command(epilog=_STATUS)
 def run(
     mission: Mission,
-    seed: Annotated[int | None, typer.Option(min=0, help="In place of the mission's.")] = None,
+    seed: Annotated[
+        int | None, typer.Option(min=0, help="Seed, in place of the mission's.")
+    ] = None,
     in_process: Annotated[
-        bool, typer.Option("--in-process", help="Run all in this process, without Zenoh.")
+        bool, typer.Option("--in-process", help="Run everything in this process, without Zenoh.")
     ] = False,
     pace: Annotated[
         float,
         typer.Option(
-            parser=_pace, metavar="X|max", help="Simulated seconds per wall second at most."
+            parser=_pace, metavar="X|max", help="At most X simulated seconds per wall second."
         ),
     ] = "max",  # type: ignore[assignment]  # typer parses the default as it parses an argument
     set_: Set = None,
@@ -100,7 +103,7 @@ def run(
         bool, typer.Option("--json", help="Print the result as one JSON object.")
     ] = False,
 ) -> None:
-    """Run a mission: a process each for rover, link and ground, one log.
+    """Run a mission in a process each for rover, link and ground, and write its log.
 
     \b
     farside run blackout
@@ -115,8 +118,8 @@ def run(
         print(msgspec.json.encode(finished.result).decode())  # noqa: T201
     else:
         show_summary(finished.result, Console())
-    for loss in finished.losses:
-        _say(f"{loss}; the log is {finished.result.log}")
+    for lost in finished.lost_processes:
+        _print_error(f"{lost}; the log is {finished.result.log}")
     raise typer.Exit(_status(finished))
 
 
@@ -138,21 +141,21 @@ def check(mission: Mission, set_: Set = None) -> None:
 
 @app.command()
 def replay(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log that a run left.")],
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="Log of a run.")],
     speed: Annotated[
         float,
         typer.Option(parser=_pace, metavar="X|max", help="Simulated seconds per wall second."),
     ] = "20",  # type: ignore[assignment]
     start: Annotated[
-        float, typer.Option(min=0, metavar="S", help="Begin at this simulated time.")
+        float, typer.Option(min=0, metavar="S", help="Start at this simulated time, in seconds.")
     ] = 0.0,
 ) -> None:
-    """Play a log back: the map, the modes, the link. Ctrl-C ends it.
+    """Replay a log: the map, the modes, the link. Ctrl-C ends it.
 
     \b
     farside replay logs/runs/blackout-seed1-1.mcap
     farside replay logs/runs/blackout-seed1-1.mcap --start 600 --speed 10
-    farside replay logs/runs/blackout-seed1-1.mcap | less    (a line an event)
+    farside replay logs/runs/blackout-seed1-1.mcap | less    (a line per event)
     """
     try:
         logs.replay(LogFile(log), Console(), speed=speed, start_s=start)
@@ -174,7 +177,7 @@ def recover_log(
     recovered = recover(LogFile(log))
     print(f"{recovered.path}: {recovered.messages} messages")  # noqa: T201
     if recovered.damage is not None:
-        _say(recovered.damage)
+        _print_error(recovered.damage)
 
 
 def _status(finished: FinishedRun) -> int:
@@ -189,7 +192,7 @@ def _status(finished: FinishedRun) -> int:
             return _INFRASTRUCTURE
 
 
-def _say(message: str) -> None:
+def _print_error(message: str) -> None:
     print(f"farside: {message}", file=sys.stderr)  # noqa: T201
 
 
@@ -198,14 +201,14 @@ def main() -> NoReturn:
     try:
         app()
     except (MissionError, LogError, StreamError, EphemerisError) as error:
-        _say(str(error))
+        _print_error(str(error))
         sys.exit(_BAD_INPUT)
     except BrokenPipeError:
-        # Whoever read our output has seen enough, as with `| head`.
+        # The reader of our output has closed it, as `| head` does.
         sys.stderr.close()
         sys.exit(_DONE)
     except (CrewError, OSError) as error:
-        _say(str(error))
+        _print_error(str(error))
         sys.exit(_INFRASTRUCTURE)
     except KeyboardInterrupt:
         sys.exit(_INTERRUPTED)

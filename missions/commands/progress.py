@@ -1,4 +1,4 @@
-"""What a run shows while it goes on."""
+"""The progress display of a run."""
 
 from collections.abc import Sequence
 from types import TracebackType
@@ -16,9 +16,13 @@ _SHOWN = {topic.name for topic in (ROVER_MODE, ROVER_FAILSAFE, LINK_OUTAGE)}
 
 
 class ProgressDisplay:
-    """A bar with simulated time, mode, failsafe and link; nothing where there is no terminal.
+    """A progress bar with simulated time, mode, failsafe and link; silent without a terminal.
 
     A context manager and a `Watcher`.
+
+    Args:
+        mission: the mission of the run.
+        console: where to show the bar.
     """
 
     def __init__(self, mission: MissionFile, console: Console) -> None:

@@ -1,4 +1,4 @@
-"""What a run shows when it is over."""
+"""The summary of a run."""
 
 from rich.console import Console
 from rich.table import Table
@@ -46,27 +46,29 @@ def _goals(result: RunResult) -> Table:
 
 
 def _link(result: RunResult) -> Table:
-    """What became of the frames; what happened to none has no column, unless it always may."""
-    ways = {"up": result.link.uplink, "down": result.link.downlink}
+    """Frames by fate. A rare fate has a column only if a frame met it."""
+    directions = {"up": result.link.uplink, "down": result.link.downlink}
     columns = {
-        "frames": [way.sent for way in ways.values()],
-        "delivered": [way.delivered for way in ways.values()],
-        "lost": [way.lost for way in ways.values()],
-        "in outage": [way.outage for way in ways.values()],
-        "queue full": [way.queue_full for way in ways.values()],
+        "frames": [counters.sent for counters in directions.values()],
+        "delivered": [counters.delivered for counters in directions.values()],
+        "lost": [counters.lost for counters in directions.values()],
+        "in outage": [counters.outage for counters in directions.values()],
+        "queue full": [counters.queue_full for counters in directions.values()],
     }
     rare = {
-        "expired": [way.expired for way in ways.values()],
-        "bit errors": [way.bit_error for way in ways.values()],
-        "damaged": [way.damaged for way in ways.values()],
-        "twice": [way.duplicated for way in ways.values()],
-        "refused": [way.refused for way in ways.values()],
-        "in shadow": [way.shadowed for way in ways.values()],
+        "expired": [counters.expired for counters in directions.values()],
+        "bit errors": [counters.bit_error for counters in directions.values()],
+        "damaged": [counters.damaged for counters in directions.values()],
+        "twice": [counters.duplicated for counters in directions.values()],
+        "refused": [counters.refused for counters in directions.values()],
+        "in shadow": [counters.shadowed for counters in directions.values()],
     }
     columns |= {name: counts for name, counts in rare.items() if any(counts)}
     table = _table("link", *columns, "mean delay")
-    for name, way, *counts in zip(ways, ways.values(), *columns.values(), strict=True):
-        delay = "" if way.delay_s is None else f"{way.delay_s:.2f} s"
+    for name, counters, *counts in zip(
+        directions, directions.values(), *columns.values(), strict=True
+    ):
+        delay = "" if counters.delay_s is None else f"{counters.delay_s:.2f} s"
         table.add_row(name, *map(str, counts), delay)
     return table
 

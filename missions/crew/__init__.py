@@ -1,1 +1,1 @@
-"""The three nodes of a run, moved together: in one process, or in one each over Zenoh."""
+"""Crews: the three nodes of a run, in one process or in a process each over Zenoh."""

@@ -1,9 +1,10 @@
-"""How launcher and roles keep step: their messages, and a role's side of the barrier.
+"""The barrier between windows: the messages of launcher and roles, and a role's side of it.
 
-A window goes like this. The launcher says `Advance` to all three. Rover and ground need the
-link's `Frames` for this window, live through it, and say `Frames` to the link and a `WindowReport`
-to the launcher. The link needs the frames of both, and says the `Frames` of the next window before
-its `WindowReport`. With all reports in, the launcher goes on. No Zenoh and no process in here.
+In each window the launcher sends `Advance` to all three roles. Rover and ground wait for the link's
+`Frames` for the window, advance, and send `Frames` to the link and a `WindowReport` to the
+launcher. The link waits for the frames of both, advances, and sends the `Frames` for the next
+window before its own `WindowReport`. Once all have reported, the launcher starts the next window.
+This module uses neither Zenoh nor processes.
 """
 
 import msgspec
@@ -20,21 +21,21 @@ from farside.missions.crew.network import (
 from farside.missions.schema import MissionFile
 from farside.node import Frame, Node, Record, Role
 
-Said = tuple[str, bytes]
-"""A message on its way: key and payload."""
+Sample = tuple[str, bytes]
+"""A message on the run's network: Zenoh key and payload."""
 
 
 class Briefing(msgspec.Struct, frozen=True):
-    """What the launcher tells a new process, as one line of JSON on its standard input."""
+    """What the launcher sends a new process, as one line of JSON on its standard input."""
 
     ticket: Ticket
     mission: MissionFile
 
 
 class Advance(msgspec.Struct, frozen=True, array_like=True):
-    """Live through a window, up to `until_ns`, and expect no frames from the `absent` roles.
+    """Advance through `window`, up to `until_ns`, without waiting for frames of `absent` roles.
 
-    Said again with more absent roles when somebody is lost while others wait for it.
+    Sent again with more absent roles when a process is lost while others wait for it.
     """
 
     window: int
@@ -50,7 +51,10 @@ class Frames(msgspec.Struct, frozen=True, array_like=True):
 
 
 class WindowReport(msgspec.Struct, frozen=True, array_like=True):
-    """The role is ready for `window` (0: it has joined), and recorded this since its last one."""
+    """The role is ready for `window`; `records` are those since its previous report.
+
+    The report for window 0 says that the role has joined the run.
+    """
 
     window: int
     records: list[Record]
@@ -62,36 +66,44 @@ _frames = msgspec.msgpack.Decoder(Frames).decode
 
 
 class Party:
-    """A node at its place in the crew: hears messages and answers with messages."""
+    """A role's side of the barrier: takes a sample and returns the samples to send.
+
+    Args:
+        role: the role.
+        node: the node that plays it, at time 0.
+    """
 
     def __init__(self, role: Role, node: Node) -> None:
         self._role, self._node = role, node
         self._sources = frame_sources(role)
         self._window = 0
         self._advance = Advance(-1, 0)
-        # Nothing was sent before the first window.
+        # No frames are under way before the first window.
         self._frames = {Role.LINK: Frames(0, [])}
 
-    def report(self, records: list[Record]) -> Said:
-        """Say that the node is ready for its next window; the first time, that it is there."""
+    def report(self, records: list[Record]) -> Sample:
+        """The report that the role is ready for its next window; the first, that it has joined."""
         return report_key(self._role), _encode(WindowReport(self._window, records))
 
-    def hear(self, said: Said) -> list[Said]:
-        """Take a message; once all that the window needs is there, live through it.
+    def take(self, sample: Sample) -> list[Sample]:
+        """Take a sample and, once everything that the window needs is there, advance the node.
+
+        Returns:
+            the samples to send: none while something is missing.
 
         Raises:
-            msgspec.DecodeError: if the payload is not what belongs on its key.
+            msgspec.DecodeError: if the payload is not of the type that belongs on its key.
         """
-        key, payload = said
+        key, payload = sample
         if key == advance_key(self._role):
             self._advance = _advance(payload)
         else:
             self._frames[self._sources[key]] = _frames(payload)
         arrivals = self._arrivals()
-        return [] if arrivals is None else self._live(arrivals)
+        return [] if arrivals is None else self._advance_node(arrivals)
 
     def _arrivals(self) -> list[Frame] | None:
-        """The frames for the window that is on, or `None` while something is missing."""
+        """The frames to take in the current window; `None` while something is missing."""
         if self._advance.window != self._window:
             return None
         arrivals: list[Frame] = []
@@ -103,14 +115,14 @@ class Party:
                 return None
         return arrivals
 
-    def _live(self, arrivals: list[Frame]) -> list[Said]:
+    def _advance_node(self, arrivals: list[Frame]) -> list[Sample]:
         step = self._node.advance(self._advance.until_ns, arrivals)
         window, self._window = self._window, self._window + 1
         if self._role is Role.LINK:
-            given_out = [
+            outgoing = [
                 (in_key(end), _encode(Frames(self._window, frames)))
                 for end, frames in by_receiver(step.frames).items()
             ]
         else:
-            given_out = [(out_key(self._role), _encode(Frames(window, step.frames)))]
-        return [*given_out, self.report(step.records)]
+            outgoing = [(out_key(self._role), _encode(Frames(window, step.frames)))]
+        return [*outgoing, self.report(step.records)]

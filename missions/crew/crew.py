@@ -1,4 +1,4 @@
-"""The three nodes of a run, moved together from window to window."""
+"""The crew of a run: its three nodes, advanced together window by window."""
 
 from collections.abc import Sequence
 from typing import Protocol, Self
@@ -10,14 +10,14 @@ from farside.node import Direction, Frame, Node, Record, Role, to_s
 _RECEIVER = {Direction.UP: Role.ROVER, Direction.DOWN: Role.GROUND}
 
 
-class LostRole(msgspec.Struct, frozen=True):
-    """The end of a role's process before the end of the run.
+class LostProcess(msgspec.Struct, frozen=True):
+    """A role's process that ended before the run.
 
     Attributes:
-        role: who is gone.
+        role: the role of the process.
         time_ns: start of the first window without it.
-        how: what happened to it, as in "was ended by SIGKILL".
-        last_words: the tail of what it wrote to standard error, its traceback if it had one.
+        how: how it ended, such as "was ended by SIGKILL".
+        last_words: the tail of its output, with the traceback if there was one.
     """
 
     role: Role
@@ -26,31 +26,31 @@ class LostRole(msgspec.Struct, frozen=True):
     last_words: str
 
     def __str__(self) -> str:
-        told = f"the {self.role} process {self.how} at {to_s(self.time_ns):g} s of simulated time"
-        return f"{told}; its last words:\n{self.last_words}" if self.last_words else told
+        ended = f"the {self.role} process {self.how} at {to_s(self.time_ns):g} s of simulated time"
+        return f"{ended}; its last words:\n{self.last_words}" if self.last_words else ended
 
 
 class CrewError(Exception):
-    """The run cannot start, or cannot go on, without the role that was lost.
+    """The run cannot start, or cannot go on, without the process that was lost.
 
     Attributes:
-        loss: who was lost, and how.
+        lost: the process.
     """
 
-    def __init__(self, loss: LostRole) -> None:
-        super().__init__(str(loss))
-        self.loss = loss
+    def __init__(self, lost: LostProcess) -> None:
+        super().__init__(str(lost))
+        self.lost = lost
 
 
 class Crew(Protocol):
-    """Rover, link and ground, wherever they run. A context manager that closes itself at its end.
+    """Rover, link and ground, wherever they run. A context manager that closes the crew on exit.
 
-    In a window rover and ground live side by side, with the frames that the link gave out at the
-    end of the window before. The link then takes the frames that both sent in it.
+    In each window rover and ground advance side by side, with the frames that the link delivered at
+    the end of the previous window. The link then takes the frames that both sent.
     """
 
     def __enter__(self) -> Self:
-        """Bring the crew to time 0."""
+        """Start the crew, at time 0."""
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -58,39 +58,39 @@ class Crew(Protocol):
         self.close()
 
     @property
-    def losses(self) -> Sequence[LostRole]:
-        """The roles that the run has gone on without, in order of loss."""
+    def lost_processes(self) -> Sequence[LostProcess]:
+        """The processes that the run has gone on without, in order of loss."""
         ...
 
     def advance(self, until_ns: int) -> list[Record]:
-        """Take all three from the present up to, not including, `until_ns`.
+        """Advance all three nodes up to, not including, `until_ns`.
 
         Args:
-            until_ns: end of the window, not before the end of the last one, and not further away
-                than the shortest delay of the link (or one tick, if that is longer).
+            until_ns: end of the window; not before the end of the previous one, and no further
+                ahead than the shortest delay of the link or, if longer, one tick.
 
         Returns:
             the records of the window: the rover's, then the link's, then the ground's.
 
         Raises:
-            CrewError: if the rover is lost. Link and ground may be lost: see `losses`.
+            CrewError: if the rover's process is lost. For the others see `lost_processes`.
         """
         ...
 
     def close(self) -> None:
-        """End what was started for the crew. Does nothing the second time."""
+        """End everything that was started for the crew. Closing again does nothing."""
         ...
 
 
 class InProcessCrew(Crew):
-    """A crew of plain calls. An exception in a node passes through."""
+    """A crew in this process. Exceptions in a node propagate to the caller."""
 
     def __init__(self, rover: Node, link: Node, ground: Node) -> None:
         self._rover, self._link, self._ground = rover, link, ground
         self._arrivals = by_receiver([])
 
     @property
-    def losses(self) -> Sequence[LostRole]:
+    def lost_processes(self) -> Sequence[LostProcess]:
         """Always empty."""
         return ()
 
@@ -103,12 +103,12 @@ class InProcessCrew(Crew):
         return rover.records + link.records + ground.records
 
     def close(self) -> None:
-        """Nothing was started."""
+        """Does nothing: nothing was started."""
 
 
 def by_receiver(frames: Sequence[Frame]) -> dict[Role, list[Frame]]:
-    """What the link gives out, sorted by who gets it, in unchanged order."""
-    sorted_out: dict[Role, list[Frame]] = {role: [] for role in _RECEIVER.values()}
+    """The frames that the link delivers, grouped by receiver, in unchanged order."""
+    grouped: dict[Role, list[Frame]] = {role: [] for role in _RECEIVER.values()}
     for frame in frames:
-        sorted_out[_RECEIVER[frame.direction]].append(frame)
-    return sorted_out
+        grouped[_RECEIVER[frame.direction]].append(frame)
+    return grouped

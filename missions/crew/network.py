@@ -1,16 +1,16 @@
-"""The run's Zenoh network: one router on loopback, three clients, and who may say what.
+"""The run's Zenoh network: a router on loopback, three clients, and their access control.
 
-The launcher opens the router, which draws a password for each role and lets each one say and hear
-its own keys only, so that rover and ground can reach each other through the link alone:
+The launcher opens the router with a random password for each role. Each role may publish and
+subscribe to its own keys only, so rover and ground can reach each other through the link alone:
 
-    key                   said by      heard by
+    key                   publisher    subscriber
     farside/ROLE/advance  launcher     ROLE
     farside/ROLE/report   ROLE         launcher
     farside/END/out       END          link       (END: rover, ground)
     farside/END/in        link         END
 
-What crosses here is frames and the run's own book-keeping; a frame's fate is decided in the
-channel, so this network must lose nothing: it waits rather than drops, and never times out.
+The network carries frames and the messages of the barrier. A frame's fate is decided in the
+channel, so the network itself must lose nothing: it blocks rather than drops, and never times out.
 """
 
 import json
@@ -27,8 +27,8 @@ from farside.node import Role
 
 _ENDS = (Role.ROVER, Role.GROUND)
 
-# A process that dies closes its connection, so silence means only that somebody thinks, or that
-# the machine sleeps.
+# A process that dies closes its connection. Silence only means that a role is computing, or that
+# the machine is suspended.
 _LEASE_MS = 24 * 3600 * 1000
 
 _QUIET: dict[str, object] = {
@@ -36,19 +36,19 @@ _QUIET: dict[str, object] = {
     "scouting/gossip/enabled": False,
     "scouting/delay": 0,
     "timestamping/enabled": False,
-    # Shared memory would outlive a killed process, and frames are small.
+    # Shared memory outlives a killed process, and frames are small.
     "transport/shared_memory/enabled": False,
     "transport/link/tx/lease": _LEASE_MS,
 }
 
 
 class Ticket(msgspec.Struct, frozen=True):
-    """What a role needs to join the run's network. Secret: it goes by pipe only.
+    """A role's credentials for the run's network. Secret: passed through a pipe only.
 
     Attributes:
-        role: who joins; the user name towards the router.
-        locator: the router's address, such as `tcp/127.0.0.1:40123`.
-        password: good for this role and this router.
+        role: the role, and its user name at the router.
+        locator: address of the router, such as `tcp/127.0.0.1:40123`.
+        password: valid for this role at this router.
     """
 
     role: Role
@@ -57,77 +57,85 @@ class Ticket(msgspec.Struct, frozen=True):
 
 
 def advance_key(role: Role) -> str:
-    """Where the launcher tells `role` how far to live."""
+    """Key of the `Advance` messages from the launcher to `role`."""
     return f"farside/{role}/advance"
 
 
 def report_key(role: Role) -> str:
-    """Where `role` tells the launcher what it recorded."""
+    """Key of the `WindowReport` messages from `role` to the launcher."""
     return f"farside/{role}/report"
 
 
 def out_key(end: Role) -> str:
-    """Where an end of the link hands over the frames that it sends."""
+    """Key of the frames that an end of the link sends."""
     return f"farside/{end}/out"
 
 
 def in_key(end: Role) -> str:
-    """Where the link hands over the frames that arrive at an end."""
+    """Key of the frames that arrive at an end of the link."""
     return f"farside/{end}/in"
 
 
 def frame_sources(role: Role) -> dict[str, Role]:
-    """The keys on which `role` gets frames, with who says them, in the order of taking."""
+    """The keys on which `role` receives frames, each with its publisher, in the order of taking."""
     if role is Role.LINK:
         return {out_key(end): end for end in _ENDS}
     return {in_key(role): Role.LINK}
 
 
-def heard_by(role: Role) -> list[str]:
-    """All keys that `role` may hear."""
+def subscriptions(role: Role) -> list[str]:
+    """All keys to which `role` may subscribe."""
     return [advance_key(role), *frame_sources(role)]
 
 
-def said_by(role: Role) -> list[str]:
-    """All keys on which `role` may say something."""
+def publications(role: Role) -> list[str]:
+    """All keys on which `role` may publish."""
     frames = [
         key for other in Role for key, sender in frame_sources(other).items() if sender is role
     ]
     return [report_key(role), *frames]
 
 
-class Exchange:
-    """A Zenoh session that hears some keys into one inbox.
+class Connection:
+    """A Zenoh session with one inbox for all its subscriptions.
+
+    Args:
+        session: an open session; the caller closes it.
+        keys: the keys to subscribe to.
 
     Attributes:
-        inbox: what was heard, as (key, payload), in order of arrival. Nothing is ever dropped:
-            the barrier between windows bounds it to one window's messages.
+        inbox: samples received, as (key, payload), in order of arrival. It is unbounded, but the
+            barrier keeps it to the messages of one window.
     """
 
     def __init__(self, session: zenoh.Session, keys: list[str]) -> None:
         self.inbox: SimpleQueue[tuple[str, bytes]] = SimpleQueue()
         self._session = session
         for key in keys:
-            self._hear(key)
+            self._subscribe(key)
 
-    def _hear(self, key: str) -> None:
+    def _subscribe(self, key: str) -> None:
         def put(sample: zenoh.Sample) -> None:
             self.inbox.put((key, sample.payload.to_bytes()))
 
         self._session.declare_subscriber(key, put)
 
-    def say(self, key: str, payload: bytes) -> None:
-        """Send `payload` to whoever hears `key`, at once; waits where the network is full."""
+    def publish(self, key: str, payload: bytes) -> None:
+        """Send `payload` to the subscribers of `key` at once; blocks while the network is full."""
         self._session.put(
             key, payload, congestion_control=zenoh.CongestionControl.BLOCK, express=True
         )
 
 
-class Router(Exchange):
-    """The launcher's exchange: hears all reports.
+class Router(Connection):
+    """The router, and the launcher's connection to it, subscribed to all reports.
+
+    Args:
+        session: an open session in router mode.
+        passwords: of the roles.
 
     Attributes:
-        tickets: one for each role.
+        tickets: the credentials of each role.
     """
 
     def __init__(self, session: zenoh.Session, passwords: Mapping[Role, str]) -> None:
@@ -138,7 +146,7 @@ class Router(Exchange):
 
 @contextmanager
 def open_router() -> Iterator[Router]:
-    """A router on a loopback port chosen by the system, with fresh passwords; closed at the end.
+    """A router with new passwords, on a free loopback port; closed on exit.
 
     Raises:
         zenoh.ZError: if it cannot listen.
@@ -147,7 +155,7 @@ def open_router() -> Iterator[Router]:
     settings: dict[str, object] = {
         "mode": "router",
         "listen/endpoints": ["tcp/127.0.0.1:0"],
-        "adminspace/enabled": True,  # for the port; the access control keeps the roles out of it
+        "adminspace/enabled": True,  # to learn the port; access control keeps the roles out
         "access_control": _access_control(),
     }
     with _dictionary(passwords) as path:
@@ -157,11 +165,11 @@ def open_router() -> Iterator[Router]:
 
 
 @contextmanager
-def join(ticket: Ticket) -> Iterator[Exchange]:
-    """A client's exchange that hears all keys of the ticket's role; left at the end.
+def join(ticket: Ticket) -> Iterator[Connection]:
+    """A client's connection with all subscriptions of its role; closed on exit.
 
     Raises:
-        ConnectionRefusedError: if the router is gone or does not take the password.
+        ConnectionRefusedError: if the router is gone or rejects the password.
     """
     settings: dict[str, object] = {
         "mode": "client",
@@ -175,10 +183,10 @@ def join(ticket: Ticket) -> Iterator[Exchange]:
     except zenoh.ZError as error:
         raise ConnectionRefusedError(
             f"the {ticket.role} got no session with the router at {ticket.locator}: "
-            "either the run is over, or the password is not of this run"
+            "either the run is over, or the password belongs to another run"
         ) from error
     with session:
-        yield Exchange(session, heard_by(ticket.role))
+        yield Connection(session, subscriptions(ticket.role))
 
 
 def _open(settings: dict[str, object]) -> zenoh.Session:
@@ -193,13 +201,13 @@ def _locator(session: zenoh.Session) -> str:
         if reply.ok is not None:
             locator: str = json.loads(reply.ok.payload.to_bytes())["locators"][0]
             return locator
-    raise RuntimeError("the Zenoh router does not tell on which port it listens")
+    raise RuntimeError("expected the Zenoh router to report its locator, found no reply")
 
 
 @contextmanager
 def _dictionary(passwords: Mapping[Role, str]) -> Iterator[str]:
-    # Zenoh takes passwords from a file only, and reads it once, while opening. The system makes
-    # such a temporary file readable by its owner alone.
+    # Zenoh takes passwords from a file only, and reads it once, on opening. A temporary file is
+    # readable by its owner alone.
     with tempfile.NamedTemporaryFile("w", prefix="farside-") as file:
         file.writelines(f"{role}:{password}\n" for role, password in passwords.items())
         file.flush()
@@ -207,13 +215,13 @@ def _dictionary(passwords: Mapping[Role, str]) -> Iterator[str]:
 
 
 def _access_control() -> dict[str, object]:
-    """Nobody may do anything, except each role what the table at the top of this module says."""
+    """Deny everything but what the table at the top of this module grants to each role."""
     rules: list[dict[str, object]] = []
     for role in Role:
         rules += [
-            _rule(f"{role} hears", heard_by(role), "ingress", "declare_subscriber"),
-            _rule(f"{role} is told", heard_by(role), "egress", "put"),
-            _rule(f"{role} says", said_by(role), "ingress", "put"),
+            _rule(f"{role} subscribes", subscriptions(role), "ingress", "declare_subscriber"),
+            _rule(f"{role} receives", subscriptions(role), "egress", "put"),
+            _rule(f"{role} publishes", publications(role), "ingress", "put"),
         ]
     return {
         "enabled": True,
@@ -221,7 +229,10 @@ def _access_control() -> dict[str, object]:
         "rules": rules,
         "subjects": [{"id": role, "usernames": [role]} for role in Role],
         "policies": [
-            {"subjects": [role], "rules": [f"{role} hears", f"{role} is told", f"{role} says"]}
+            {
+                "subjects": [role],
+                "rules": [f"{role} subscribes", f"{role} receives", f"{role} publishes"],
+            }
             for role in Role
         ],
     }

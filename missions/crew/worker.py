@@ -1,7 +1,7 @@
-"""A role's own process: `python -m farside.missions.crew.worker ROLE`, started by `ProcessCrew`.
+"""The process of one role: `python -m farside.missions.crew.worker ROLE`, started by `ProcessCrew`.
 
-Standard input brings the briefing and then stays open for as long as the launcher lives. Its end
-ends this process at once, so that nothing is left behind however the launcher ended.
+Standard input carries the briefing and then stays open as a leash: when it closes, this process
+exits at once, so that none is left behind, however the launcher ended.
 """
 
 import faulthandler
@@ -18,29 +18,29 @@ from farside.missions.crew.network import join
 
 
 def main() -> None:
-    """Take the briefing, join the run and play the role until the launcher is gone."""
-    # Ctrl-C is for the launcher, which ends its processes in order.
+    """Read the briefing, join the run and play the role until the launcher is gone."""
+    # Ctrl-C is for the launcher, which then ends its processes in order.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     faulthandler.enable()
     if line := sys.stdin.buffer.readline():
-        threading.Thread(target=_leave_with_launcher, daemon=True).start()
+        threading.Thread(target=_exit_with_launcher, daemon=True).start()
         _play(msgspec.json.decode(line, type=Briefing))
 
 
 def _play(briefing: Briefing) -> None:
     role = briefing.ticket.role
     party = Party(role, build_node(role, briefing.mission))
-    with join(briefing.ticket) as exchange:
-        exchange.say(*party.report([]))
+    with join(briefing.ticket) as connection:
+        connection.publish(*party.report([]))
         while True:
-            for said in party.hear(exchange.inbox.get()):
-                exchange.say(*said)
+            for sample in party.take(connection.inbox.get()):
+                connection.publish(*sample)
 
 
-def _leave_with_launcher() -> None:
-    # Past the buffer of sys.stdin, whose lock an ordinary exit would wait for.
+def _exit_with_launcher() -> None:
+    # Not through sys.stdin, whose lock an ordinary exit would wait for.
     os.read(sys.stdin.fileno(), 1)
-    # Whatever the main thread is doing is for nobody now.
+    # At once: nobody needs what the main thread is doing.
     os._exit(0)
 
 

@@ -1,1 +1,1 @@
-"""Missions in other people's tests: the pytest plugin."""
+"""The pytest plugin, for missions in other people's tests."""

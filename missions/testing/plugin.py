@@ -18,12 +18,11 @@ if TYPE_CHECKING:
 
 @pytest.fixture
 def mission(tmp_path: Path) -> "Callable[[str | Path], Rehearsal]":
-    """Rehearse missions in simulated time; logs go to the test's `tmp_path`.
+    """Rehearsals of missions in simulated time, with logs in the test's `tmp_path`.
 
-    Call it with a mission file, or the name of a shipped mission, to get a
-    `farside.missions.Rehearsal`.
+    Call it with a path or the name of a shipped mission to get a `farside.missions.Rehearsal`.
     """
-    # Every test session of everybody who has Farside installed imports this module.
+    # Every test session of every user who has Farside installed imports this module.
     from farside.missions.testing.rehearsal import Rehearsal  # noqa: PLC0415
 
     return lambda source: Rehearsal(source, tmp_path)

@@ -1,4 +1,4 @@
-"""The command line, as a person at a terminal meets it."""
+"""The command line as users at a terminal see it."""
 
 import json
 import signal
@@ -14,7 +14,7 @@ YARD = 'world.map="#####\\n#A.B#\\n#####"'
 
 @pytest.fixture
 def farside(monkeypatch, capsys, tmp_path):
-    """Runs `farside ...` in an empty folder: exit status, standard output, standard error."""
+    """Run `farside ...` in an empty folder: exit status, standard output, standard error."""
     monkeypatch.chdir(tmp_path)
     handler = signal.getsignal(signal.SIGTERM)
 
@@ -74,7 +74,7 @@ def test_logs_are_never_overwritten(farside, tmp_path):
     ]
 
 
-def test_the_mission_and_the_result_travel_in_the_log(farside, tmp_path):
+def test_the_log_holds_the_mission_and_the_result(farside, tmp_path):
     _, out, _ = farside("run", "blackout", "--in-process", "--json", "--set", "duration_s=5")
     result = json.loads(out)
     log = LogFile(tmp_path / result["log"])
@@ -102,7 +102,9 @@ def test_the_mission_and_the_result_travel_in_the_log(farside, tmp_path):
         (["replay", "nowhere.mcap"], ["nowhere.mcap"]),
     ],
 )
-def test_bad_input_is_status_2_one_message_and_nothing_written(farside, tmp_path, arguments, named):
+def test_bad_input_exits_with_status_2_and_one_message_and_writes_nothing(
+    farside, tmp_path, arguments, named
+):
     status, out, err = farside(*arguments)
     assert status == 2
     assert out == ""
@@ -113,7 +115,7 @@ def test_bad_input_is_status_2_one_message_and_nothing_written(farside, tmp_path
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_folder_for_logs_that_is_a_file_is_bad_input(farside, tmp_path):
+def test_a_log_folder_that_is_a_file_is_bad_input(farside, tmp_path):
     (tmp_path / "here").write_text("a letter")
     status, out, err = farside("run", "blackout", "--in-process", "--out", "here")
     assert (status, out) == (2, "")
@@ -121,27 +123,27 @@ def test_a_folder_for_logs_that_is_a_file_is_bad_input(farside, tmp_path):
 
 
 @pytest.mark.parametrize("pace", ["0", "-1", "soon", "nan", "inf"])
-def test_a_pace_that_is_none_is_refused(farside, tmp_path, pace):
+def test_an_invalid_pace_is_refused(farside, tmp_path, pace):
     status, _, err = farside("run", "blackout", f"--pace={pace}")
     assert status == 2
     assert "above 0" in err
     assert list(tmp_path.iterdir()) == []
 
 
-def test_check_says_what_is_good(farside):
+def test_check_sums_up_a_valid_mission(farside):
     status, out, _ = farside("check", "blackout")
     assert status == 0
     assert out == "blackout: good. blackout: 1200 s, 74 places, 6 expectations\n"
 
 
-def test_replay_into_a_pipe_prints_a_line_an_event(farside):
+def test_replay_into_a_pipe_prints_one_line_per_event(farside):
     _, out, _ = farside("run", "blackout", "--in-process", "--json")
     status, lines, _ = farside("replay", json.loads(out)["log"], "--start", "620")
     assert status == 0
     assert "rover   mode autonomous: link lost" in lines
 
 
-def test_a_start_beyond_the_end_is_bad_input(farside):
+def test_a_start_after_the_end_is_bad_input(farside):
     _, out, _ = farside("run", "blackout", "--in-process", "--json", "--set", "duration_s=5")
     status, _, err = farside("replay", json.loads(out)["log"], "--start", "99")
     assert status == 2
@@ -149,7 +151,7 @@ def test_a_start_beyond_the_end_is_bad_input(farside):
     assert "Traceback" not in err
 
 
-def test_help_teaches_by_example(farside):
+def test_help_shows_examples(farside):
     status, out, _ = farside("run", "--help")
     assert status == 0
     assert "farside run blackout" in out

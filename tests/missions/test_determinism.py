@@ -41,29 +41,29 @@ def reference(tmp_path_factory):
     return digest(tmp_path_factory.mktemp("reference"))
 
 
-def test_again_in_one_process(reference, tmp_path):
+def test_a_second_run_in_one_process(reference, tmp_path):
     assert digest(tmp_path) == reference
 
 
 @pytest.mark.processes
-def test_in_a_process_for_each_role(reference, tmp_path):
+def test_a_run_with_a_process_for_each_role(reference, tmp_path):
     assert digest(tmp_path, in_process=False) == reference
 
 
 @pytest.mark.parametrize("window_s", [0.04, 0.64, 1.28, 0.2])
-def test_with_windows_of_any_length(reference, tmp_path, window_s):
-    """One tick, half the light time, all of it, and no whole part of it."""
+def test_a_run_with_windows_of_any_length(reference, tmp_path, window_s):
+    """One tick, half the light time, all of it, and a length that does not divide it."""
     assert digest(tmp_path, window_ns=to_ns(window_s)) == reference
 
 
 @pytest.mark.parametrize("window_s", [0.04, 0.64])
-def test_over_a_bad_link_too(tmp_path, window_s):
+def test_windows_of_any_length_over_a_bad_link(tmp_path, window_s):
     reference = digest(tmp_path, BAD)
     assert digest(tmp_path, BAD, window_ns=to_ns(window_s)) == reference
 
 
 @pytest.mark.parametrize("hash_seed", ["0", "1", "4711"])
-def test_under_any_hash_seed(reference, tmp_path, hash_seed):
+def test_a_run_under_any_hash_seed(reference, tmp_path, hash_seed):
     command = [
         sys.executable,
         "-m",
@@ -85,13 +85,13 @@ def test_another_seed_is_another_run(reference, tmp_path):
     assert digest(tmp_path, {"seed": 2}) != reference
 
 
-def test_the_digest_is_that_of_the_log(tmp_path):
+def test_the_digest_of_a_run_is_that_of_its_log(tmp_path):
     run = run_mission(load_mission("blackout", SHORT), in_process=True, out=tmp_path)
     assert digest_of(LogFile(run.log).records()) == run.digest
 
 
-def test_paced_or_not(tmp_path):
-    """Pacing cuts time into other windows and waits between them; a fake clock does the waiting."""
+def test_a_paced_run_on_a_fake_clock(tmp_path):
+    """Pacing makes windows shorter and waits between them; here on a fake clock."""
     waited = []
     loaded = load_mission("blackout", SHORT)
     mission = loaded.mission
@@ -100,18 +100,18 @@ def test_paced_or_not(tmp_path):
     recorder = _Memory()
     Conductor(mission, crew, recorder, recorder, Interrupts(), pace=5.0, clock=clock).run()
     assert math.fsum(waited) == pytest.approx(60.0 / 5.0)
-    assert len(waited) > 100, "short windows, so that a person sees it move"
+    assert len(waited) > 100, "windows short enough to watch the run move"
     assert digest_of(recorder.records) == digest(tmp_path, SHORT)
 
 
 @pytest.mark.processes
-def test_paced_in_processes_on_the_real_clock(tmp_path):
+def test_a_paced_run_in_processes_on_the_real_clock(tmp_path):
     changes = {**SHORT, "duration_s": 40.0}
     paced = digest(tmp_path, changes, in_process=False, pace=40.0)
     assert paced == digest(tmp_path, changes)
 
 
-def test_two_simulations_in_one_process_do_not_disturb_each_other(tmp_path):
+def test_two_runs_in_one_process_do_not_affect_each_other(tmp_path):
     missions = [load_mission("blackout", SHORT, seed=seed).mission for seed in (1, 2)]
     crews = [InProcessCrew(*(build_node(role, m) for role in Role)) for m in missions]
     memories = [_Memory(), _Memory()]
@@ -123,7 +123,7 @@ def test_two_simulations_in_one_process_do_not_disturb_each_other(tmp_path):
 
 
 def test_the_seed_of_the_link_does_not_move_a_rock(tmp_path):
-    """Random streams are apart: on a link without loss its seed changes nothing at all."""
+    """Random streams are separate: on a link without loss, its seed changes nothing."""
     lossless = {**SHORT, "link.up.loss": 0.0, "link.down.loss": 0.0}
     other_link = digest(tmp_path, {**lossless, "link.seed": 99})
     assert other_link == digest(tmp_path, lossless)
@@ -131,7 +131,7 @@ def test_the_seed_of_the_link_does_not_move_a_rock(tmp_path):
 
 
 class _Memory:
-    """A recorder and watcher that only remembers."""
+    """A recorder and watcher that keeps the records in memory."""
 
     def __init__(self):
         self.records = []

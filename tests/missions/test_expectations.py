@@ -1,4 +1,4 @@
-"""What decides between success and failure, held against small made-up runs."""
+"""Expectations judged on small handmade runs."""
 
 import pytest
 from noting import records_of, view_of
@@ -33,14 +33,14 @@ GOAL = ("at:A",)
 
 
 def run(*entries) -> RunView:
-    """A run of 100 s with these (time, entry)."""
+    """A run of 100 s with these messages, each with its log time."""
     start = [
         (0.0, Yard(("####", "#A.#", "####"), 1.0)),
         (0.0, ModeEntry(Mode.GUIDED, ModeCause.START)),
         (0.0, _pose("at:2,1")),
     ]
-    told = [*start, *entries, (100.0, _pose("at:2,1"))]
-    return view_of(records_of(sorted(told, key=lambda e: e[0])))
+    messages = [*start, *entries, (100.0, _pose("at:2,1"))]
+    return view_of(records_of(sorted(messages, key=lambda e: e[0])))
 
 
 def _pose(place):
@@ -63,7 +63,7 @@ def goal_reached(t_s, truly="at:A"):
     ]
 
 
-def test_a_goal_reached_is_a_goal_reached():
+def test_a_goal_reached_is_met():
     assert judge(ReachedExpected(place="A"), run(*goal_reached(50))).met
 
 
@@ -72,14 +72,14 @@ def test_a_goal_never_reached_is_not_met():
     assert (judgement.met, judgement.detail) == (False, "never reached as a goal")
 
 
-def test_believing_to_be_there_is_not_enough():
+def test_a_goal_reached_by_the_estimate_alone_is_not_met():
     assert not judge(ReachedExpected(place="A"), run(*goal_reached(50, truly="at:2,1"))).met
 
 
 @pytest.mark.parametrize(("outages", "met"), [((UP, DOWN), True), ((UP,), False), ((), False)])
-def test_reached_in_a_blackout_means_with_both_ways_out(outages, met):
-    story = run(*outage(40, 60, outages), *goal_reached(50))
-    assert judge(ReachedExpected(place="A", in_blackout=True), story).met is met
+def test_reached_in_a_blackout_needs_both_directions_down(outages, met):
+    view = run(*outage(40, 60, outages), *goal_reached(50))
+    assert judge(ReachedExpected(place="A", in_blackout=True), view).met is met
 
 
 def alone(t_s, why="link lost"):
@@ -99,7 +99,7 @@ def alone(t_s, why="link lost"):
         ([], True, "not taken"),
     ],
 )
-def test_autonomy_follows_a_loss_in_time_and_nothing_else(events, met, detail):
+def test_autonomy_follows_a_loss_of_the_uplink_in_time_and_nothing_else(events, met, detail):
     judgement = judge(AutonomyExpected(within_s=35), run(*events))
     assert (judgement.met, judgement.detail) == (met, detail)
 
@@ -129,7 +129,7 @@ def begun(t_s, number):
         ([begun(3, 1)], False),
     ],
 )
-def test_only_what_was_sent_is_obeyed(events, met):
+def test_only_commands_that_were_sent_may_be_obeyed(events, met):
     assert judge(ObedienceExpected(), run(*events)).met is met
 
 
@@ -162,5 +162,5 @@ def arrived(direction, sent_s, sent_end_s, arrival_s):
         (arrived(DOWN, 60, 60.1, 61.5), True),
     ],
 )
-def test_nothing_crosses_an_outage(frame, met):
+def test_no_frame_may_pass_the_rovers_end_in_an_outage(frame, met):
     assert judge(NoCrossingExpected(), run(*outage(40, 60), frame)).met is met

@@ -1,4 +1,4 @@
-"""A mission file is read whole, or refused in words that say what to mend."""
+"""Loading missions, and the errors that say what to correct."""
 
 import json
 import tomllib
@@ -15,7 +15,7 @@ from farside.link.profile.config import Affected, Blackout
 from farside.missions.loading import LoadedMission, MissionError, load_mission
 from farside.missions.schema import MissionFile
 
-# A comes from two ways to the east of the dock D; B is walled off in the north-east.
+# Two ways lead to A, east of the dock D; B is walled off in the north-east.
 GOOD = '''\
 # A small yard.
 name = "yard"
@@ -71,23 +71,23 @@ def _in_a_folder_of_its_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.chdir(tmp_path)
 
 
-def load(text: str, *overrides: str, seed: int | None = None) -> MissionFile:
+def load(text: str, *assignments: str, seed: int | None = None) -> MissionFile:
     """The mission in `text`, from a file called yard.toml."""
     Path("yard.toml").write_text(text, encoding="utf-8")
-    return load_mission("yard.toml", overrides, seed).mission
+    return load_mission("yard.toml", assignments, seed).mission
 
 
-def refusal(text: str, *overrides: str, seed: int | None = None) -> list[str]:
+def refusal(text: str, *assignments: str, seed: int | None = None) -> list[str]:
     """The lines of the message that refuses `text`."""
     with pytest.raises(MissionError) as refused:
-        load(text, *overrides, seed=seed)
+        load(text, *assignments, seed=seed)
     return str(refused.value).splitlines()
 
 
-# --- where a mission comes from ---------------------------------------------------------------
+# --- the source of a mission ------------------------------------------------------------------
 
 
-def test_a_mission_comes_with_the_text_of_its_file_to_the_letter() -> None:
+def test_a_mission_comes_with_the_exact_text_of_its_file() -> None:
     text = GOOD.replace("\n", "\r\n")
     Path("yard.toml").write_bytes(text.encode())
 
@@ -97,11 +97,11 @@ def test_a_mission_comes_with_the_text_of_its_file_to_the_letter() -> None:
     assert (loaded.mission.name, loaded.mission.seed) == ("yard", 9)
 
 
-def test_a_shipped_mission_goes_by_its_name_from_any_folder() -> None:
+def test_a_shipped_mission_is_loaded_by_name_from_any_folder() -> None:
     assert load_mission("blackout").mission.name == "blackout"
 
 
-def test_a_file_comes_before_the_shipped_mission_of_that_name() -> None:
+def test_a_file_takes_precedence_over_the_shipped_mission_of_that_name() -> None:
     Path("blackout").write_text(GOOD)
     assert load_mission("blackout").mission.name == "yard"
 
@@ -132,7 +132,7 @@ def test_a_folder_does_not_hide_the_shipped_mission_of_that_name() -> None:
         ("x" * 300, "x" * 300 + ": expected a mission file, found: File name too long"),
     ],
 )
-def test_what_is_no_file_is_refused(source: str, expected: str) -> None:
+def test_a_source_that_is_not_a_file_is_refused(source: str, expected: str) -> None:
     names = (file.name for file in resources.files("farside.missions").iterdir())
     shipped = ", ".join(sorted(n.removesuffix(".toml") for n in names if n.endswith(".toml")))
 
@@ -142,7 +142,7 @@ def test_what_is_no_file_is_refused(source: str, expected: str) -> None:
     assert str(refused.value) == expected.replace("SHIPPED", shipped)
 
 
-def test_bytes_that_are_no_text_are_refused_with_their_line() -> None:
+def test_bytes_that_are_not_utf_8_are_refused_with_their_line() -> None:
     Path("yard.toml").write_bytes(b'name = "yard"\nabout = "\xff"\n')
 
     with pytest.raises(MissionError) as refused:
@@ -151,12 +151,12 @@ def test_bytes_that_are_no_text_are_refused_with_their_line() -> None:
     assert str(refused.value) == "yard.toml: expected text in UTF-8, found byte 0xff in line 2"
 
 
-def test_toml_too_deep_to_read_is_refused() -> None:
+def test_toml_nested_too_deeply_is_refused() -> None:
     [line] = refusal("name = " + "[" * 10_000)
     assert line.startswith("yard.toml: expected TOML, found: ")
 
 
-# --- what is wrong in it ------------------------------------------------------------------------
+# --- invalid missions ---------------------------------------------------------------------------
 
 
 GALLERY = dict(
@@ -166,22 +166,22 @@ GALLERY = dict(
 
 
 @pytest.mark.parametrize("case", GALLERY.values(), ids=list(GALLERY))
-def test_a_bad_mission_is_refused_in_these_words(case: str) -> None:
+def test_an_invalid_mission_is_refused_in_these_words(case: str) -> None:
     lines = case.splitlines()
 
     def after(start: str) -> list[str]:
         return [line.removeprefix(start) for line in lines if line.startswith(start)]
 
-    out, put_in, overrides = "\n".join(after("- ")), "\n".join(after("+ ")), after("--set ")
-    message = lines[len(after("- ") + after("+ ") + overrides) :]
-    assert out in GOOD
-    assert refusal(GOOD.replace(out, put_in, 1), *overrides) == message
+    removed, added, assignments = "\n".join(after("- ")), "\n".join(after("+ ")), after("--set ")
+    message = lines[len(after("- ") + after("+ ") + assignments) :]
+    assert removed in GOOD
+    assert refusal(GOOD.replace(removed, added, 1), *assignments) == message
 
 
-# --- overrides ------------------------------------------------------------------------------------
+# --- assignments ----------------------------------------------------------------------------------
 
 
-def test_an_override_replaces_what_the_file_says() -> None:
+def test_an_assignment_replaces_a_value_of_the_file() -> None:
     mission = load(
         GOOD,
         "link.up.loss=0.2",
@@ -215,12 +215,12 @@ def test_the_model_on_board_takes_all_its_parameters_from_the_mission() -> None:
     assert load(GOOD).rover.dem == Parameters()
 
 
-def test_the_last_override_of_a_key_wins() -> None:
+def test_the_last_assignment_to_a_key_wins() -> None:
     assert load(GOOD, "seed=1", "seed=2").seed == 2
     assert load(GOOD, "seed=1", seed=3).seed == 3
 
 
-def test_overrides_from_python_do_the_same_as_those_from_text() -> None:
+def test_assignments_from_python_do_the_same_as_those_from_text() -> None:
     Path("yard.toml").write_text(GOOD)
     blackouts = ({"start_s": 10, "end_s": 20, "direction": Affected.UP},)
     changes = {"link.up.loss": 0.2, "link.up.rate_bit_s": None, "link.blackouts": blackouts}
@@ -233,7 +233,7 @@ def test_overrides_from_python_do_the_same_as_those_from_text() -> None:
     assert blackouts[0]["start_s"] == 10
 
 
-def test_a_bad_override_from_python_is_told_from_the_file() -> None:
+def test_an_error_names_the_assignment_from_python() -> None:
     Path("yard.toml").write_text(GOOD)
 
     with pytest.raises(MissionError) as refused:
@@ -241,11 +241,11 @@ def test_a_bad_override_from_python_is_told_from_the_file() -> None:
 
     assert str(refused.value) == (
         "yard.toml: link.up.loss: expected a number >= 0 and <= 1, found 2 "
-        "(with override link.up.loss)"
+        "(with link.up.loss set from Python)"
     )
 
 
-def test_a_bad_seed_is_told_from_the_file() -> None:
+def test_an_error_names_the_seed_option() -> None:
     assert refusal(GOOD, seed=-1) == [
         "yard.toml: seed: expected a whole number >= 0, found -1 (with --seed -1)"
     ]
@@ -273,20 +273,20 @@ def as_toml(value: object) -> str:
 
 
 def slots(data: object) -> list[tuple[dict[str, object] | list[object], str | int]]:
-    """Every place in `data` that holds a value, as the container and the key or index in it."""
+    """Every value in `data`, as its container and its key or index there."""
     if isinstance(data, dict):
         pairs = list(data.items())
     elif isinstance(data, list):
         pairs = list(enumerate(data))
     else:
         return []
-    return [place for key, entry in pairs for place in [(data, key), *slots(entry)]]
+    return [slot for key, entry in pairs for slot in [(data, key), *slots(entry)]]
 
 
-def outcome(text: str, *overrides: str) -> MissionFile | list[str]:
+def outcome(text: str, *assignments: str) -> MissionFile | list[str]:
     """The mission in `text`, or the lines that refuse it."""
     try:
-        return load(text, *overrides)
+        return load(text, *assignments)
     except MissionError as refused:
         return str(refused).splitlines()
 
@@ -307,10 +307,10 @@ VALUES = st.recursive(
 
 
 @given(st.data())
-def test_a_spoilt_mission_is_loaded_or_refused_key_by_key(data: st.DataObject) -> None:
-    spoilt = tomllib.loads(GOOD)
+def test_a_mutated_mission_is_loaded_or_refused_key_by_key(data: st.DataObject) -> None:
+    mutated = tomllib.loads(GOOD)
     for _ in range(data.draw(st.integers(1, 3))):
-        container, key = data.draw(st.sampled_from(slots(spoilt)))
+        container, key = data.draw(st.sampled_from(slots(mutated)))
         match data.draw(st.sampled_from(["delete", "retype", "rename"])):
             case "delete":
                 del container[key]
@@ -318,7 +318,7 @@ def test_a_spoilt_mission_is_loaded_or_refused_key_by_key(data: st.DataObject) -
                 container[data.draw(WORDS)] = container.pop(key)
             case _:
                 container[key] = data.draw(VALUES)
-    text = "".join(f"{as_toml(key)} = {as_toml(entry)}\n" for key, entry in spoilt.items())
+    text = "".join(f"{as_toml(key)} = {as_toml(entry)}\n" for key, entry in mutated.items())
 
     assert sound(outcome(text))
 
@@ -327,5 +327,5 @@ KEYS = ["seed", "rover.start", "link.blackouts.0.end_s", "ground.script.2.place"
 
 
 @given(st.sampled_from(KEYS) | st.text(), WORDS | VALUES.map(as_toml))
-def test_whatever_is_set_is_taken_or_refused_key_by_key(key: str, value: str) -> None:
+def test_any_assignment_is_applied_or_refused_key_by_key(key: str, value: str) -> None:
     assert sound(outcome(GOOD, f"{key}={value}"))

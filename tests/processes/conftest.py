@@ -1,4 +1,4 @@
-"""A short real mission, and a look at the processes that belong to a test."""
+"""A short real mission, and the processes that belong to a test."""
 
 import os
 import select
@@ -38,10 +38,10 @@ with ProcessCrew(mission) as crew:
 
 @pytest.fixture(autouse=True)
 def patience() -> Iterator[None]:
-    """What waits for another process in vain fails, and does not hold up all others."""
+    """Fail a test that waits for another process for too long, instead of blocking the others."""
 
     def give_up(_signal: int, _frame: object) -> None:
-        raise TimeoutError(f"expected an end within {LONGEST_S} s, found the test waiting")
+        raise TimeoutError(f"expected the test to end within {LONGEST_S} s, found it waiting")
 
     before = signal.signal(signal.SIGALRM, give_up)
     signal.alarm(LONGEST_S)
@@ -52,23 +52,23 @@ def patience() -> Iterator[None]:
 
 @pytest.fixture
 def mission() -> MissionFile:
-    """The first mission, cut short."""
+    """The blackout mission, shortened to a minute."""
     return msgspec.structs.replace(load_mission("blackout").mission, duration_s=60.0)
 
 
 class Voyage:
-    """Leads a crew through windows of a mission."""
+    """Advances a crew through the windows of a mission."""
 
     def __init__(self, crew: Crew, mission: MissionFile) -> None:
         self.crew, self.mission, self.now_ns = crew, mission, 0
 
     def window(self) -> list[Record]:
-        """Live through one window: its records."""
+        """Advance one window and return its records."""
         self.now_ns += self.mission.window_ns
         return self.crew.advance(self.now_ns)
 
     def to_the_end(self) -> list[list[Record]]:
-        """Live through the whole mission: the records of each window."""
+        """Advance to the end of the mission and return the records of each window."""
         windows = []
         while self.now_ns < to_ns(self.mission.duration_s):
             windows.append(self.window())
@@ -77,38 +77,38 @@ class Voyage:
 
 @pytest.fixture
 def voyage() -> type[Voyage]:
-    """Leads a crew through windows of a mission."""
+    """Advances a crew through the windows of a mission."""
     return Voyage
 
 
 class Family:
-    """The processes that a test started, by a mark in their environment."""
+    """The processes that a test started, recognised by a mark in their environment."""
 
     def __init__(self, mark: str) -> None:
         self.mark = mark.encode()
 
     def pids(self) -> list[int]:
-        """Those that are alive."""
+        """The processes that are alive."""
         return [int(path.name) for path in PROC.glob("[0-9]*") if self._belongs(path)]
 
     def _belongs(self, path: Path) -> bool:
-        # Nobody can read the environment of a process that has ended.
+        # The environment of a process that has ended cannot be read.
         try:
             return self.mark in (path / "environ").read_bytes()
         except OSError:
             return False
 
     def roles(self) -> dict[Role, int]:
-        """Those that have the name of a role as an argument of its own."""
+        """The processes that have a role as an argument of its own."""
         return {Role(word): pid for pid in self.pids() for word in arguments(pid) if word in ROLES}
 
     def wait_for(self, count: int) -> None:
-        """Wait until so many roles are there."""
+        """Wait until `count` roles have a process."""
         while len(self.roles()) < count:
             os.sched_yield()
 
     def all_end(self) -> bool:
-        """Wait until none is left; `False` if one will not end."""
+        """Wait until no process is left; `False` if one does not end."""
         return all(ends(pid) for pid in self.pids()) and not self.pids()
 
 
@@ -124,7 +124,7 @@ def arguments(pid: int) -> list[str]:
 
 
 def ends(pid: int) -> bool:
-    """Wait for the end of a process, whoever's child it is; `False` if it will not end."""
+    """Wait for the end of a process, child or not; `False` if it does not end."""
     try:
         handle = os.pidfd_open(pid)
     except ProcessLookupError:
@@ -137,7 +137,7 @@ def ends(pid: int) -> bool:
 
 @pytest.fixture
 def family(monkeypatch: pytest.MonkeyPatch) -> Iterator[Family]:
-    """The processes that this test starts. None of them may be left at its end."""
+    """The processes that this test starts. None may be left at its end."""
     name, value = "FARSIDE_TEST_FAMILY", str(uuid.uuid4())
     monkeypatch.setenv(name, value)
     family = Family(f"{name}={value}")
@@ -149,7 +149,7 @@ class Launcher:
     """A launcher in a process of its own, as a terminal would start it."""
 
     def __init__(self) -> None:
-        self.process = subprocess.Popen(  # noqa: S603 - the text above
+        self.process = subprocess.Popen(  # noqa: S603 - the program above
             [sys.executable, "-c", LAUNCHER],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
@@ -162,11 +162,11 @@ class Launcher:
         return self._output.readline() == line + b"\n"
 
     def interrupt(self) -> None:
-        """Press Ctrl-C, which tells everybody in the foreground."""
+        """Press Ctrl-C, which signals the whole foreground process group."""
         os.killpg(self.process.pid, signal.SIGINT)
 
     def last_words(self) -> bytes:
-        """Wait for its end: what it said to standard error."""
+        """Wait for its end and return its standard error."""
         return self.process.communicate(timeout=PATIENCE_S)[1]
 
 

@@ -1,4 +1,4 @@
-"""`farside run` as a person runs it, when one of its processes dies or somebody stops it."""
+"""`farside run` from a terminal, when one of its processes dies or the user stops it."""
 
 import json
 import os
@@ -19,7 +19,7 @@ DURATION_S = 120.0
 
 
 class Terminal:
-    """A `farside run` under way, with its log."""
+    """A `farside run` in progress, and its log."""
 
     def __init__(self, out, family):
         command = [
@@ -41,12 +41,12 @@ class Terminal:
         )
 
     def until(self, t_s):
-        """Wait until the log tells that the run has come so far."""
-        while not self._has_come_to(t_s):
+        """Wait until the log has reached `t_s`."""
+        while not self._has_reached(t_s):
             assert self.process.poll() is None, self.process.communicate()
             os.sched_yield()
 
-    def _has_come_to(self, t_s):
+    def _has_reached(self, t_s):
         try:
             return LogFile(self.log).end_ns >= to_ns(t_s)
         except LogError:  # not there yet
@@ -56,14 +56,14 @@ class Terminal:
         os.kill(self.family.roles()[role], signal.SIGKILL)
 
     def end(self):
-        """Wait for the end: status, result if it printed one, and what it said of errors."""
+        """Wait for the end: exit status, result if it printed one, and standard error."""
         out, err = self.process.communicate(timeout=60)
         return self.process.returncode, json.loads(out) if out else None, err.decode()
 
 
 @pytest.fixture
 def terminal(tmp_path, family):
-    """A `farside run` that has come to 5 s of simulated time."""
+    """A `farside run` that has reached 5 s of simulated time."""
     terminal = Terminal(tmp_path, family)
     try:
         terminal.until(5.0)
@@ -74,23 +74,23 @@ def terminal(tmp_path, family):
 
 
 @pytest.mark.parametrize("lost", [Role.GROUND, Role.LINK])
-def test_without_ground_or_link_the_rover_sees_silence_and_goes_on_alone(terminal, lost):
+def test_without_ground_or_link_the_rover_goes_on_alone(terminal, lost):
     terminal.kill(lost)
     status, result, err = terminal.end()
     assert status == 3
     assert result["outcome"] == "aborted"
-    assert [loss["role"] for loss in result["lost_processes"]] == [lost]
+    assert [lost_process["role"] for lost_process in result["lost_processes"]] == [lost]
     assert f"the {lost} process was ended by SIGKILL" in err
     assert str(terminal.log) in err
     run = RunView.of_log(terminal.log)
     assert LogFile(terminal.log).complete
-    assert run.entries(TRUTH_POSE)[-1][0] > DURATION_S - 2, "the rover lived on to the end"
+    assert run.entries(TRUTH_POSE)[-1][0] > DURATION_S - 2, "the rover went on to the end"
     autonomous = [mode for mode in run.modes if mode.mode is Mode.AUTONOMOUS]
     assert [mode.why for mode in autonomous] == ["link lost"]
     assert autonomous[0].t_s < 60
 
 
-def test_without_the_rover_the_run_is_over_and_its_log_opens(terminal):
+def test_without_the_rover_the_run_ends_with_a_complete_log(terminal):
     terminal.kill(Role.ROVER)
     status, result, err = terminal.end()
     assert status == 3
@@ -104,7 +104,7 @@ def test_without_the_rover_the_run_is_over_and_its_log_opens(terminal):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_who_stops_a_run_gets_what_there_was_of_it(terminal, number):
+def test_an_interrupted_run_leaves_its_result_and_a_complete_log(terminal, number):
     os.killpg(terminal.process.pid, number)
     status, result, err = terminal.end()
     assert status == 130
@@ -115,7 +115,7 @@ def test_who_stops_a_run_gets_what_there_was_of_it(terminal, number):
     assert log.digest() == result["digest"]
 
 
-def test_a_killed_launcher_leaves_a_log_that_opens_up_to_its_last_window(terminal):
+def test_a_killed_launcher_leaves_an_unfinished_log_up_to_its_last_window(terminal):
     terminal.process.kill()
     terminal.process.communicate()
     assert terminal.family.all_end()

@@ -1,4 +1,4 @@
-"""Real Zenoh on loopback: who may say what to whom."""
+"""Access control on real Zenoh: which role may publish and subscribe to what."""
 
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -10,7 +10,7 @@ from zenoh.handlers import Callback
 
 from farside.missions.crew import network
 from farside.missions.crew.network import (
-    Exchange,
+    Connection,
     Router,
     advance_key,
     join,
@@ -23,45 +23,45 @@ pytestmark = pytest.mark.processes
 
 PATIENCE_S = 30.0
 
-# Written out here, so that the module under test cannot grant itself more.
-HEARS = {
+# Written out here, so that a mistake in the module under test shows.
+SUBSCRIBES = {
     Role.ROVER: {"farside/rover/advance", "farside/rover/in"},
     Role.LINK: {"farside/link/advance", "farside/rover/out", "farside/ground/out"},
     Role.GROUND: {"farside/ground/advance", "farside/ground/in"},
 }
-SAYS = {
+PUBLISHES = {
     Role.ROVER: {"farside/rover/report", "farside/rover/out"},
     Role.LINK: {"farside/link/report", "farside/rover/in", "farside/ground/in"},
     Role.GROUND: {"farside/ground/report", "farside/ground/out"},
 }
-ALL_KEYS = set().union(*HEARS.values(), *SAYS.values())
+ALL_KEYS = set().union(*SUBSCRIBES.values(), *PUBLISHES.values())
 
 
 class Network:
-    """The launcher's router and a session of each role."""
+    """The launcher's router and a connection for each role."""
 
-    def __init__(self, router: Router, roles: dict[Role, Exchange]) -> None:
+    def __init__(self, router: Router, roles: dict[Role, Connection]) -> None:
         self.router, self.roles = router, roles
 
     def others(self, intruder: Role) -> list[Role]:
         return [role for role in Role if role is not intruder]
 
-    def settle(self, speaker: Role) -> None:
-        """Wait until all that `speaker` said has come wherever it is let through to."""
-        self.roles[speaker].say(report_key(speaker), b"settle")
-        wait_for(self.router, (report_key(speaker), b"settle"))
+    def settle(self, publisher: Role) -> None:
+        """Wait until everything that `publisher` sent has arrived wherever it may."""
+        self.roles[publisher].publish(report_key(publisher), b"settle")
+        wait_for(self.router, (report_key(publisher), b"settle"))
         for role, exchange in self.roles.items():
-            self.router.say(advance_key(role), b"settle")
+            self.router.publish(advance_key(role), b"settle")
             wait_for(exchange, (advance_key(role), b"settle"))
 
 
-def wait_for(exchange: Exchange, message: tuple[str, bytes]) -> None:
+def wait_for(exchange: Connection, message: tuple[str, bytes]) -> None:
     while exchange.inbox.get(timeout=PATIENCE_S) != message:
         pass
 
 
-def overhear(who: Exchange, keys: set[str]) -> list[tuple[str, bytes]]:
-    """Whatever comes to `who` on `keys` from now on."""
+def overhear(connection: Connection, keys: set[str]) -> list[tuple[str, bytes]]:
+    """Everything that `connection` receives on `keys` from now on."""
     heard: list[tuple[str, bytes]] = []
 
     def note(sample: object) -> None:
@@ -69,7 +69,7 @@ def overhear(who: Exchange, keys: set[str]) -> list[tuple[str, bytes]]:
 
     for key in sorted(keys):
         # Called before the session takes its next message, so that `settle` covers it.
-        who._session.declare_subscriber(key, Callback(note, indirect=False))
+        connection._session.declare_subscriber(key, Callback(note, indirect=False))
     return heard
 
 
@@ -88,55 +88,58 @@ def without_access_control(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def keys_that_take_a_forgery_of(intruder: Role) -> set[str]:
-    """The keys on which what `intruder` says reaches anybody, however eager to hear it."""
+    """The keys on which a sample of `intruder` reaches any subscriber, allowed or not."""
     with open_network() as network:
-        hearers = [network.router, *(network.roles[role] for role in network.others(intruder))]
-        ears = [overhear(hearer, ALL_KEYS) for hearer in hearers]
+        listeners = [network.router, *(network.roles[role] for role in network.others(intruder))]
+        overheard = [overhear(listener, ALL_KEYS) for listener in listeners]
         for role in Role:
             network.settle(role)
         for key in sorted(ALL_KEYS):
-            network.roles[intruder].say(key, b"forged")
+            network.roles[intruder].publish(key, b"forged")
         network.settle(intruder)
-        return {key for heard in ears for key, payload in heard if payload == b"forged"}
+        return {key for heard in overheard for key, payload in heard if payload == b"forged"}
 
 
 def keys_overheard_by(intruder: Role) -> set[str]:
-    """The keys of which `intruder` hears anything, with all others saying all they can."""
+    """The keys of which `intruder` hoverheard anything, with all others saying all they can."""
     with open_network() as network:
         heard = overhear(network.roles[intruder], {*ALL_KEYS, "farside/**", "**"})
         network.settle(intruder)
         for role in network.others(intruder):
             for key in sorted(ALL_KEYS):
-                network.roles[role].say(key, b"private")
+                network.roles[role].publish(key, b"private")
             network.settle(role)
         for role in Role:
-            network.router.say(advance_key(role), b"private")
+            network.router.publish(advance_key(role), b"private")
         network.settle(intruder)
         return {key for key, payload in heard if payload == b"private"}
 
 
 @pytest.mark.parametrize("intruder", Role)
-def test_a_role_is_heard_on_its_own_keys_only(intruder: Role) -> None:
-    assert keys_that_take_a_forgery_of(intruder) == SAYS[intruder]
+def test_a_role_can_publish_on_its_own_keys_only(intruder: Role) -> None:
+    assert keys_that_take_a_forgery_of(intruder) == PUBLISHES[intruder]
 
 
 @pytest.mark.parametrize("intruder", Role)
-def test_a_role_hears_its_own_keys_only(intruder: Role) -> None:
-    assert keys_overheard_by(intruder) == HEARS[intruder]
+def test_a_role_hoverheard_its_own_keys_only(intruder: Role) -> None:
+    assert keys_overheard_by(intruder) == SUBSCRIBES[intruder]
 
 
 @pytest.mark.usefixtures("without_access_control")
-def test_without_access_control_the_ground_would_be_heard_and_hear_everywhere() -> None:
+def test_without_access_control_the_ground_can_publish_and_receive_on_every_key() -> None:
     assert keys_that_take_a_forgery_of(Role.GROUND) == ALL_KEYS
     assert keys_overheard_by(Role.GROUND) == ALL_KEYS
 
 
-def test_no_key_of_the_ground_is_one_of_the_rovers() -> None:
-    rover, ground = HEARS[Role.ROVER] | SAYS[Role.ROVER], HEARS[Role.GROUND] | SAYS[Role.GROUND]
+def test_rover_and_ground_have_no_key_in_common() -> None:
+    rover, ground = (
+        SUBSCRIBES[Role.ROVER] | PUBLISHES[Role.ROVER],
+        SUBSCRIBES[Role.GROUND] | PUBLISHES[Role.GROUND],
+    )
     assert not rover & ground
 
 
-def test_the_router_answers_no_questions_about_itself() -> None:
+def test_a_role_cannot_query_the_routers_admin_space() -> None:
     with open_router() as router, join(router.tickets[Role.GROUND]) as ground:
         about_itself = f"@/{router._session.info.zid()}/router"
         assert len(list(router._session.get(about_itself))) == 1
@@ -164,7 +167,7 @@ def test_every_router_draws_new_passwords() -> None:
     assert len(set(passwords)) == 6
 
 
-def test_passwords_are_in_a_file_for_the_owner_alone_and_only_while_the_router_opens(
+def test_the_password_file_is_private_and_exists_only_while_the_router_opens(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
@@ -183,12 +186,12 @@ def test_passwords_are_in_a_file_for_the_owner_alone_and_only_while_the_router_o
         assert router.tickets[Role.LINK].password in text
 
 
-def test_any_bytes_cross_unchanged_and_in_order() -> None:
+def test_payloads_arrive_unchanged_and_in_order() -> None:
     messages = [bytes([number]) * 10**number for number in range(7)]
     with open_network() as network:
         network.settle(Role.ROVER)
         for message in messages:
-            network.roles[Role.ROVER].say("farside/rover/out", message)
+            network.roles[Role.ROVER].publish("farside/rover/out", message)
         inbox = network.roles[Role.LINK].inbox
         for message in messages:
             assert inbox.get(timeout=PATIENCE_S) == ("farside/rover/out", message)

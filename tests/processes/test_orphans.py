@@ -9,7 +9,7 @@ from farside.node import Role
 
 pytestmark = pytest.mark.processes
 
-# The fixtures `family` and `launcher` end every test here by waiting for all processes to end.
+# At the end of every test here, the fixtures wait for all processes to end.
 
 
 def test_a_killed_launcher_leaves_no_orphan(launcher, family):
@@ -21,7 +21,7 @@ def test_a_killed_launcher_leaves_no_orphan(launcher, family):
 
 
 @pytest.mark.parametrize("started", [1, 2, 3])
-def test_a_launcher_killed_while_it_starts_leaves_no_orphan(started, launcher, family):
+def test_a_launcher_killed_during_its_start_leaves_no_orphan(started, launcher, family):
     family.wait_for(started)
     launcher.process.kill()
     launcher.last_words()
@@ -36,7 +36,7 @@ def test_ctrl_c_leaves_no_orphan(launcher, family):
 
 
 @pytest.mark.parametrize("started", [1, 2, 3])
-def test_ctrl_c_while_the_processes_start_leaves_no_orphan(started, launcher, family):
+def test_ctrl_c_during_the_start_leaves_no_orphan(started, launcher, family):
     family.wait_for(started)
     launcher.interrupt()
     assert launcher.last_words().endswith(b"KeyboardInterrupt\n")

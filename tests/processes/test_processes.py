@@ -1,4 +1,4 @@
-"""Rover, link and ground as real processes: the same run, and every way to lose one."""
+"""A crew of real processes: the same records, and every way to lose a process."""
 
 import os
 import signal
@@ -19,17 +19,17 @@ from farside.node import Record, Role
 pytestmark = pytest.mark.processes
 
 LISTENING, UNCONNECTED = "0A", "07"
-DOORS = {"tcp": LISTENING, "tcp6": LISTENING, "udp": UNCONNECTED, "udp6": UNCONNECTED}
+OPEN_STATES = {"tcp": LISTENING, "tcp6": LISTENING, "udp": UNCONNECTED, "udp6": UNCONNECTED}
 LOOPBACK = "0100007F"
 
 
 def recorders(windows: Iterable[list[Record]]) -> set[str]:
-    """The first words of all topics: who recorded something."""
+    """The first parts of all topics: who recorded something."""
     return {record.topic.split("/")[1] for record in chain(*windows)}
 
 
 def executable(path: Path, *lines: str) -> str:
-    """A shell script to be run in place of Python."""
+    """A shell script to run in place of Python."""
     path.write_text("\n".join(["#!/bin/sh", *lines]))
     path.chmod(0o700)
     return str(path)
@@ -42,11 +42,11 @@ def sockets(pid: int) -> Iterator[str]:
             yield str(handle.readlink()).removeprefix("socket:")
 
 
-def doors(pid: int) -> list[str]:
-    """The addresses, in the kernel's hexadecimal, at which anybody may knock at a process."""
+def open_sockets(pid: int) -> list[str]:
+    """The addresses, in the kernel's hexadecimal, at which a process accepts traffic."""
     inodes = set(sockets(pid))
     addresses = []
-    for table, open_state in DOORS.items():
+    for table, open_state in OPEN_STATES.items():
         for line in Path(f"/proc/{pid}/net/{table}").read_text().splitlines()[1:]:
             _, local, _, state, *_, inode = line.split()[:10]
             if state == open_state and f"[{inode}]" in inodes:
@@ -60,7 +60,7 @@ def test_processes_make_the_same_records_as_plain_calls(mission, voyage, family)
     assert recorders(expected) == {"truth", "rover", "link", "ground"}
     with ProcessCrew(mission) as crew:
         assert voyage(crew, mission).to_the_end() == expected
-        assert crew.losses == ()
+        assert crew.lost_processes == ()
 
 
 def test_each_role_is_a_process_with_the_role_as_an_argument_of_its_own(mission, family):
@@ -71,13 +71,13 @@ def test_each_role_is_a_process_with_the_role_as_an_argument_of_its_own(mission,
 
 
 def test_only_the_launcher_listens_and_on_loopback_only(mission, family):
-    assert doors(os.getpid()) == []
+    assert open_sockets(os.getpid()) == []
     with ProcessCrew(mission):
-        assert doors(os.getpid()) == [LOOPBACK]
-        assert [doors(pid) for pid in family.pids()] == [[], [], []]
+        assert open_sockets(os.getpid()) == [LOOPBACK]
+        assert [open_sockets(pid) for pid in family.pids()] == [[], [], []]
 
 
-def test_no_password_can_be_read_from_a_command_line_or_an_environment(mission, family):
+def test_no_password_is_in_a_command_line_or_an_environment(mission, family):
     with ProcessCrew(mission) as crew:
         passwords = [ticket.password for ticket in crew._router.tickets.values()]
         for role, pid in family.roles().items():
@@ -87,7 +87,7 @@ def test_no_password_can_be_read_from_a_command_line_or_an_environment(mission, 
             assert not any(password in shown for password in passwords)
 
 
-def test_no_file_is_left_behind_not_even_while_the_run_is_on(
+def test_no_temporary_file_exists_during_or_after_a_run(
     mission, voyage, family, monkeypatch, tmp_path
 ):
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
@@ -98,27 +98,31 @@ def test_no_file_is_left_behind_not_even_while_the_run_is_on(
 
 
 @pytest.mark.parametrize("lost", [Role.GROUND, Role.LINK])
-def test_the_run_goes_on_without_a_killed(lost, mission, voyage, family):
+def test_the_run_goes_on_when_a_process_is_killed(lost, mission, voyage, family):
     with ProcessCrew(mission) as crew:
         journey = voyage(crew, mission)
         journey.window()
         last_ns = journey.now_ns
         os.kill(family.roles()[lost], signal.SIGKILL)
         rest = journey.to_the_end()
-        [loss] = crew.losses
-    assert (loss.role, loss.how, loss.time_ns) == (lost, "was ended by SIGKILL", last_ns)
+        [lost_process] = crew.lost_processes
+    assert (lost_process.role, lost_process.how, lost_process.time_ns) == (
+        lost,
+        "was ended by SIGKILL",
+        last_ns,
+    )
     assert recorders(rest) == {"truth", "rover", "link", "ground"} - {lost}
 
 
-def test_the_rover_goes_on_when_everybody_else_is_killed(mission, voyage, family):
+def test_the_rover_goes_on_when_link_and_ground_are_killed(mission, voyage, family):
     with ProcessCrew(mission) as crew:
         for role in (Role.GROUND, Role.LINK):
             os.kill(family.roles()[role], signal.SIGKILL)
         assert recorders(voyage(crew, mission).to_the_end()) == {"truth", "rover"}
-        assert {loss.role for loss in crew.losses} == {Role.GROUND, Role.LINK}
+        assert {process.role for process in crew.lost_processes} == {Role.GROUND, Role.LINK}
 
 
-def test_a_killed_rover_ends_the_run_by_name(mission, voyage, family):
+def test_a_killed_rover_ends_the_run_and_is_named(mission, voyage, family):
     with ProcessCrew(mission) as crew:
         journey = voyage(crew, mission)
         journey.window()
@@ -129,12 +133,12 @@ def test_a_killed_rover_ends_the_run_by_name(mission, voyage, family):
 
 def test_a_process_that_fails_leaves_its_traceback(mission, voyage, family):
     with ProcessCrew(mission) as crew:
-        crew._router.say(advance_key(Role.GROUND), b"nonsense")
+        crew._router.publish(advance_key(Role.GROUND), b"nonsense")
         voyage(crew, mission).window()
-        [loss] = crew.losses
-    assert (loss.role, loss.how) == (Role.GROUND, "exited with status 1")
-    assert loss.last_words.startswith("Traceback")
-    assert "msgspec." in loss.last_words.splitlines()[-1]
+        [lost_process] = crew.lost_processes
+    assert (lost_process.role, lost_process.how) == (Role.GROUND, "exited with status 1")
+    assert lost_process.last_words.startswith("Traceback")
+    assert "msgspec." in lost_process.last_words.splitlines()[-1]
 
 
 def test_a_process_that_cannot_start_is_named_with_its_last_words(
@@ -146,9 +150,7 @@ def test_a_process_that_cannot_start_is_named_with_its_last_words(
         ProcessCrew(mission).__enter__()
 
 
-def test_a_process_that_never_gets_ready_is_given_up_and_killed(
-    mission, family, monkeypatch, tmp_path
-):
+def test_a_process_that_is_not_ready_in_time_is_killed(mission, family, monkeypatch, tmp_path):
     hanging = executable(tmp_path / "python", "exec tail -f /dev/null")
     monkeypatch.setattr("sys.executable", hanging)
     monkeypatch.setattr(processes, "_START_S", 0.0)
@@ -157,7 +159,7 @@ def test_a_process_that_never_gets_ready_is_given_up_and_killed(
         ProcessCrew(mission).__enter__()
 
 
-def test_a_process_that_hangs_is_killed_at_the_end(mission, family, monkeypatch):
+def test_a_process_that_hangs_is_killed_on_close(mission, family, monkeypatch):
     monkeypatch.setattr(processes, "_END_S", 0.0)
     with ProcessCrew(mission):
         for pid in family.pids():
@@ -165,16 +167,16 @@ def test_a_process_that_hangs_is_killed_at_the_end(mission, family, monkeypatch)
     assert family.pids() == []
 
 
-def test_closing_twice_is_closing_once(mission, family):
+def test_a_crew_can_be_closed_twice(mission, family):
     with ProcessCrew(mission) as crew:
         crew.close()
         crew.close()
     assert family.pids() == []
 
 
-def test_ctrl_c_is_none_of_the_childrens_business(mission, voyage, family):
+def test_the_processes_ignore_ctrl_c(mission, voyage, family):
     with ProcessCrew(mission) as crew:
         for pid in family.pids():
             os.kill(pid, signal.SIGINT)
         voyage(crew, mission).to_the_end()
-        assert crew.losses == ()
+        assert crew.lost_processes == ()
