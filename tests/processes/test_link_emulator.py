@@ -280,9 +280,7 @@ def test_settings_change_while_it_runs() -> None:
         ({}, "expected a change such as"),
     ],
 )
-def test_an_invalid_change_is_refused_with_its_reason(
-    change: dict[str, object], reason: str
-) -> None:
+def test_an_invalid_change_is_refused_in_words(change: dict[str, object], reason: str) -> None:
     with link() as between:
         before = between.ground.get("farside/link/counters")
         assert reason in between.control(**change)["error"]
