@@ -102,9 +102,7 @@ def test_the_log_holds_the_mission_and_the_result(farside, tmp_path):
         (["replay", "nowhere.mcap"], ["nowhere.mcap"]),
     ],
 )
-def test_bad_input_exits_with_status_2_and_one_message_and_writes_nothing(
-    farside, tmp_path, arguments, named
-):
+def test_bad_input_is_status_2_with_one_message_and_no_files(farside, tmp_path, arguments, named):
     status, out, err = farside(*arguments)
     assert status == 2
     assert out == ""

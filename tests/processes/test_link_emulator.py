@@ -1,4 +1,4 @@
-"""`farside link` on a wall clock, between two programs that know Zenoh and nothing else."""
+"""`farside link` on a wall clock, between two plain Zenoh programs."""
 
 import json
 import signal
@@ -24,7 +24,7 @@ config.insert_json5("scouting/multicast/enabled", "false")
 config.insert_json5("adminspace/enabled", "true")
 
 def tell(**what):
-    # In one piece, for there are two threads.
+    # In one write, because two threads print.
     sys.stdout.write(json.dumps(what) + "\\n")
     sys.stdout.flush()
 
@@ -75,7 +75,7 @@ with zenoh.open(config) as session:
 
 
 class Program:
-    """One of the two programs: a router of its own, that says and hears what it is told to."""
+    """One of the two programs: a Zenoh router that publishes and subscribes on request."""
 
     def __init__(self, process: "subprocess.Popen[str]") -> None:
         self._process = process
@@ -95,7 +95,7 @@ class Program:
         return self._read("answer")
 
     def put(self, key: str, payload: str, **how: object) -> int:
-        """Publish, as soon as anybody wants it: when, on the clock of all processes."""
+        """Publish once there is a subscriber; returns the time, on the clock of all processes."""
         began_ns: int = self._do("put", key=key, payload=payload, **how)
         return began_ns
 
@@ -103,26 +103,26 @@ class Program:
         self._do("delete", key=key, **how)
 
     def get(self, key: str, payload: str | None = None) -> dict[str, Any]:
-        """Ask, until somebody answers: the answer."""
+        """Query until there is a reply, and return it."""
         answer: dict[str, Any] = self._do("get", key=key, payload=payload)
         return answer
 
     def heard(self) -> dict[str, Any]:
-        """The next message, waited for."""
+        """Wait for the next message and return it."""
         if not self._heard:
             return cast("dict[str, Any]", json.loads(self._output.readline()))
         return self._heard.pop(0)
 
     def leave(self) -> list[dict[str, Any]]:
-        """End: all that was heard and not taken."""
+        """End the program and return the messages not yet taken."""
         rest, _ = self._process.communicate(timeout=PATIENCE_S)
         return self._heard + [json.loads(line) for line in rest.splitlines()]
 
 
 @contextmanager
 def program(*keys: str) -> Iterator[Program]:
-    """A plain Zenoh program that hears `keys`."""
-    process = subprocess.Popen(  # noqa: S603 - the text above
+    """A plain Zenoh program that subscribes to `keys`."""
+    process = subprocess.Popen(  # noqa: S603 - the program above
         [sys.executable, "-c", PROGRAM, *keys],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
@@ -148,7 +148,7 @@ class Link:
         self.rover, self.ground, self._process = rover, ground, process
 
     def counters(self, way: str) -> dict[str, int]:
-        """The counters of a direction once nothing is on its way in it."""
+        """The counters of a direction once nothing is in flight in it."""
         while True:
             counters: dict[str, int]
             counters = self.ground.get("farside/link/counters")[way]["counters"]
@@ -159,7 +159,7 @@ class Link:
         return self.ground.get("farside/link/control", json.dumps(change))
 
     def interrupt(self) -> dict[str, Any]:
-        """Press Ctrl-C: the state it prints at its end."""
+        """Press Ctrl-C and return the state that it prints at its end."""
         self._process.send_signal(signal.SIGINT)
         output, errors = self._process.communicate(timeout=PATIENCE_S)
         assert self._process.returncode == 0, errors
@@ -198,7 +198,7 @@ def test_nothing_arrives_before_its_delay() -> None:
 
 
 def test_a_message_comes_out_as_it_went_in() -> None:
-    """Key, payload, encoding, attachment, priority; and that it deletes."""
+    """Key, payload, encoding, attachment and priority, for put and delete."""
     with link() as between:
         between.ground.put(
             "cmd/arm/1", "up", encoding="text/plain;utf-8", attachment="why", priority="REAL_TIME"
@@ -224,7 +224,7 @@ def test_a_message_comes_out_as_it_went_in() -> None:
     }
 
 
-def test_what_the_link_loses_nobody_hears_and_the_rest_everybody() -> None:
+def test_only_the_messages_that_the_link_does_not_lose_arrive() -> None:
     with link("down.loss=0.5") as between:
         between.rover.put("tlm/count", "x", times=200)
         while (counters := between.counters("down"))["received"] < 200:
@@ -238,7 +238,7 @@ def test_what_the_link_loses_nobody_hears_and_the_rest_everybody() -> None:
     assert state["up"]["counters"]["received"] == 0
 
 
-def test_corruption_flips_a_bit_and_nothing_else() -> None:
+def test_corruption_flips_one_bit_of_the_payload() -> None:
     with link("up.corrupt=1.0") as between:
         between.ground.put("cmd/drive", "north", attachment="why")
         heard = between.rover.heard()
@@ -247,7 +247,7 @@ def test_corruption_flips_a_bit_and_nothing_else() -> None:
     assert heard["attachment"] == b"why".hex()
 
 
-def test_an_outage_by_hand_begins_and_ends_at_once() -> None:
+def test_a_manual_outage_begins_and_ends_at_once() -> None:
     with link() as between:
         state = between.control(down={"out": True})
         assert state["down"]["outage"] == {"reason": "control", "left_s": None}
@@ -280,7 +280,7 @@ def test_settings_change_while_it_runs() -> None:
         ({}, "expected a change such as"),
     ],
 )
-def test_a_wrong_change_is_refused_in_words(change: dict[str, object], reason: str) -> None:
+def test_an_invalid_change_is_refused_in_words(change: dict[str, object], reason: str) -> None:
     with link() as between:
         before = between.ground.get("farside/link/counters")
         assert reason in between.control(**change)["error"]
@@ -288,18 +288,18 @@ def test_a_wrong_change_is_refused_in_words(change: dict[str, object], reason: s
     assert after["down"] == before["down"]
 
 
-def test_a_key_that_passes_both_ways_does_not_go_round() -> None:
+def test_a_key_that_passes_in_both_directions_does_not_loop() -> None:
     with link(up=["chat/**"], down=["chat/**"]) as between:
         between.ground.put("chat/a", "hello")
         assert between.rover.heard()["payload"] == b"hello".hex()
         between.rover.put("chat/a", "yes?")
-        # What came first from itself is no echo: it says and hears on the same key.
+        # The first is not an echo: the program subscribes to the key on which it publishes.
         payloads = [between.ground.heard()["payload"] for _ in range(2)]
         assert payloads == [b"hello".hex(), b"yes?".hex()]
         assert between.counters("up")["received"] == between.counters("down")["received"] == 1
 
 
-def test_a_message_that_two_key_expressions_fit_passes_once() -> None:
+def test_a_message_that_matches_two_key_expressions_passes_once() -> None:
     with link(up=["cmd/*", "*/drive"]) as between:
         between.ground.put("cmd/drive", "N")
         between.ground.put("arm/drive", "E")
@@ -309,12 +309,12 @@ def test_a_message_that_two_key_expressions_fit_passes_once() -> None:
 
 
 def ends_with(*line: str) -> tuple[int, str]:
-    """Exit status and last words of an emulator that cannot work."""
+    """Exit status and standard error of an emulator that cannot start."""
     done = subprocess.run(line, capture_output=True, text=True, timeout=PATIENCE_S, check=False)  # noqa: S603
     return done.returncode, done.stderr
 
 
-def test_a_side_that_is_not_there_is_named() -> None:
+def test_an_unreachable_side_is_named() -> None:
     with program() as rover:
         status, words = ends_with(*command(rover.locator, "tcp/127.0.0.1:1", "--up=cmd/**"))
     assert status == 3
@@ -332,12 +332,12 @@ def test_one_network_on_both_sides_is_refused() -> None:
     "options",
     [["--up=/cmd"], [], ["--up=cmd", "--set=up.loss=2"], ["--up=cmd", "--preset=unheard-of"]],
 )
-def test_bad_input_ends_with_status_2_before_anybody_is_called(options: list[str]) -> None:
+def test_bad_input_is_status_2_before_any_connection(options: list[str]) -> None:
     status, _ = ends_with(*command("tcp/127.0.0.1:1", "tcp/127.0.0.1:1", *options))
     assert status == 2
 
 
-def test_what_comes_out_where_nobody_is_connected_is_counted_and_told() -> None:
+def test_messages_to_a_side_without_programs_are_counted_and_reported() -> None:
     with link() as between:
         while between.ground.get("farside/link/counters")["rover_side"]["connected"] == 0:
             pass

@@ -9,6 +9,7 @@ import pytest
 from zenoh.handlers import Callback
 
 from farside.missions.crew import network
+from farside.missions.crew.barrier import Sample
 from farside.missions.crew.network import (
     Connection,
     Router,
@@ -50,13 +51,13 @@ class Network:
         """Wait until everything that `publisher` sent has arrived wherever it may."""
         self.roles[publisher].publish(report_key(publisher), b"settle")
         wait_for(self.router, (report_key(publisher), b"settle"))
-        for role, exchange in self.roles.items():
+        for role, connection in self.roles.items():
             self.router.publish(advance_key(role), b"settle")
-            wait_for(exchange, (advance_key(role), b"settle"))
+            wait_for(connection, (advance_key(role), b"settle"))
 
 
-def wait_for(exchange: Connection, message: tuple[str, bytes]) -> None:
-    while exchange.inbox.get(timeout=PATIENCE_S) != message:
+def wait_for(connection: Connection, sample: Sample) -> None:
+    while connection.inbox.get(timeout=PATIENCE_S) != sample:
         pass
 
 
@@ -101,7 +102,7 @@ def keys_that_take_a_forgery_of(intruder: Role) -> set[str]:
 
 
 def keys_overheard_by(intruder: Role) -> set[str]:
-    """The keys of which `intruder` hoverheard anything, with all others saying all they can."""
+    """The keys on which `intruder` receives anything while all others publish on every key."""
     with open_network() as network:
         heard = overhear(network.roles[intruder], {*ALL_KEYS, "farside/**", "**"})
         network.settle(intruder)
@@ -121,7 +122,7 @@ def test_a_role_can_publish_on_its_own_keys_only(intruder: Role) -> None:
 
 
 @pytest.mark.parametrize("intruder", Role)
-def test_a_role_hoverheard_its_own_keys_only(intruder: Role) -> None:
+def test_a_role_receives_on_its_own_keys_only(intruder: Role) -> None:
     assert keys_overheard_by(intruder) == SUBSCRIBES[intruder]
 
 
