@@ -4,14 +4,10 @@ import statistics
 import sys
 from collections.abc import Callable, Sequence
 from multiprocessing import Pool
-from pathlib import Path
 
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
-
-sys.path.insert(0, str(Path(__file__).parent.parent / "dem"))
-
 from worlds import Trial, aliased_trial, phantom_trial, removal_curve
 
 from farside.dem import Parameters

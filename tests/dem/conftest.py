@@ -1,17 +1,9 @@
-"""A grid world to learn in, and shorthands that keep the stories short.
-
-`plain` and `worlds`, which tests share, are put on the path.
-"""
-
-import sys
-from pathlib import Path
+"""A grid world to learn in, and shorthands that keep the stories short."""
 
 import numpy as np
 import pytest
 
 from farside.dem import DynamicExpectancyModel, Parameters
-
-sys.path.insert(0, str(Path(__file__).parent))
 
 MOVES = {"N": (0, 1), "E": (1, 0), "S": (0, -1), "W": (-1, 0)}
 COST = 2.66
