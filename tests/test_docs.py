@@ -3,7 +3,6 @@
 import os
 import re
 import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
@@ -41,8 +40,8 @@ def test_the_readme_has_commands_to_try():
 
 
 @pytest.mark.processes
-def test_every_command_in_the_documents_works(tmp_path):
-    """In the order in which a reader comes to them, in a folder with the shipped mission."""
+def test_every_command_in_the_documents_works(tmp_path, installed):
+    """In the order in which a reader comes to them, from a wheel, in a folder of the reader's."""
     (tmp_path / "missions").symlink_to(ROOT / "missions")
     for command in commands():
         where, line = tmp_path, command
@@ -51,7 +50,7 @@ def test_every_command_in_the_documents_works(tmp_path):
         done = subprocess.run(  # noqa: S603
             ["bash", "-c", line],  # noqa: S607
             cwd=where,
-            env={**os.environ, "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"},
+            env={**os.environ, "PATH": f"{installed}:{os.environ['PATH']}"},
             capture_output=True,
             text=True,
             check=False,
