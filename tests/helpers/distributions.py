@@ -27,7 +27,7 @@ def checkout(folder: Path, *, links: bool = True) -> Path:
 def build(source: Path, folder: Path, *targets: str) -> None:
     """Build into `folder`; by default an sdist, and from it a wheel."""
     command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, source]
-    subprocess.run([*command, *targets], check=True, capture_output=True)  # noqa: S603
+    subprocess.run([*command, *targets], check=True)  # noqa: S603
 
 
 def environment(folder: Path) -> Path:
