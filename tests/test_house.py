@@ -31,7 +31,7 @@ def offered(package: str) -> dict[str, str]:
     return {
         alias.asname or alias.name: node.module
         for node in ast.walk(tree(init))
-        if isinstance(node, ast.ImportFrom) and (node.module or "").startswith("farside.")
+        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("farside.")
         for alias in node.names
     }
 

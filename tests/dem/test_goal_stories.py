@@ -1,15 +1,18 @@
 """Stories of goals through the model: in order, of the robot's own, and blocked."""
 
 import math
+from collections.abc import Collection, Sequence
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from farside.dem import DynamicExpectancyModel, Goal, InherentGoal
+from farside.dem import DynamicExpectancyModel, Goal, InherentGoal, Sensed
+from tests.dem.conftest import Grid, MakeModel, RunCycle
 
 
 @pytest.fixture
-def driven(make_model, corridor, cycle):
+def driven(make_model: MakeModel, corridor: Grid, cycle: RunCycle) -> DynamicExpectancyModel:
     """A model that knows a corridor both ways and stands at its west end."""
     model = make_model()
     for action in "EEEEEWWWWW" * 2:
@@ -17,7 +20,7 @@ def driven(make_model, corridor, cycle):
     return model
 
 
-def drive(model, world, patience):
+def drive(model: DynamicExpectancyModel, world: Grid, patience: int) -> list[Sensed]:
     """Leave the model alone until it has no goals: what was sensed."""
     story = []
     for _ in range(patience):
@@ -29,15 +32,17 @@ def drive(model, world, patience):
     raise AssertionError(f"{model.goals} not reached from {world.at} in {patience} cycles")
 
 
-def reached(story):
+def reached(story: Sequence[Sensed]) -> list[tuple[str, ...]]:
     return [goal.tokens for sensed in story for goal in sensed.reached]
 
 
-def suspended(story):
+def suspended(story: Sequence[Sensed]) -> list[tuple[str, ...]]:
     return [sign for sensed in story for sign in sensed.suspended]
 
 
-def test_several_goals_are_visited_in_their_order_and_those_on_the_way_in_passing(driven, corridor):
+def test_several_goals_are_visited_in_their_order_and_those_on_the_way_in_passing(
+    driven: DynamicExpectancyModel, corridor: Grid
+) -> None:
     for place, priority in [("at:0,0", 1.0), ("at:4,0", 2.0), ("at:1,0", 1.0), ("at:3,0", 2.0)]:
         driven.set_goal([place], priority)
     corridor.at = (2, 0)
@@ -46,13 +51,13 @@ def test_several_goals_are_visited_in_their_order_and_those_on_the_way_in_passin
     assert len(story) == 1 + 2 + 4
 
 
-def test_the_robot_charges_while_its_battery_is_low_and_then_goes_on(corridor):
+def test_the_robot_charges_while_its_battery_is_low_and_then_goes_on(corridor: Grid) -> None:
     """The battery runs low half way to the goal; it is full after two cycles on the charger."""
     charge = InherentGoal(when=("battery:low",), goal=("on_charge",), priority=2.5)
     costs = dict.fromkeys("NESW", 2.66)
     model = DynamicExpectancyModel(costs, rng=np.random.default_rng(0), inherent=[charge])
 
-    def tokens(*, low=False):
+    def tokens(*, low: bool = False) -> list[str]:
         charger = ["on_charge"] if corridor.at == (0, 0) else []
         return [*corridor.tokens(), *charger, *(["battery:low"] if low else [])]
 
@@ -83,31 +88,39 @@ def test_the_robot_charges_while_its_battery_is_low_and_then_goes_on(corridor):
 LAMP = ("lamp:on",)
 
 
-def with_rules(*rules):
+def with_rules(
+    *rules: tuple[Collection[str], Collection[str], float],
+) -> DynamicExpectancyModel:
     """A model with goals of its own, each a trigger, a goal and a priority."""
-    inherent = [InherentGoal(when, goal, priority) for when, goal, priority in rules]
+    inherent = [InherentGoal(tuple(when), tuple(goal), priority) for when, goal, priority in rules]
     return DynamicExpectancyModel({"press": 1.0}, rng=np.random.default_rng(0), inherent=inherent)
 
 
 @pytest.fixture
-def lit_when_dark():
+def lit_when_dark() -> DynamicExpectancyModel:
     """A model that wants its lamp on while it is dark."""
     return with_rules((["dark"], LAMP, 1.0))
 
 
-def listed_after(model, cycle, tokens):
+def listed_after(
+    model: DynamicExpectancyModel, cycle: RunCycle, tokens: Sequence[str]
+) -> tuple[Goal, ...]:
     """The Goal List when `tokens` were sensed."""
     cycle(model, tokens, None)
     return model.goals
 
 
-def test_an_inherent_goal_is_given_up_with_its_trigger(lit_when_dark, cycle):
+def test_an_inherent_goal_is_given_up_with_its_trigger(
+    lit_when_dark: DynamicExpectancyModel, cycle: RunCycle
+) -> None:
     assert listed_after(lit_when_dark, cycle, ["dark"]) == (Goal(LAMP, 1.0),)
     assert cycle(lit_when_dark, ["dawn"], None).reached == ()
     assert lit_when_dark.goals == ()
 
 
-def test_what_the_operator_wants_as_well_stays_when_the_rule_lets_go(lit_when_dark, cycle):
+def test_what_the_operator_wants_as_well_stays_when_the_rule_lets_go(
+    lit_when_dark: DynamicExpectancyModel, cycle: RunCycle
+) -> None:
     lit_when_dark.set_goal(LAMP, priority=0.5)
     assert listed_after(lit_when_dark, cycle, ["dark"]) == (Goal(LAMP, 1.0),)
     assert listed_after(lit_when_dark, cycle, ["dawn"]) == (Goal(LAMP, 0.5),)
@@ -115,14 +128,18 @@ def test_what_the_operator_wants_as_well_stays_when_the_rule_lets_go(lit_when_da
     assert lit_when_dark.goals == ()
 
 
-def test_the_higher_of_both_priorities_counts(lit_when_dark, cycle):
+def test_the_higher_of_both_priorities_counts(
+    lit_when_dark: DynamicExpectancyModel, cycle: RunCycle
+) -> None:
     cycle(lit_when_dark, ["dark"], None)
     lit_when_dark.set_goal(LAMP, priority=3.0)
     assert lit_when_dark.goals == (Goal(LAMP, 3.0),)
     assert listed_after(lit_when_dark, cycle, ["dark"]) == (Goal(LAMP, 3.0),)
 
 
-def test_what_a_rule_wants_as_well_stays_when_the_operator_lets_go(lit_when_dark, cycle):
+def test_what_a_rule_wants_as_well_stays_when_the_operator_lets_go(
+    lit_when_dark: DynamicExpectancyModel, cycle: RunCycle
+) -> None:
     cycle(lit_when_dark, ["dark"], None)
     lit_when_dark.set_goal(LAMP, priority=3.0)
     assert lit_when_dark.withdraw_goal(LAMP)
@@ -132,7 +149,9 @@ def test_what_a_rule_wants_as_well_stays_when_the_operator_lets_go(lit_when_dark
 
 
 @pytest.mark.parametrize("first", [1.0, 2.0])
-def test_a_goal_of_two_rules_is_wanted_while_either_holds_with_the_higher_priority(first, cycle):
+def test_a_goal_of_two_rules_is_wanted_while_either_holds_with_the_higher_priority(
+    first: float, cycle: RunCycle
+) -> None:
     second = 3.0 - first
     model = with_rules((["dark"], LAMP, first), (["visitor"], LAMP, second))
     assert listed_after(model, cycle, ["dark"]) == (Goal(LAMP, first),)
@@ -141,20 +160,26 @@ def test_a_goal_of_two_rules_is_wanted_while_either_holds_with_the_higher_priori
     assert listed_after(model, cycle, ["dawn"]) == ()
 
 
-def test_an_inherent_goal_is_reached_once_and_wanted_again_when_it_was_lost(lit_when_dark, cycle):
+def test_an_inherent_goal_is_reached_once_and_wanted_again_when_it_was_lost(
+    lit_when_dark: DynamicExpectancyModel, cycle: RunCycle
+) -> None:
     nights = [["dark"], ["dark", *LAMP], ["dark", *LAMP], ["dark"], ["dark", *LAMP], LAMP]
     story = [(cycle(lit_when_dark, night, None).reached, lit_when_dark.goals) for night in nights]
     wanted = (Goal(LAMP, 1.0),)
     assert story == [((), wanted), (wanted, ()), ((), ()), ((), wanted), (wanted, ()), ((), ())]
 
 
-def test_every_time_that_its_trigger_comes_a_goal_that_is_there_is_reached(lit_when_dark, cycle):
+def test_every_time_that_its_trigger_comes_a_goal_that_is_there_is_reached(
+    lit_when_dark: DynamicExpectancyModel, cycle: RunCycle
+) -> None:
     days = [["dark", *LAMP], LAMP, ["dark", *LAMP]]
     story = [len(cycle(lit_when_dark, day, None).reached) for day in days]
     assert story == [1, 0, 1]
 
 
-def test_what_a_rule_has_the_operator_may_want_and_is_told_of_too(lit_when_dark, cycle):
+def test_what_a_rule_has_the_operator_may_want_and_is_told_of_too(
+    lit_when_dark: DynamicExpectancyModel, cycle: RunCycle
+) -> None:
     cycle(lit_when_dark, ["dark", *LAMP], None)
     lit_when_dark.set_goal(LAMP, priority=0.5)
     assert lit_when_dark.goals == (Goal(LAMP, 0.5),)
@@ -162,14 +187,16 @@ def test_what_a_rule_has_the_operator_may_want_and_is_told_of_too(lit_when_dark,
     assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == ()
 
 
-def test_what_both_want_is_reached_once_with_the_higher_priority(lit_when_dark, cycle):
+def test_what_both_want_is_reached_once_with_the_higher_priority(
+    lit_when_dark: DynamicExpectancyModel, cycle: RunCycle
+) -> None:
     lit_when_dark.set_goal(LAMP, priority=0.5)
     assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == (Goal(LAMP, 1.0),)
     assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == ()
     assert lit_when_dark.goals == ()
 
 
-def test_a_rule_may_want_a_sign_of_several_tokens_in_any_order(cycle):
+def test_a_rule_may_want_a_sign_of_several_tokens_in_any_order(cycle: RunCycle) -> None:
     model = with_rules((["dark"], ["lamp:on", "door:shut"], 1.0))
     cycle(model, ["door:shut"], "press")
     assert listed_after(model, cycle, ["dark"]) == (Goal(("door:shut", "lamp:on"), 1.0),)
@@ -181,13 +208,13 @@ def test_a_rule_may_want_a_sign_of_several_tokens_in_any_order(cycle):
     assert model.choose().goal == ("door:shut", "lamp:on")
 
 
-def test_a_rule_without_a_goal_or_an_order_is_refused():
+def test_a_rule_without_a_goal_or_an_order_is_refused() -> None:
     with pytest.raises(ValueError, match="one Token at least"):
         InherentGoal(when=("dark",), goal=(), priority=1.0)
     with pytest.raises(ValueError, match="expected a finite number"):
         InherentGoal(when=("dark",), goal=LAMP, priority=math.nan)
     with pytest.raises(TypeError, match="found the string 'dark'"):
-        InherentGoal(when="dark", goal=LAMP, priority=1.0)
+        InherentGoal(when=cast("Any", "dark"), goal=LAMP, priority=1.0)
 
 
 # --- Signs that goals made known ---------------------------------------------------------------
@@ -195,7 +222,9 @@ def test_a_rule_without_a_goal_or_an_order_is_refused():
 BOTH = ("at:A", "drill:out")
 
 
-def test_a_sign_that_only_a_goal_needed_goes_with_it(make_model, cycle):
+def test_a_sign_that_only_a_goal_needed_goes_with_it(
+    make_model: MakeModel, cycle: RunCycle
+) -> None:
     model = make_model()
     model.set_goal(BOTH, priority=1.0)
     cycle(model, ["at:A"], "E")
@@ -206,14 +235,16 @@ def test_a_sign_that_only_a_goal_needed_goes_with_it(make_model, cycle):
     assert model.policy_map() == ()
 
 
-def test_without_removal_it_stays(make_model):
+def test_without_removal_it_stays(make_model: MakeModel) -> None:
     model = make_model(removal=False)
     model.set_goal(BOTH, priority=1.0)
     model.withdraw_goal(BOTH)
     assert model.signs == (BOTH,)
 
 
-def test_withdrawn_while_it_is_active_it_goes_when_the_traces_have_left_it(make_model, cycle):
+def test_withdrawn_while_it_is_active_it_goes_when_the_traces_have_left_it(
+    make_model: MakeModel, cycle: RunCycle
+) -> None:
     model = make_model(reach=2)
     model.set_goal(BOTH, priority=1.0)
     model.sense(BOTH)
@@ -227,7 +258,9 @@ def test_withdrawn_while_it_is_active_it_goes_when_the_traces_have_left_it(make_
     assert held == [True, True, False]
 
 
-def test_reached_it_goes_when_the_traces_have_left_it(make_model, cycle):
+def test_reached_it_goes_when_the_traces_have_left_it(
+    make_model: MakeModel, cycle: RunCycle
+) -> None:
     model = make_model()
     model.set_goal(BOTH, priority=1.0)
     assert cycle(model, BOTH, None).reached == (Goal(BOTH, 1.0),)
@@ -236,7 +269,9 @@ def test_reached_it_goes_when_the_traces_have_left_it(make_model, cycle):
     assert BOTH not in model.signs
 
 
-def test_a_sign_that_hypotheses_begin_from_outlives_its_goal(make_model, cycle):
+def test_a_sign_that_hypotheses_begin_from_outlives_its_goal(
+    make_model: MakeModel, cycle: RunCycle
+) -> None:
     model = make_model()
     model.set_goal(BOTH, priority=1.0)
     cycle(model, BOTH, "E")
@@ -247,7 +282,7 @@ def test_a_sign_that_hypotheses_begin_from_outlives_its_goal(make_model, cycle):
     assert BOTH in model.signs
 
 
-def test_a_sign_that_a_rule_needs_outlives_the_operators_goal():
+def test_a_sign_that_a_rule_needs_outlives_the_operators_goal() -> None:
     model = with_rules((["dark"], BOTH, 1.0))
     model.set_goal(BOTH, priority=1.0)
     model.withdraw_goal(BOTH)
@@ -255,8 +290,8 @@ def test_a_sign_that_a_rule_needs_outlives_the_operators_goal():
 
 
 def test_what_ends_in_a_forgotten_sign_goes_with_it_though_it_was_about_to_be_judged(
-    make_model, cycle
-):
+    make_model: MakeModel, cycle: RunCycle
+) -> None:
     """The drill has come out at A once, and E is done there again when the goal is withdrawn."""
     model = make_model()
     model.set_goal(BOTH, priority=1.0)
@@ -275,7 +310,7 @@ def test_what_ends_in_a_forgotten_sign_goes_with_it_though_it_was_about_to_be_ju
 
 
 @pytest.fixture
-def two_ways(grid):
+def two_ways(grid: Grid) -> Grid:
     """Along the bottom it is 5 moves from the west end to the east end, over the top it is 13."""
     world = type(grid)(
         "....##",
@@ -288,7 +323,7 @@ def two_ways(grid):
     return world
 
 
-def learn(model, world, actions):
+def learn(model: DynamicExpectancyModel, world: Grid, actions: str) -> None:
     for action in actions:
         model.sense(world.tokens())
         model.perform(world.do(action))
@@ -299,8 +334,8 @@ GOAL = ("at:5,0",)
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_way_blocked_for_good_is_left_to_explore_until_a_detour_is_found(
-    make_model, two_ways, seed
-):
+    make_model: MakeModel, two_ways: Grid, seed: int
+) -> None:
     """Only the bottom row is known when a rock falls on it; the way round is over the top."""
     model = make_model(seed, recovery=50)
     learn(model, two_ways, "EEEEEWWWWW" * 2)
@@ -330,7 +365,9 @@ def test_a_way_blocked_for_good_is_left_to_explore_until_a_detour_is_found(
     assert suspended(again) == []
 
 
-def test_a_long_detour_that_is_known_does_not_suspend_the_goal(make_model, two_ways):
+def test_a_long_detour_that_is_known_does_not_suspend_the_goal(
+    make_model: MakeModel, two_ways: Grid
+) -> None:
     model = make_model()
     learn(model, two_ways, "EEEEEWWNNNNWWWSSSS" * 6)
     two_ways.at = (0, 0)
@@ -345,15 +382,19 @@ def test_a_long_detour_that_is_known_does_not_suspend_the_goal(make_model, two_w
     assert two_ways.steps_to((5, 0))[1, 0] * 2.66 > 2.0 * at_first
 
 
-def test_a_detour_of_many_times_the_way_is_still_a_way(make_model, grid):
+def test_a_detour_of_many_times_the_way_is_still_a_way(
+    make_model: MakeModel, grid: Grid, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """Once round a ring of 14 places, because the goal next door cannot be entered any more."""
     ring = type(grid)("....", ".##.", ".##.", ".##.", "....")
     model = make_model()
     learn(model, ring, ("EEENNNNWWWSSSS" + "NNNNEEESSSSWWW") * 3)
     model.set_goal(["at:1,0"], priority=1.0)
     beside = ring.beside
-    ring.beside = lambda place, action: (
-        place if (place, action) == ((0, 0), "E") else beside(place, action)
+    monkeypatch.setattr(
+        ring,
+        "beside",
+        lambda place, action: place if (place, action) == ((0, 0), "E") else beside(place, action),
     )
     story = drive(model, ring, patience=60)
     assert reached(story) == [("at:1,0",)]
@@ -361,7 +402,9 @@ def test_a_detour_of_many_times_the_way_is_still_a_way(make_model, grid):
     assert len(story) - 1 > 13
 
 
-def test_whoever_leads_the_robot_away_from_its_goal_does_not_suspend_it(make_model, cycle):
+def test_whoever_leads_the_robot_away_from_its_goal_does_not_suspend_it(
+    make_model: MakeModel, cycle: RunCycle
+) -> None:
     """Going east from `bog` works so seldom that the goal is ten times as far from there."""
     model = make_model()
     path = [(["bog"], "E"), (["bank"], "E"), (["goal"], None)]

@@ -1,6 +1,8 @@
 """The Action List, the Hypothesis List and what it predicts, and the numbers it learns by."""
 
 import math
+from collections.abc import Sequence
+from typing import Any, cast
 
 import pytest
 from hypothesis import given
@@ -23,18 +25,20 @@ events = st.lists(
 
 
 @pytest.fixture
-def hypotheses():
+def hypotheses() -> HypothesisList:
     return HypothesisList(ActionList(COSTS), Parameters())
 
 
-def live(hypotheses, events):
+def live(
+    hypotheses: HypothesisList, events: Sequence[tuple[str, Any]]
+) -> dict[tuple[int, ...], int]:
     """Do all this to the list, and return the rows that are left by (c, a, o, delay), by age."""
-    left = {}
+    left: dict[tuple[int, ...], int] = {}
     for event, what in events:
         if event == "add":
             assert hypotheses.holds(*what) == (what in left)
             if what not in left:
-                left[what] = hypotheses.add(*what, credit=0.3)
+                left[what] = hypotheses.add(*cast("tuple[int, int, int, int]", what), credit=0.3)
         elif left:
             key = list(left)[what % len(left)]
             if event == "remove":
@@ -47,22 +51,22 @@ def live(hypotheses, events):
 
 
 @pytest.mark.parametrize("cost", [0.0, -1.0, float("inf"), float("nan")])
-def test_no_action_is_free_or_priceless(cost):
+def test_no_action_is_free_or_priceless(cost: float) -> None:
     with pytest.raises(ValueError, match="cost of action 'N': expected above 0, found"):
         ActionList({"N": cost})
 
 
-def test_without_any_action_there_is_no_model():
+def test_without_any_action_there_is_no_model() -> None:
     with pytest.raises(ValueError, match="one action at least"):
         ActionList({})
 
 
-def test_an_unknown_action_is_answered_with_the_known_ones():
+def test_an_unknown_action_is_answered_with_the_known_ones() -> None:
     with pytest.raises(ValueError, match="unknown action 'c': expected one of 'a', 'b'"):
         ActionList(COSTS).id_of("c")
 
 
-def test_actions_have_one_order_whatever_that_of_the_mapping():
+def test_actions_have_one_order_whatever_that_of_the_mapping() -> None:
     actions = ActionList({"b": 2.0, "a": 1.0})
     assert actions.names == ("a", "b")
     assert actions.costs == (1.0, 2.0)
@@ -70,7 +74,9 @@ def test_actions_have_one_order_whatever_that_of_the_mapping():
 
 
 @given(events)
-def test_each_chain_holds_its_hypotheses_once_in_order_of_age_whatever_was_removed(events):
+def test_each_chain_holds_its_hypotheses_once_in_order_of_age_whatever_was_removed(
+    events: Sequence[tuple[str, Any]],
+) -> None:
     hypotheses = HypothesisList(ActionList(COSTS), Parameters())
     left = live(hypotheses, events)
     assert hypotheses.by_age() == list(left.values())
@@ -89,7 +95,9 @@ def test_each_chain_holds_its_hypotheses_once_in_order_of_age_whatever_was_remov
 
 @pytest.mark.parametrize("own_credit", [True, False])
 @given(events=events)
-def test_costs_and_the_sum_of_cm_are_kept_up_with_every_change(own_credit, events):
+def test_costs_and_the_sum_of_cm_are_kept_up_with_every_change(
+    own_credit: bool, events: Sequence[tuple[str, Any]]
+) -> None:
     hypotheses = HypothesisList(ActionList(COSTS), Parameters(own_credit=own_credit))
     left = live(hypotheses, events)
     assert hypotheses.cm_sum == pytest.approx(sum(hypotheses.cm[row] for row in left.values()))
@@ -100,7 +108,7 @@ def test_costs_and_the_sum_of_cm_are_kept_up_with_every_change(own_credit, event
     assert all(hypotheses.cost[row] == math.inf for row in gone)
 
 
-def test_a_row_is_used_again_and_nothing_of_the_old_one_stays(hypotheses):
+def test_a_row_is_used_again_and_nothing_of_the_old_one_stays(hypotheses: HypothesisList) -> None:
     old = hypotheses.add(0, 0, 1, 1, credit=0.5)
     young = hypotheses.add(0, 0, 2, 1, credit=0.5)
     hypotheses.succeed(old, alone=True)
@@ -115,7 +123,7 @@ def test_a_row_is_used_again_and_nothing_of_the_old_one_stays(hypotheses):
     )
 
 
-def test_the_last_of_an_outcome_is_so_when_the_others_are_gone(hypotheses):
+def test_the_last_of_an_outcome_is_so_when_the_others_are_gone(hypotheses: HypothesisList) -> None:
     rows = [hypotheses.add(context, 0, 3, 1, credit=0.5) for context in range(3)]
     assert not any(hypotheses.is_last_of(row) for row in rows)
     hypotheses.remove(rows[2])
@@ -125,7 +133,9 @@ def test_the_last_of_an_outcome_is_so_when_the_others_are_gone(hypotheses):
     assert not hypotheses.is_last_of(rows[1])
 
 
-def test_a_judgement_counts_and_credit_follows_only_a_success_that_stands_alone(hypotheses):
+def test_a_judgement_counts_and_credit_follows_only_a_success_that_stands_alone(
+    hypotheses: HypothesisList,
+) -> None:
     row = hypotheses.add(0, 0, 1, 1, credit=0.4)
     hypotheses.succeed(row, alone=False)
     assert (hypotheses.cm[row], hypotheses.credit[row]) == (0.75, 0.4)
@@ -136,7 +146,7 @@ def test_a_judgement_counts_and_credit_follows_only_a_success_that_stands_alone(
     assert (hypotheses.predictions[row], hypotheses.successes[row]) == (3, 2)
 
 
-def test_the_map_is_told_what_each_change_made_of_which_cost(hypotheses):
+def test_the_map_is_told_what_each_change_made_of_which_cost(hypotheses: HypothesisList) -> None:
     row = hypotheses.add(0, 1, 3, 1, credit=0.5)
     hypotheses.fail(row)
     hypotheses.remove(row)
@@ -147,7 +157,7 @@ def test_the_map_is_told_what_each_change_made_of_which_cost(hypotheses):
     ]
 
 
-def test_only_coming_and_going_changes_the_structure(hypotheses):
+def test_only_coming_and_going_changes_the_structure(hypotheses: HypothesisList) -> None:
     row = hypotheses.add(0, 0, 1, 1, credit=0.5)
     made = hypotheses.structure
     hypotheses.succeed(row, alone=True)
@@ -157,13 +167,13 @@ def test_only_coming_and_going_changes_the_structure(hypotheses):
     assert hypotheses.structure > made
 
 
-def test_from_a_context_leads_what_any_action_makes_active(hypotheses):
+def test_from_a_context_leads_what_any_action_makes_active(hypotheses: HypothesisList) -> None:
     rows = [hypotheses.add(1, action, 2, 1, credit=0.5) for action in (1, 0)]
     hypotheses.add(2, 0, 1, 1, credit=0.5)
     assert list(hypotheses.from_context(1)) == rows[::-1]
 
 
-def test_a_prediction_falls_due_after_its_delay():
+def test_a_prediction_falls_due_after_its_delay() -> None:
     predictions = PredictionList(reach=3)
     predictions.add(7, delay=1)
     predictions.add(8, delay=3)
@@ -174,7 +184,7 @@ def test_a_prediction_falls_due_after_its_delay():
     assert predictions.take_due() == []
 
 
-def test_the_predictions_of_a_hypothesis_that_is_no_more_are_dropped():
+def test_the_predictions_of_a_hypothesis_that_is_no_more_are_dropped() -> None:
     predictions = PredictionList(reach=2)
     for hypothesis, delay in [(7, 1), (8, 1), (7, 2), (7, 1)]:
         predictions.add(hypothesis, delay)
@@ -187,33 +197,33 @@ def test_the_predictions_of_a_hypothesis_that_is_no_more_are_dropped():
     "name", ["alpha", "beta", "learning_probability", "initial_cm", "ineffective"]
 )
 @pytest.mark.parametrize("value", [-0.1, 1.1, float("nan")])
-def test_rates_and_chances_lie_between_0_and_1(name, value):
+def test_rates_and_chances_lie_between_0_and_1(name: str, value: float) -> None:
     with pytest.raises(ValueError, match=f"{name}: expected a number from 0 to 1, found"):
-        Parameters(**{name: value})
+        Parameters(**{name: cast("Any", value)})
 
 
 @pytest.mark.parametrize(
     ("name", "unit"), [("reach", "cycles"), ("maturity", "predictions"), ("recovery", "cycles")]
 )
 @pytest.mark.parametrize("value", [0, -1, 1.5])
-def test_what_is_counted_is_a_whole_number(name, unit, value):
+def test_what_is_counted_is_a_whole_number(name: str, unit: str, value: float) -> None:
     with pytest.raises(ValueError, match=f"{name}: expected a whole number of {unit}, 1 or more"):
-        Parameters(**{name: value})
+        Parameters(**{name: cast("Any", value)})
 
 
 @pytest.mark.parametrize("value", [1.0, -4.0, float("nan")])
-def test_a_goal_breaks_only_when_its_value_has_grown(value):
+def test_a_goal_breaks_only_when_its_value_has_grown(value: float) -> None:
     with pytest.raises(ValueError, match="break_multiple: expected above 1, found"):
         Parameters(break_multiple=value)
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, float("inf"), float("nan")])
-def test_trying_something_new_is_expected_to_cost_something(value):
+def test_trying_something_new_is_expected_to_cost_something(value: float) -> None:
     with pytest.raises(ValueError, match="optimistic_cost: expected above 0, found"):
         Curiosity(optimistic_cost=value)
 
 
 @pytest.mark.parametrize("value", [-1.0, float("inf"), float("nan")])
-def test_restlessness_is_a_finite_number_of_zero_or_more(value):
+def test_restlessness_is_a_finite_number_of_zero_or_more(value: float) -> None:
     with pytest.raises(ValueError, match="restlessness: expected 0 or more, found"):
         Curiosity(restlessness=value)

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule
+from hypothesis.strategies._internal.core import DataObject
 
 from farside.dem import Parameters
 from farside.dem.lists.hypotheses import ActionList, Change, HypothesisList
@@ -28,52 +29,57 @@ compounds = st.sets(st.sampled_from(TOKENS), min_size=2, max_size=3).map(sorted)
 class Lists:
     """Hypotheses at costs of the test's choice, and what the test itself knows of them."""
 
-    def __init__(self, tokens=TOKENS):
+    def __init__(self, tokens: str = TOKENS) -> None:
         self.signs = SignList()
         actions = ActionList({"x": 1.0, "y": 1.0})
         self.hypotheses = HypothesisList(actions, Parameters())
-        self.arcs = {}
-        self.changes, self.changed_signs = [], []
+        self.arcs: dict[int, tuple[int, int]] = {}
+        self.changes: list[Change] = []
+        self.changed_signs: list[int] = []
         for token in tokens:
             self.know((token,))
 
-    def know(self, tokens):
+    def know(self, tokens: tuple[str, ...]) -> int:
         known = self.signs.find(tokens)
         if known is None:
             known = self.signs.add(tokens)
             self.changed_signs.append(known)
         return known
 
-    def forget(self, sign):
+    def forget(self, sign: int) -> None:
         self.changed_signs += [sign, *self.signs.wholes(sign)]
         self.signs.remove(sign)
 
-    def link(self, context, outcome, cost=1.0, cm=0.5, action=0):
+    def link(
+        self, context: int, outcome: int, cost: float = 1.0, cm: float = 0.5, action: int = 0
+    ) -> int:
         arc = self.hypotheses.add(context, action, outcome, 1, 0.5)
         self.hypotheses.cost[arc], self.hypotheses.cm[arc] = cost, cm
         self.arcs[arc] = (context, outcome)
         self.changes.append(Change(arc, context, outcome, math.inf))
         return arc
 
-    def reprice(self, arc, cost):
-        self.changes.append(Change(arc, *self.arcs[arc], self.hypotheses.cost[arc]))
+    def reprice(self, arc: int, cost: float) -> None:
+        context, outcome = self.arcs[arc]
+        self.changes.append(Change(arc, context, outcome, self.hypotheses.cost[arc]))
         self.hypotheses.cost[arc] = cost
 
-    def cut(self, arc):
-        self.changes.append(Change(arc, *self.arcs.pop(arc), self.hypotheses.cost[arc]))
+    def cut(self, arc: int) -> None:
+        context, outcome = self.arcs.pop(arc)
+        self.changes.append(Change(arc, context, outcome, self.hypotheses.cost[arc]))
         self.hypotheses.remove(arc)
 
-    def map(self, goal, spread=None):
+    def map(self, goal: int, spread: "Persistent | Spread | None" = None) -> PolicyMap:
         self.changes.clear()
         self.changed_signs.clear()
         return PolicyMap(goal, spread or Spread(self.hypotheses, self.signs))
 
-    def follow(self, policy):
+    def follow(self, policy: PolicyMap) -> None:
         policy.update(self.changes, self.changed_signs)
         self.changes.clear()
         self.changed_signs.clear()
 
-    def bellman_ford(self, goal):
+    def bellman_ford(self, goal: int) -> list[float]:
         """P_v straight from its definition: improve every Sign until none improves."""
         names = [set(name) for name in self.signs.names]
         ways = [(*ends, self.hypotheses.cost[arc]) for arc, ends in self.arcs.items()]
@@ -86,7 +92,7 @@ class Lists:
                 value[before] = min(value[before], cost + value[after])
         return value
 
-    def ways(self, policy, sign):
+    def ways(self, policy: PolicyMap, sign: int) -> list[tuple[tuple[float, float, int], int]]:
         """What can be done at a Sign: (total, -C_m, age) and the hypothesis."""
         name, listed = set(self.signs.names[sign]), self.hypotheses
         return sorted(
@@ -96,7 +102,7 @@ class Lists:
         )
 
 
-def by_scipy(lists, goal):
+def by_scipy(lists: Lists, goal: int) -> PolicyMap:
     """The same map as for a model of very many hypotheses."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(spread_module, "FEW_ARCS", 0)
@@ -112,40 +118,40 @@ class Persistent(Spread):
 class LearningChangesTheMap(RuleBasedStateMachine):
     """Whatever comes, changes and goes, the map is that of the definition, to the last bit."""
 
-    spread = Persistent
+    spread: type[Persistent | Spread] = Persistent
 
     @initialize(goal=st.sampled_from([("a",), ("a", "b")]))
-    def begin(self, goal):
+    def begin(self, goal: tuple[str, ...]) -> None:
         self.lists = Lists()
         self.goal = self.lists.know(goal)
         lists = self.lists
         self.policy = lists.map(self.goal, self.spread(lists.hypotheses, lists.signs))
 
     @rule(data=st.data(), cost=costs, cm=cms, action=st.integers(0, 1))
-    def make(self, data, cost, cm, action):
+    def make(self, data: DataObject, cost: float, cm: float, action: int) -> None:
         known = st.sampled_from([sign for sign, name in enumerate(self.lists.signs.names) if name])
         self.lists.link(data.draw(known), data.draw(known), cost, cm, action)
 
     @precondition(lambda self: self.lists.arcs)
     @rule(data=st.data(), cost=costs)
-    def reprice(self, data, cost):
+    def reprice(self, data: DataObject, cost: float) -> None:
         self.lists.reprice(data.draw(st.sampled_from(sorted(self.lists.arcs))), cost)
 
     @precondition(lambda self: self.lists.arcs)
     @rule(data=st.data())
-    def remove(self, data):
+    def remove(self, data: DataObject) -> None:
         self.lists.cut(data.draw(st.sampled_from(sorted(self.lists.arcs))))
 
     @rule(tokens=compounds)
-    def make_compound(self, tokens):
+    def make_compound(self, tokens: tuple[str, ...]) -> None:
         self.lists.know(tokens)
 
     @rule(token=st.sampled_from("ef"))
-    def make_sign(self, token):
+    def make_sign(self, token: str) -> None:
         self.lists.know((token,))
 
     @rule(data=st.data())
-    def forget_sign(self, data):
+    def forget_sign(self, data: DataObject) -> None:
         kept = {self.goal}.union(*self.lists.arcs.values())
         names = self.lists.signs.names
         idle = [sign for sign, name in enumerate(names) if len(name) > 1 and sign not in kept]
@@ -153,15 +159,15 @@ class LearningChangesTheMap(RuleBasedStateMachine):
             self.lists.forget(data.draw(st.sampled_from(idle)))
 
     @rule()
-    def update(self):
+    def update(self) -> None:
         self.lists.follow(self.policy)
         self.check()
 
-    def teardown(self):
+    def teardown(self) -> None:
         if hasattr(self, "lists"):
             self.update()
 
-    def check(self):
+    def check(self) -> None:
         lists, policy = self.lists, self.policy
         assert policy.value == lists.bellman_ford(self.goal)
         assert policy.value == lists.map(self.goal).value
@@ -174,7 +180,7 @@ class LearningChangesTheMap(RuleBasedStateMachine):
                 assert policy.why(sign) is None
         self.check_table()
 
-    def check_way(self, sign, value):
+    def check_way(self, sign: int, value: float) -> None:
         """The best by rank is taken, unless it leads round in circles; and the walk arrives."""
         lists, policy = self.lists, self.policy
         best = policy.best(sign)
@@ -192,7 +198,7 @@ class LearningChangesTheMap(RuleBasedStateMachine):
         rival_total, rival = rivals[0] if rivals else (math.inf, None)
         assert policy.why(sign) == (best, value, rival, rival_total)
 
-    def check_table(self):
+    def check_table(self) -> None:
         policy = self.policy
         table = policy.table()
         signs = table.sign.tolist()
@@ -219,11 +225,11 @@ A, B, C, D = range(4)
 
 
 @pytest.fixture
-def lists():
+def lists() -> Lists:
     return Lists()
 
 
-def test_a_sure_detour_beats_a_doubtful_short_cut(lists):
+def test_a_sure_detour_beats_a_doubtful_short_cut(lists: Lists) -> None:
     """Here a → c costs 8; a → b → c costs 1 + 1."""
     short_cut = lists.link(A, C, 8.0)
     detour = [lists.link(A, B), lists.link(B, C)]
@@ -234,7 +240,7 @@ def test_a_sure_detour_beats_a_doubtful_short_cut(lists):
     assert short_cut not in detour
 
 
-def test_of_equally_cheap_ways_the_surer_is_taken_and_then_the_older(lists):
+def test_of_equally_cheap_ways_the_surer_is_taken_and_then_the_older(lists: Lists) -> None:
     lists.link(A, B, cm=0.25)
     older, younger = lists.link(A, C, cm=0.5), lists.link(A, D, cm=0.5)
     policy = lists.map(B)
@@ -248,7 +254,7 @@ def test_of_equally_cheap_ways_the_surer_is_taken_and_then_the_older(lists):
     assert policy.best(A) == younger
 
 
-def test_age_counts_from_when_a_hypothesis_was_made_and_not_by_its_row(lists):
+def test_age_counts_from_when_a_hypothesis_was_made_and_not_by_its_row(lists: Lists) -> None:
     lists.cut(lists.link(D, D))
     older = lists.link(A, B, cm=0.5)
     spare = lists.link(D, D)
@@ -263,7 +269,7 @@ def test_age_counts_from_when_a_hypothesis_was_made_and_not_by_its_row(lists):
     assert lists.map(B).best(A) == youngest
 
 
-def test_of_equally_near_active_signs_the_surer_is_left_and_then_the_older(lists):
+def test_of_equally_near_active_signs_the_surer_is_left_and_then_the_older(lists: Lists) -> None:
     lists.link(A, D, cm=0.25)
     lists.link(C, D, cm=0.5)
     lists.link(B, D, cm=0.5)
@@ -272,7 +278,7 @@ def test_of_equally_near_active_signs_the_surer_is_left_and_then_the_older(lists
     assert policy.entry([A, B, C]) == C
 
 
-def test_there_is_no_entry_off_the_map_nor_at_the_goal(lists):
+def test_there_is_no_entry_off_the_map_nor_at_the_goal(lists: Lists) -> None:
     lists.link(A, B)
     policy = lists.map(B)
     assert policy.entry([]) is None
@@ -281,7 +287,7 @@ def test_there_is_no_entry_off_the_map_nor_at_the_goal(lists):
     assert policy.entry([D, A]) == A
 
 
-def test_why_names_the_best_way_of_another_action_too(lists):
+def test_why_names_the_best_way_of_another_action_too(lists: Lists) -> None:
     best = lists.link(A, D, 2.0)
     lists.link(A, D, 3.0)
     lists.link(A, D, 5.0, action=1)
@@ -290,13 +296,13 @@ def test_why_names_the_best_way_of_another_action_too(lists):
     assert lists.map(D).why(A) == (best, 2.0, rival, 4.0)
 
 
-def test_why_does_without_a_rival_where_no_other_action_leads_to_the_goal(lists):
+def test_why_does_without_a_rival_where_no_other_action_leads_to_the_goal(lists: Lists) -> None:
     best = lists.link(A, D, 2.0)
     lists.link(A, B, 1.0, action=1)
     assert lists.map(D).why(A) == (best, 2.0, None, math.inf)
 
 
-def test_whoever_reaches_a_compound_has_reached_its_parts(lists):
+def test_whoever_reaches_a_compound_has_reached_its_parts(lists: Lists) -> None:
     """Here a → {b, c} at 1, and b → d at 2: b is reached with {b, c}, and acted from."""
     whole = lists.know(("b", "c"))
     to_whole, onward = lists.link(A, whole), lists.link(B, D, 2.0)
@@ -306,7 +312,9 @@ def test_whoever_reaches_a_compound_has_reached_its_parts(lists):
     assert policy.depth(A) == 2
 
 
-def test_a_compound_acts_on_the_surer_way_of_its_part_where_its_own_is_as_cheap(lists):
+def test_a_compound_acts_on_the_surer_way_of_its_part_where_its_own_is_as_cheap(
+    lists: Lists,
+) -> None:
     whole = lists.know(("b", "c"))
     lists.link(whole, D, 2.0, cm=0.25)
     surer = lists.link(B, D, 2.0, cm=1.0)
@@ -316,7 +324,7 @@ def test_a_compound_acts_on_the_surer_way_of_its_part_where_its_own_is_as_cheap(
     assert dict(zip(table.sign.tolist(), table.best.tolist(), strict=True))[whole] == surer
 
 
-def test_a_compound_of_the_goal_is_the_goal_reached(lists):
+def test_a_compound_of_the_goal_is_the_goal_reached(lists: Lists) -> None:
     whole = lists.know(("b", "d"))
     to_whole = lists.link(A, whole)
     policy = lists.map(D)
@@ -324,7 +332,7 @@ def test_a_compound_of_the_goal_is_the_goal_reached(lists):
     assert list(policy.walk(A)) == [to_whole]
 
 
-def test_a_compound_loses_what_its_part_loses(lists):
+def test_a_compound_loses_what_its_part_loses(lists: Lists) -> None:
     whole = lists.know(("b", "c"))
     lists.link(A, whole)
     onward = lists.link(B, D, 2.0)
@@ -334,7 +342,7 @@ def test_a_compound_loses_what_its_part_loses(lists):
     assert policy.value == [math.inf, math.inf, math.inf, 0.0, math.inf]
 
 
-def test_a_compound_loses_what_a_part_had_that_was_itself_forgotten(lists):
+def test_a_compound_loses_what_a_part_had_that_was_itself_forgotten(lists: Lists) -> None:
     """All of {a, b, c} that leads to d is what {a, b} knows; both go before the map hears."""
     part, whole = lists.know(("a", "b")), lists.know(("a", "b", "c"))
     onward = lists.link(part, D)
@@ -346,7 +354,7 @@ def test_a_compound_loses_what_a_part_had_that_was_itself_forgotten(lists):
     assert policy.value[whole] == math.inf
 
 
-def test_costs_too_small_to_count_do_not_close_a_walk_into_a_loop(lists):
+def test_costs_too_small_to_count_do_not_close_a_walk_into_a_loop(lists: Lists) -> None:
     """Here a → b and b → a cost 1 beside 10³⁰⁰, so that both ends tie; only b → d leads out."""
     there, _, out = lists.link(A, B, cm=1.0), lists.link(B, A, cm=1.0), lists.link(B, D, 1e300)
     policy = lists.map(D)
@@ -354,7 +362,7 @@ def test_costs_too_small_to_count_do_not_close_a_walk_into_a_loop(lists):
     assert list(islice(policy.walk(A), 5)) == [there, out]
 
 
-def test_among_equals_the_walk_takes_the_nearest_way_out(lists):
+def test_among_equals_the_walk_takes_the_nearest_way_out(lists: Lists) -> None:
     """Here c → a → b → d: surer ways lead back from a to c and from c to itself, all at 10³⁰⁰."""
     lists.link(A, C, cm=1.0)
     lists.link(C, C, cm=1.0)
@@ -364,7 +372,7 @@ def test_among_equals_the_walk_takes_the_nearest_way_out(lists):
     assert policy.table().depth.tolist() == [0, 2, 1, 3]
 
 
-def test_signs_that_tie_do_not_hold_each_other_up_when_the_way_out_is_gone(lists):
+def test_signs_that_tie_do_not_hold_each_other_up_when_the_way_out_is_gone(lists: Lists) -> None:
     lists.link(A, B)
     lists.link(B, A)
     out = lists.link(B, D, 1e300)
@@ -374,7 +382,7 @@ def test_signs_that_tie_do_not_hold_each_other_up_when_the_way_out_is_gone(lists
     assert policy.value == [math.inf, math.inf, math.inf, 0.0]
 
 
-def test_a_way_that_grew_cheaper_goes_with_what_it_led_to(lists):
+def test_a_way_that_grew_cheaper_goes_with_what_it_led_to(lists: Lists) -> None:
     to_b, onward = lists.link(A, B, 3.0), lists.link(B, D)
     policy = lists.map(D, Persistent(lists.hypotheses, lists.signs))
     lists.reprice(to_b, 2.0)
@@ -384,7 +392,9 @@ def test_a_way_that_grew_cheaper_goes_with_what_it_led_to(lists):
 
 
 @pytest.mark.parametrize("cost", [1.0, 9.0, math.inf])
-def test_a_change_that_reaches_every_sign_reaches_it_though_the_repair_gives_way(cost):
+def test_a_change_that_reaches_every_sign_reaches_it_though_the_repair_gives_way(
+    cost: float,
+) -> None:
     """Of six Signs one may lose its value, and two may spread, before the map is made anew."""
     lists = Lists("abcdef")
     *_, last = [lists.link(sign, sign + 1, 5.0) for sign in range(5)]
@@ -394,7 +404,7 @@ def test_a_change_that_reaches_every_sign_reaches_it_though_the_repair_gives_way
     assert policy.value == [cost + 20.0, cost + 15.0, cost + 10.0, cost + 5.0, cost, 0.0]
 
 
-def test_an_arc_whose_row_was_used_again_is_gone(lists):
+def test_an_arc_whose_row_was_used_again_is_gone(lists: Lists) -> None:
     """Here a → d is removed and c → d takes its row at the same cost before the map hears."""
     gone = lists.link(A, D)
     policy = lists.map(D, Persistent(lists.hypotheses, lists.signs))
@@ -404,7 +414,7 @@ def test_an_arc_whose_row_was_used_again_is_gone(lists):
     assert policy.value == [math.inf, math.inf, 1.0, 0.0]
 
 
-def test_a_goal_is_not_lost_with_a_way_round_from_it(lists):
+def test_a_goal_is_not_lost_with_a_way_round_from_it(lists: Lists) -> None:
     lists.know(("a", "d"))
     policy = lists.map(4, Persistent(lists.hypotheses, lists.signs))
     lists.changed_signs.append(4)
@@ -412,13 +422,13 @@ def test_a_goal_is_not_lost_with_a_way_round_from_it(lists):
     assert policy.value[4] == 0.0
 
 
-def test_very_many_parallel_arcs_count_as_the_cheapest(lists):
+def test_very_many_parallel_arcs_count_as_the_cheapest(lists: Lists) -> None:
     for cost in (3.0, 2.0, 4.0):
         lists.link(A, D, cost)
     assert by_scipy(lists, D).value == [2.0, math.inf, math.inf, 0.0]
 
 
-def test_one_spread_serves_goal_after_goal_as_the_lists_change(lists):
+def test_one_spread_serves_goal_after_goal_as_the_lists_change(lists: Lists) -> None:
     spread = Spread(lists.hypotheses, lists.signs)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(spread_module, "FEW_ARCS", 0)

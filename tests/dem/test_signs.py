@@ -1,5 +1,8 @@
 """The Sign List on its own."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -21,33 +24,33 @@ events = st.lists(
 
 
 @pytest.fixture
-def signs():
+def signs() -> SignList:
     return SignList()
 
 
-def test_a_sign_is_its_tokens_once_each_and_sorted():
+def test_a_sign_is_its_tokens_once_each_and_sorted() -> None:
     assert to_sign(["b", "a", "b"]) == ("a", "b")
 
 
-def test_a_string_is_not_taken_for_its_letters():
+def test_a_string_is_not_taken_for_its_letters() -> None:
     with pytest.raises(TypeError, match=r"write \['at:A'\]"):
         to_sign("at:A")
 
 
-def test_a_token_makes_its_sign_once(signs):
+def test_a_token_makes_its_sign_once(signs: SignList) -> None:
     assert signs.sense(("a", "b")) == ([0, 1], [0, 1])
     assert signs.sense(("b", "c")) == ([1, 2], [2])
     assert signs.names == [("a",), ("b",), ("c",)]
 
 
-def test_a_conjunction_is_novel_when_first_active_not_when_made_known(signs):
+def test_a_conjunction_is_novel_when_first_active_not_when_made_known(signs: SignList) -> None:
     assert signs.add(("a", "b")) == signs.add(("a", "b")) == 0
     assert signs.sense(("a",)) == ([1], [1])
     assert signs.sense(("a", "b")) == ([0, 1, 2], [0, 2])
     assert signs.sense(("a", "b")) == ([0, 1, 2], [])
 
 
-def test_an_id_is_used_again_for_a_sign_that_is_the_youngest(signs):
+def test_an_id_is_used_again_for_a_sign_that_is_the_youngest(signs: SignList) -> None:
     signs.sense(("a", "b"))
     pair = signs.add(("a", "b"))
     signs.sense(("c",))
@@ -58,7 +61,7 @@ def test_an_id_is_used_again_for_a_sign_that_is_the_youngest(signs):
     assert signs.by_age() == [0, 1, 3, pair]
 
 
-def test_a_conjunction_that_was_forgotten_is_novel_once_more(signs):
+def test_a_conjunction_that_was_forgotten_is_novel_once_more(signs: SignList) -> None:
     signs.add(("a", "b"))
     signs.sense(("a", "b"))
     signs.remove(0)
@@ -66,7 +69,7 @@ def test_a_conjunction_that_was_forgotten_is_novel_once_more(signs):
     assert signs.sense(("a", "b")).novel == [0]
 
 
-def test_the_map_is_told_of_what_came_and_went_and_of_what_held_it(signs):
+def test_the_map_is_told_of_what_came_and_went_and_of_what_held_it(signs: SignList) -> None:
     pair = signs.add(("a", "b"))
     three = signs.add(("a", "b", "c"))
     assert signs.changed == [pair, three]
@@ -77,7 +80,7 @@ def test_the_map_is_told_of_what_came_and_went_and_of_what_held_it(signs):
     assert signs.structure > before
 
 
-def test_finding_again_what_is_known_changes_nothing(signs):
+def test_finding_again_what_is_known_changes_nothing(signs: SignList) -> None:
     signs.add(("a", "b"))
     signs.sense(("a", "b"))
     before = signs.structure
@@ -88,7 +91,7 @@ def test_finding_again_what_is_known_changes_nothing(signs):
     assert signs.changed == []
 
 
-def test_a_conjunction_is_looked_at_only_when_one_of_its_tokens_is_sensed(signs):
+def test_a_conjunction_is_looked_at_only_when_one_of_its_tokens_is_sensed(signs: SignList) -> None:
     """With a Token that is in every conjunction, the watches fall on the others."""
     for place in range(100):
         signs.add(to_sign([f"at:{place}", "battery:ok"]))
@@ -96,9 +99,11 @@ def test_a_conjunction_is_looked_at_only_when_one_of_its_tokens_is_sensed(signs)
 
 
 @given(events)
-def test_active_are_exactly_the_signs_whose_tokens_are_all_sensed_in_order_of_age(events):
+def test_active_are_exactly_the_signs_whose_tokens_are_all_sensed_in_order_of_age(
+    events: Sequence[tuple[str, Any]],
+) -> None:
     """Beside the list runs a plain one: Signs, the oldest first, and whether each was active."""
-    signs, plain = SignList(), {}
+    signs, plain = SignList(), dict[tuple[str, ...], bool]()
     for event, what in events:
         if event == "sense":
             novel = [name for name, seen in plain.items() if not seen and set(name) <= set(what)]
@@ -114,13 +119,17 @@ def test_active_are_exactly_the_signs_whose_tokens_are_all_sensed_in_order_of_ag
         elif plain:
             name = list(plain)[what % len(plain)]
             del plain[name]
-            signs.remove(signs.find(name))
+            gone = signs.find(name)
+            assert gone is not None
+            signs.remove(gone)
         assert [signs.names[sign] for sign in signs.by_age()] == list(plain)
         assert len(signs) == len(plain)
 
 
 @given(events)
-def test_parts_have_some_of_the_tokens_and_wholes_have_more(events):
+def test_parts_have_some_of_the_tokens_and_wholes_have_more(
+    events: Sequence[tuple[str, Any]],
+) -> None:
     signs = SignList()
     for event, what in events:
         if event == "sense":

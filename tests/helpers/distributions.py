@@ -26,7 +26,15 @@ def checkout(folder: Path, *, links: bool = True) -> Path:
 
 def build(source: Path, folder: Path, *targets: str) -> None:
     """Build into `folder`; by default an sdist, and from it a wheel."""
-    command = [sys.executable, "-m", "build", "--no-isolation", "--outdir", folder, source]
+    command: list[str | Path] = [
+        sys.executable,
+        "-m",
+        "build",
+        "--no-isolation",
+        "--outdir",
+        folder,
+        source,
+    ]
     subprocess.run([*command, *targets], check=True)  # noqa: S603
 
 
@@ -42,7 +50,7 @@ def environment(folder: Path) -> Path:
 
 def install(python: Path, *arguments: str | Path) -> subprocess.CompletedProcess[str]:
     """`pip install`, from nothing but what is here."""
-    command = [sys.executable, "-m", "pip", "--python", python, "install"]
+    command: list[str | Path] = [sys.executable, "-m", "pip", "--python", python, "install"]
     return subprocess.run(  # noqa: S603
         [*command, "--no-deps", "--no-index", "--no-build-isolation", *arguments],
         capture_output=True,
