@@ -18,10 +18,10 @@ AT_S = 690.0
 def picture_at(log: LogFile, now_ns: int) -> Picture:
     """What was known at a time."""
     picture = Picture()
-    for entry in log.entries():
-        if entry.log_time_ns > now_ns:
+    for logged in log.entries():
+        if logged.log_time_ns > now_ns:
             break
-        picture.apply(entry.log_time_ns, entry.entry)
+        picture.apply(logged)
     return picture
 
 

@@ -171,7 +171,7 @@ def test_a_damaged_chunk_is_told_after_what_comes_before_it(killed: Killed, path
     damaged[killed.sizes[-2] + 80] ^= 1
     path.write_bytes(damaged)
 
-    records, found = LogFile(path).records(), []
+    records, found = LogFile(path).records(), list[Record]()
     with pytest.raises(LogError, match=rf"{path} is damaged at byte \d+"):
         found.extend(records)
 

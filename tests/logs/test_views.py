@@ -21,6 +21,7 @@ from farside.topics import (
     GoalSource,
     LinkOutage,
     ModeEntry,
+    OutageReason,
     Silence,
 )
 
@@ -214,7 +215,7 @@ def test_a_direction_in_which_nothing_arrived_has_no_delay(run: Any) -> None:
 
 def test_outages_pair_their_ends_and_one_without_end_lasts_as_long_as_the_run(run: Any) -> None:
     def outage(t_s: float, direction: Direction, *, down: bool) -> None:
-        run.note(t_s, LinkOutage(direction, down, "blackout"))
+        run.note(t_s, LinkOutage(direction, down, OutageReason.BLACKOUT))
 
     run.start()
     outage(10, DOWN, down=True)
@@ -236,7 +237,7 @@ def test_outages_pair_their_ends_and_one_without_end_lasts_as_long_as_the_run(ru
 
 def test_a_log_gives_the_same_answers_as_the_records_it_was_made_of(run: Any, path: Path) -> None:
     run.start().goal(1, "at:B").frame(2, UP).stand(8, "at:B").reach(9, "at:B")
-    run.note(10, LinkOutage(UP, down=True, reason="blackout"), Silence(silent=True))
+    run.note(10, LinkOutage(UP, down=True, reason=OutageReason.BLACKOUT), Silence(silent=True))
 
     def answers(view: RunView) -> list[Any]:
         return [

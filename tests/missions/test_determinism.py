@@ -5,15 +5,18 @@ import math
 import os
 import subprocess
 import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, cast
 
 import pytest
 
-from farside.logs import LogFile, digest_of
+from farside.logs import LogFile, Recorder, digest_of
 from farside.missions import load_mission, run_mission
 from farside.missions.build import build_node
 from farside.missions.conductor import Conductor, WallClock
 from farside.missions.crew.crew import InProcessCrew
-from farside.node import Role, to_ns
+from farside.node import Record, Role, to_ns
 
 BAD = {
     f"link.{way}.{key}": value
@@ -29,40 +32,40 @@ BAD = {
 SHORT = {"duration_s": 60.0, "link.blackouts": [{"start_s": 20.0, "end_s": 50.0}]}
 
 
-def digest(tmp_path, changes=None, **how):
+def digest(tmp_path: Path, changes: Mapping[str, Any] | None = None, **how: Any) -> str:
     loaded = load_mission("blackout", changes or {})
     return run_mission(loaded, **{"in_process": True, "out": tmp_path, **how}).digest
 
 
 @pytest.fixture(scope="module")
-def reference(tmp_path_factory):
+def reference(tmp_path_factory: pytest.TempPathFactory) -> str:
     """The digest of the whole shipped mission."""
     return digest(tmp_path_factory.mktemp("reference"))
 
 
-def test_again_in_one_process(reference, tmp_path):
+def test_again_in_one_process(reference: str, tmp_path: Path) -> None:
     assert digest(tmp_path) == reference
 
 
 @pytest.mark.processes
-def test_in_a_process_for_each_role(reference, tmp_path):
+def test_in_a_process_for_each_role(reference: str, tmp_path: Path) -> None:
     assert digest(tmp_path, in_process=False) == reference
 
 
 @pytest.mark.parametrize("window_s", [0.04, 0.64, 1.28, 0.2])
-def test_with_windows_of_any_length(reference, tmp_path, window_s):
+def test_with_windows_of_any_length(reference: str, tmp_path: Path, window_s: float) -> None:
     """One tick, half the light time, all of it, and no whole part of it."""
     assert digest(tmp_path, window_ns=to_ns(window_s)) == reference
 
 
 @pytest.mark.parametrize("window_s", [0.04, 0.64])
-def test_over_a_bad_link_too(tmp_path, window_s):
+def test_over_a_bad_link_too(tmp_path: Path, window_s: float) -> None:
     reference = digest(tmp_path, BAD)
     assert digest(tmp_path, BAD, window_ns=to_ns(window_s)) == reference
 
 
 @pytest.mark.parametrize("hash_seed", ["0", "1", "4711"])
-def test_under_any_hash_seed(reference, tmp_path, hash_seed):
+def test_under_any_hash_seed(reference: str, tmp_path: Path, hash_seed: str) -> None:
     command = [
         sys.executable,
         "-m",
@@ -80,37 +83,37 @@ def test_under_any_hash_seed(reference, tmp_path, hash_seed):
     assert json.loads(result.stdout)["digest"] == reference
 
 
-def test_another_seed_is_another_run(reference, tmp_path):
+def test_another_seed_is_another_run(reference: str, tmp_path: Path) -> None:
     assert digest(tmp_path, {"seed": 2}) != reference
 
 
-def test_the_digest_is_that_of_the_log(tmp_path):
+def test_the_digest_is_that_of_the_log(tmp_path: Path) -> None:
     run = run_mission(load_mission("blackout", SHORT), in_process=True, out=tmp_path)
     assert digest_of(LogFile(run.log).records()) == run.digest
 
 
-def test_paced_or_not(tmp_path):
+def test_paced_or_not(tmp_path: Path) -> None:
     """Pacing cuts time into other windows and waits between them; a fake clock does the waiting."""
-    waited = []
+    waited: list[float] = []
     loaded = load_mission("blackout", SHORT)
     mission = loaded.mission
     crew = InProcessCrew(*(build_node(role, mission) for role in Role))
     clock = WallClock(now=lambda: math.fsum(waited), sleep=waited.append)
     recorder = _Memory()
-    Conductor(mission, crew, recorder, recorder, pace=5.0, clock=clock).run()
+    Conductor(mission, crew, cast("Recorder", recorder), recorder, pace=5.0, clock=clock).run()
     assert math.fsum(waited) == pytest.approx(60.0 / 5.0)
     assert len(waited) > 100, "short windows, so that a person sees it move"
     assert digest_of(recorder.records) == digest(tmp_path, SHORT)
 
 
 @pytest.mark.processes
-def test_paced_in_processes_on_the_real_clock(tmp_path):
+def test_paced_in_processes_on_the_real_clock(tmp_path: Path) -> None:
     changes = {**SHORT, "duration_s": 40.0}
     paced = digest(tmp_path, changes, in_process=False, pace=40.0)
     assert paced == digest(tmp_path, changes)
 
 
-def test_two_simulations_in_one_process_do_not_disturb_each_other(tmp_path):
+def test_two_simulations_in_one_process_do_not_disturb_each_other(tmp_path: Path) -> None:
     missions = [load_mission("blackout", SHORT, seed=seed).mission for seed in (1, 2)]
     crews = [InProcessCrew(*(build_node(role, m) for role in Role)) for m in missions]
     memories = [_Memory(), _Memory()]
@@ -121,7 +124,7 @@ def test_two_simulations_in_one_process_do_not_disturb_each_other(tmp_path):
         assert digest_of(memory.records) == digest(tmp_path, {**SHORT, "seed": seed})
 
 
-def test_the_seed_of_the_link_does_not_move_a_rock(tmp_path):
+def test_the_seed_of_the_link_does_not_move_a_rock(tmp_path: Path) -> None:
     """Random streams are apart: on a link without loss its seed changes nothing at all."""
     lossless = {**SHORT, "link.up.loss": 0.0, "link.down.loss": 0.0}
     other_link = digest(tmp_path, {**lossless, "link.seed": 99})
@@ -132,14 +135,14 @@ def test_the_seed_of_the_link_does_not_move_a_rock(tmp_path):
 class _Memory:
     """A recorder and watcher that only remembers."""
 
-    def __init__(self):
-        self.records = []
+    def __init__(self) -> None:
+        self.records: list[Record] = []
 
-    def write(self, records):
+    def write(self, records: Sequence[Record]) -> None:
         self.records += records
 
-    def flush(self):
+    def flush(self) -> None:
         pass
 
-    def watch(self, now_s, records):
+    def watch(self, now_s: float, records: Sequence[Record]) -> None:
         pass

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
+import zenoh
 from zenoh.handlers import Callback
 
 from farside.missions.crew import network
@@ -64,7 +65,7 @@ def overhear(who: Exchange, keys: set[str]) -> list[tuple[str, bytes]]:
     """Whatever comes to `who` on `keys` from now on."""
     heard: list[tuple[str, bytes]] = []
 
-    def note(sample: object) -> None:
+    def note(sample: zenoh.Sample) -> None:
         heard.append((str(sample.key_expr), sample.payload.to_bytes()))
 
     for key in sorted(keys):
@@ -168,7 +169,7 @@ def test_passwords_are_in_a_file_for_the_owner_alone_and_only_while_the_router_o
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    seen = []
+    seen: list[tuple[int, str]] = []
     really_open = network._open
 
     def look_and_open(settings: dict[str, object]) -> object:
