@@ -7,6 +7,12 @@ FITNESS := import sys; \
   sys.version_info >= (3, 11) or sys.exit("too old: " + sys.version.split()[0]); \
   import ensurepip, venv
 
+# As `import farside` says it (farside/__init__.py).
+ifeq ($(wildcard farside/dem/.),)
+  $(error Expected the symbolic link farside/dem -> ../dem, found none: this checkout was made \
+    without symbolic links. Clone again with `git clone -c core.symlinks=true`)
+endif
+
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
@@ -27,6 +33,7 @@ lint: $(VENV)/.ready-to-develop ## check style, types and the direction of impor
 	$(BIN)/mypy
 	$(BIN)/lint-imports
 
+bench: export PYTHONPATH := tests/helpers
 bench: $(VENV)/.ready-to-develop ## measure simulated seconds per wall second
 	$(BIN)/python tests/bench/run.py
 	$(BIN)/python tests/bench/link_channel.py

@@ -7,22 +7,12 @@ from pathlib import Path
 
 from rich.console import Console
 
-from farside.logs import LogFile, Picture, screen
+from farside.logs import LogFile, picture_at, screen
 from farside.missions import load_mission, run_mission
 from farside.node import to_ns
 
 WIDTH, HEIGHT = 100, 30
 AT_S = 690.0
-
-
-def picture_at(log: LogFile, now_ns: int) -> Picture:
-    """The state of the run at a time."""
-    picture = Picture()
-    for entry in log.entries():
-        if entry.log_time_ns > now_ns:
-            break
-        picture.apply(entry)
-    return picture
 
 
 def main(target: Path) -> None:

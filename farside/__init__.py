@@ -3,4 +3,15 @@
 The packages, from the bottom up: `dem` (the learning controller, on its own), `link` (what
 crosses, and what carries it), `rover`, `ground` and `logs` (which do not know each other), and
 `missions` (which brings them together).
+
+Raises:
+    ImportError: in a checkout whose symbolic links, such as `farside/dem`, became text files.
 """
+
+from pathlib import Path
+
+if not (Path(__file__).parent / "dem").is_dir():
+    raise ImportError(
+        "Expected the symbolic link farside/dem -> ../dem, found none: this checkout was made "
+        "without symbolic links. Clone again with `git clone -c core.symlinks=true`."
+    )

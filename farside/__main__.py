@@ -9,7 +9,10 @@ _INTERRUPTED = 130
 
 
 def main() -> NoReturn:
-    """Run the command line, so that an interrupt at any moment ends it quietly."""
+    """Run the command line, so that an interrupt at any moment ends it quietly.
+
+    It takes a while to import; from then on each command has its own way with interrupts.
+    """
     for number in (signal.SIGINT, signal.SIGTERM):
         # Also where it was inherited as ignored, as by a job in the background of a script.
         signal.signal(number, _leave)

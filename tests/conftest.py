@@ -1,3 +1,46 @@
-"""Fixtures for all tests: `pytester` runs the tests that documents show."""
+"""Fixtures for all tests: Farside as others install it, and `pytester` for tests in documents."""
+
+from pathlib import Path
+
+import pytest
+from distributions import build, checkout, environment, install
+from hypothesis import settings
 
 pytest_plugins = ["pytester"]
+# How long an example takes depends on who else uses the machine, and no test asserts a wall time.
+settings.register_profile("farside", deadline=None)
+settings.load_profile("farside")
+DECOYS = (
+    "logs/runs/x.mcap",
+    "logs/runs/study/y.mcap",
+    "rover/__pycache__/node.cpython-311.pyc",
+    "tests/dem/__pycache__/plain.cpython-311.pyc",
+)
+
+
+@pytest.fixture(scope="session")
+def used(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A checkout in which Farside has been run."""
+    folder = checkout(tmp_path_factory.mktemp("used") / "far side")
+    for decoy in DECOYS:
+        path = folder / decoy
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text("not for a package")
+    return folder
+
+
+@pytest.fixture(scope="session")
+def wheel(used: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The wheel from the sdist; the sdist lies beside it."""
+    built = tmp_path_factory.mktemp("built")
+    build(used, built)
+    return next(built.glob("*.whl"))
+
+
+@pytest.fixture(scope="session")
+def installed(wheel: Path, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of the commands where the wheel from the sdist has been installed."""
+    python = environment(tmp_path_factory.mktemp("environment") / "far side")
+    done = install(python, wheel)
+    assert done.returncode == 0, done.stderr
+    return python.parent

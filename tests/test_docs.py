@@ -3,7 +3,6 @@
 import os
 import re
 import subprocess
-import sys
 import tomllib
 from pathlib import Path
 
@@ -22,7 +21,7 @@ DOCUMENTS = [
 DRY = {"make test", "make lint", "make bench", "make clean", "make picture"}
 
 
-def blocks(language):
+def blocks(language: str) -> list[str]:
     pattern = rf"^```{language}\n(.*?)^```"
     return [
         block
@@ -31,18 +30,18 @@ def blocks(language):
     ]
 
 
-def commands():
+def commands() -> list[str]:
     lines = [line for block in blocks("sh") for line in block.splitlines()]
     return [line.split("  #")[0].strip() for line in lines if line.strip()]
 
 
-def test_the_readme_has_commands_to_try():
+def test_the_readme_has_commands_to_try() -> None:
     assert {"make mission", "make test", "farside run blackout"} <= set(commands())
 
 
 @pytest.mark.processes
-def test_every_command_in_the_documents_works(tmp_path):
-    """In the order in which a reader comes to them, in a folder with the shipped mission."""
+def test_every_command_in_the_documents_works(tmp_path: Path, installed: Path) -> None:
+    """In the order in which a reader comes to them, from a wheel, in a folder of the reader's."""
     (tmp_path / "missions").symlink_to(ROOT / "missions")
     for command in commands():
         where, line = tmp_path, command
@@ -51,7 +50,7 @@ def test_every_command_in_the_documents_works(tmp_path):
         done = subprocess.run(  # noqa: S603
             ["bash", "-c", line],  # noqa: S607
             cwd=where,
-            env={**os.environ, "PATH": f"{Path(sys.executable).parent}:{os.environ['PATH']}"},
+            env={**os.environ, "PATH": f"{installed}:{os.environ['PATH']}"},
             capture_output=True,
             text=True,
             check=False,
@@ -61,21 +60,21 @@ def test_every_command_in_the_documents_works(tmp_path):
         assert done.returncode in allowed, f"{command}\n{done.stdout}{done.stderr}"
 
 
-def test_every_test_in_the_documents_passes(pytester):
+def test_every_test_in_the_documents_passes(pytester: pytest.Pytester) -> None:
     for number, block in enumerate(blocks("python")):
         if "def test_" in block:
             pytester.makepyfile(**{f"test_documents_{number}": block})
     pytester.runpytest_inprocess().assert_outcomes(passed=1)
 
 
-def test_every_example_in_the_documents_runs():
+def test_every_example_in_the_documents_runs() -> None:
     examples = [block for block in blocks("python") if "import " in block]
     assert examples
     for example in examples:
         exec(example, {})  # noqa: S102 - our own examples
 
 
-def test_every_link_in_the_documents_is_one():
+def test_every_link_in_the_documents_is_one() -> None:
     tables = [tomllib.loads(block) for block in blocks("toml")]
     links = [table["link"] for table in tables if "link" in table]
     assert links
@@ -84,7 +83,7 @@ def test_every_link_in_the_documents_is_one():
         assert resolve_link(config, folder=ROOT, duration_s=60.0).lookahead_ns > 0
 
 
-def test_every_path_in_the_documents_is_there():
+def test_every_path_in_the_documents_is_there() -> None:
     missing = [
         path
         for document in DOCUMENTS

@@ -2,7 +2,6 @@
 
 import gc
 import re
-import signal
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -116,7 +115,6 @@ def emulate(
         raise typer.BadParameter("expected --up or --down: as it is, nothing would pass")
     config = _load(preset, profile, set_ or (), duration or _HORIZON_S)
     emulator: Emulator[Manner] = Emulator(config, seed)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
     console = Console(stderr=True)
     with (
         open_side(Role.ROVER, rover_side) as rover,

@@ -1,6 +1,7 @@
 """The `farside` command: `run`, `check` and `replay`, beside `link` and `dem`."""
 
 import math
+import signal
 import sys
 from importlib.metadata import version
 from pathlib import Path
@@ -199,6 +200,8 @@ def _print_error(message: str) -> None:
 def main() -> NoReturn:
     """The `farside` command."""
     try:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.default_int_handler)
         app()
     except (MissionError, LogError, StreamError, EphemerisError) as error:
         _print_error(str(error))

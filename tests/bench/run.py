@@ -21,7 +21,7 @@ from rich.table import Table
 
 from farside.missions import load_mission, run_mission
 from farside.rover.config import BodyConfig
-from farside.rover.world.body import obstacles
+from farside.rover.world.terrain import obstacles
 
 ROUNDS = 7
 ROUND_TRIPS = 2000
@@ -34,7 +34,9 @@ def bare_pymunk() -> float:
     space, body = pymunk.Space(), pymunk.Body(40.0, 1.8)
     body.position = (5.5, 3.5)
     space.add(
-        body, pymunk.Circle(body, 0.3), *obstacles(space, mission.world.chart(), BodyConfig())
+        body,
+        pymunk.Circle(body, 0.3),
+        *obstacles(space, mission.world.chart(), BodyConfig().friction),
     )
     began = time.perf_counter()
     for _ in range(STEPS):

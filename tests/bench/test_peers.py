@@ -1,16 +1,31 @@
 """The peers are valid references: they reach their published figures."""
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from baselines import DynaQ, DynaQPlus, PrioritizedSweeping, QLearning
 from dem_player import DemPlayer
-from mazes import BLOCKING, DYNA, MOVES, SHORTCUT, blocking_maze, dyna_maze, new_goal, shortcut_maze
+from mazes import (
+    BLOCKING,
+    DYNA,
+    MOVES,
+    SHORTCUT,
+    Maze,
+    Player,
+    blocking_maze,
+    dyna_maze,
+    new_goal,
+    shortcut_maze,
+)
 
 from farside.dem import Parameters
 
 
-def mean(task, make, seeds):
-    return np.mean([task(make(np.random.default_rng(seed))) for seed in range(seeds)])
+def mean(
+    task: Callable[[Player], float], make: Callable[[np.random.Generator], Player], seeds: int
+) -> float:
+    return float(np.mean([task(make(np.random.default_rng(seed))) for seed in range(seeds)]))
 
 
 @pytest.mark.parametrize(
@@ -23,12 +38,14 @@ def mean(task, make, seeds):
         (SHORTCUT[1], 10),
     ],
 )
-def test_the_shortest_paths_have_the_lengths_known_from_the_literature(maze, fewest):
+def test_the_shortest_paths_have_the_lengths_known_from_the_literature(
+    maze: Maze, fewest: int
+) -> None:
     assert maze.distances(maze.start)[maze.goal] == fewest
 
 
 @pytest.mark.parametrize("maze", [DYNA, *BLOCKING, *SHORTCUT])
-def test_no_move_ends_in_a_wall_or_off_the_maze(maze):
+def test_no_move_ends_in_a_wall_or_off_the_maze(maze: Maze) -> None:
     places = {(row, column) for row in range(6) for column in range(9)} - maze.walls
     for place in places:
         for action, (down, right) in MOVES.items():
@@ -39,37 +56,37 @@ def test_no_move_ends_in_a_wall_or_off_the_maze(maze):
 @pytest.mark.parametrize(
     ("planning", "known", "seeds"), [(0, 5156, 20), (5, 2147, 20), (50, 1891, 4)]
 )
-def test_dyna_q_needs_as_many_steps_as_published(planning, known, seeds):
+def test_dyna_q_needs_as_many_steps_as_published(planning: int, known: int, seeds: int) -> None:
     steps = mean(dyna_maze, lambda rng: DynaQ(rng, planning=planning), seeds)
     assert steps == pytest.approx(known, rel=0.2)
 
 
-def test_dyna_q_without_planning_is_q_learning():
+def test_dyna_q_without_planning_is_q_learning() -> None:
     learners = [QLearning(np.random.default_rng(3)), DynaQ(np.random.default_rng(3), planning=0)]
     assert len({dyna_maze(learner) for learner in learners}) == 1
     assert learners[0].values == learners[1].values
 
 
-def test_dyna_q_plus_finds_the_way_round_the_block_and_dyna_q_rarely_does():
+def test_dyna_q_plus_finds_the_way_round_the_block_and_dyna_q_rarely_does() -> None:
     dyna = mean(blocking_maze, lambda rng: DynaQ(rng, planning=10, alpha=1.0), 8)
     plus = mean(blocking_maze, lambda rng: DynaQPlus(rng, planning=10, alpha=1.0, kappa=1e-4), 8)
     assert dyna == pytest.approx(77, rel=0.2)
     assert plus == pytest.approx(136, rel=0.1)
 
 
-def test_dyna_q_plus_finds_the_shortcut_and_dyna_q_does_not():
+def test_dyna_q_plus_finds_the_shortcut_and_dyna_q_does_not() -> None:
     dyna = mean(shortcut_maze, lambda rng: DynaQ(rng, planning=50, alpha=1.0), 2)
     plus = mean(shortcut_maze, lambda rng: DynaQPlus(rng, planning=50, alpha=1.0, kappa=1e-3), 2)
     assert dyna == pytest.approx(296, rel=0.1)
     assert plus == pytest.approx(367, rel=0.1)
 
 
-def test_prioritized_sweeping_needs_fewer_steps_with_as_many_updates():
+def test_prioritized_sweeping_needs_fewer_steps_with_as_many_updates() -> None:
     dyna = mean(dyna_maze, lambda rng: DynaQ(rng, planning=5), 8)
     swept = mean(dyna_maze, lambda rng: PrioritizedSweeping(rng, planning=5), 8)
     assert swept < 0.9 * dyna
 
 
-def test_in_a_learned_maze_a_model_takes_a_shortest_path_to_a_new_goal():
+def test_in_a_learned_maze_a_model_takes_a_shortest_path_to_a_new_goal() -> None:
     player = DemPlayer(np.random.default_rng(0), Parameters())
     assert new_goal(player, seed=0) == 0

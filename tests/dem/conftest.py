@@ -1,18 +1,34 @@
 """A grid world to learn in, and shorthands that keep the stories short."""
 
+from collections.abc import Callable, Sequence
+from typing import Any, Protocol
+
 import numpy as np
 import pytest
 
-from farside.dem import DynamicExpectancyModel, Parameters
+from farside.dem import Choice, DynamicExpectancyModel, Goal, Parameters, PolicyValue, Sensed
 
 MOVES = {"N": (0, 1), "E": (1, 0), "S": (0, -1), "W": (-1, 0)}
 COST = 2.66
+
+Event = tuple[Sequence[str], str | None, tuple[str, Sequence[str], int] | None]
+"""A cycle with Tokens, action, and a change of goals: "set" or "withdraw", Sign, priority."""
+
+Said = Sensed | Choice | tuple[tuple[PolicyValue, ...], tuple[Goal, ...], float]
+RunCycle = Callable[[DynamicExpectancyModel, Sequence[str], str | None], Sensed]
+Live = Callable[[DynamicExpectancyModel, Sequence[Event]], list[Said]]
+
+
+class MakeModel(Protocol):
+    """What `make_model` is."""
+
+    def __call__(self, seed: int = 0, **parameters: Any) -> DynamicExpectancyModel: ...
 
 
 class Grid:
     """Places drawn row by row, northernmost row first. A move off the places has no effect."""
 
-    def __init__(self, *rows):
+    def __init__(self, *rows: str) -> None:
         self.places = {
             (east, len(rows) - 1 - row)
             for row, line in enumerate(rows)
@@ -21,25 +37,25 @@ class Grid:
         }
         self.at = min(self.places)
 
-    def tokens(self):
+    def tokens(self) -> list[str]:
         """What is sensed here."""
         return [self.token(self.at)]
 
-    def token(self, place):
+    def token(self, place: tuple[int, int]) -> str:
         """The Token of a place."""
         return f"at:{place[0]},{place[1]}"
 
-    def beside(self, place, action):
+    def beside(self, place: tuple[int, int], action: str) -> tuple[int, int]:
         """The place where an action at `place` ends."""
         aside = place[0] + MOVES[action][0], place[1] + MOVES[action][1]
         return aside if aside in self.places else place
 
-    def do(self, action):
+    def do(self, action: str) -> str:
         """Perform an action and return it."""
         self.at = self.beside(self.at, action)
         return action
 
-    def steps_to(self, goal):
+    def steps_to(self, goal: tuple[int, int]) -> dict[tuple[int, int], int]:
         """Least number of moves to `goal` from every place, breadth first."""
         steps, frontier = {goal: 0}, [goal]
         for place in frontier:
@@ -51,8 +67,22 @@ class Grid:
         return steps
 
 
+class Tour(Protocol):
+    """What `tour` is."""
+
+    def __call__(
+        self, model: DynamicExpectancyModel, world: Grid, cycles: int, seed: int = 1
+    ) -> None: ...
+
+
+class Eventful(Protocol):
+    """What `eventful` is."""
+
+    def __call__(self, count: int, seed: int = 5) -> list[Event]: ...
+
+
 @pytest.fixture
-def grid():
+def grid() -> Grid:
     return Grid(
         ".....",
         ".#.#.",
@@ -62,13 +92,13 @@ def grid():
 
 
 @pytest.fixture
-def corridor():
+def corridor() -> Grid:
     return Grid("......")
 
 
 @pytest.fixture(scope="session")
-def make_model():
-    def make(seed=0, **parameters):
+def make_model() -> MakeModel:
+    def make(seed: int = 0, **parameters: Any) -> DynamicExpectancyModel:
         rng = np.random.default_rng(seed)
         return DynamicExpectancyModel(dict.fromkeys(MOVES, COST), Parameters(**parameters), rng=rng)
 
@@ -76,10 +106,10 @@ def make_model():
 
 
 @pytest.fixture(scope="session")
-def cycle():
+def cycle() -> RunCycle:
     """Run one guided cycle and return what was sensed."""
 
-    def run(model, tokens, action):
+    def run(model: DynamicExpectancyModel, tokens: Sequence[str], action: str | None) -> Sensed:
         sensed = model.sense(tokens)
         model.perform(action)
         return sensed
@@ -88,10 +118,10 @@ def cycle():
 
 
 @pytest.fixture(scope="session")
-def tour():
+def tour() -> Tour:
     """Drive a model around a world with random commands."""
 
-    def run(model, world, cycles, seed=1):
+    def run(model: DynamicExpectancyModel, world: Grid, cycles: int, seed: int = 1) -> None:
         for action in np.random.default_rng(seed).choice(list(MOVES), cycles):
             model.sense(world.tokens())
             model.perform(world.do(str(action)))
@@ -100,7 +130,7 @@ def tour():
 
 
 @pytest.fixture(scope="session")
-def eventful():
+def eventful() -> Eventful:
     """Cycles (Tokens, action, change of goals) in which everything happens that can.
 
     At first a goal of two Tokens is set, reached, withdrawn, and never active again, so that
@@ -108,14 +138,14 @@ def eventful():
     and `b` are sensed.
     """
     goal = ["a", "b"]
-    forgotten = [
+    forgotten: list[Event] = [
         (["f"], "go", ("set", goal, 1)),
         *[(goal, None, ("set", goal, 1)), (["f"], "go", None)] * 3,
         ([], None, ("withdraw", goal, 0)),
         *[(["f"], "go", None), ([], None, None)] * 12,
     ]
 
-    def stream(count, seed=5):
+    def stream(count: int, seed: int = 5) -> list[Event]:
         rng = np.random.default_rng(seed)
         cycles, follows = list(forgotten), False
         while len(cycles) < count:
@@ -130,11 +160,11 @@ def eventful():
 
 
 @pytest.fixture(scope="session")
-def live():
+def live() -> Live:
     """Run a model through such cycles and return everything that it reported and chose."""
 
-    def live_through(model, cycles):
-        said = []
+    def live_through(model: DynamicExpectancyModel, cycles: Sequence[Event]) -> list[Said]:
+        said: list[Said] = []
         for tokens, action, change in cycles:
             said.append(model.sense(tokens))
             match change:
@@ -142,10 +172,11 @@ def live():
                     model.set_goal(sign, priority)
                 case "withdraw", sign, _:
                     model.withdraw_goal(sign)
-            chooses = action == "as it chooses"
-            if chooses:
-                said.append(model.choose())
-            model.perform(said[-1].action if chooses else action)
+            if action == "as it chooses":
+                choice = model.choose()
+                said.append(choice)
+                action = choice.action  # noqa: PLW2901 - which is what is performed
+            model.perform(action)
             said.append((model.policy_map(), model.goals, model.mean_cm))
         return said
 

@@ -1,23 +1,31 @@
 """The curious map, computed only as far as a choice needs it, against a plain, full one."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.strategies._internal.core import DataObject
 
 from farside.dem import Curiosity, DynamicExpectancyModel, Parameters
 from farside.dem.policy.curiosity import CuriousMap, Lead
+from tests.dem.conftest import Eventful, Live, MakeModel, RunCycle
 
 COSTS = {"go": 2, "turn": 1}
 
 
-def cost_of_trying(model, curiosity, sign, action):
+def cost_of_trying(
+    model: DynamicExpectancyModel, curiosity: Curiosity, sign: int, action: int
+) -> float:
     learner = model._learner
     last = learner.trials.last_tried(sign * len(COSTS) + action)
     ago = learner.cycle - last
     return curiosity.optimistic_cost + (curiosity.restlessness / ago if last >= 0 else 0.0)
 
 
-def plain_values(model, curiosity, goal):
+def plain_values(
+    model: DynamicExpectancyModel, curiosity: Curiosity, goal: int | None
+) -> dict[int, float]:
     """Cost from every known Sign, by relaxing all arcs until no value changes."""
     signs, hypotheses = model._learner.signs, model._learner.hypotheses
     known = signs.by_age()
@@ -40,7 +48,15 @@ def plain_values(model, curiosity, goal):
     return value
 
 
-def plain_lead(model, curiosity, goal, active, *, last_action, rng):
+def plain_lead(
+    model: DynamicExpectancyModel,
+    curiosity: Curiosity,
+    goal: int | None,
+    active: Sequence[int],
+    *,
+    last_action: int | None,
+    rng: np.random.Generator,
+) -> Lead:
     """The rules of `CuriousMap.lead`, applied to all values."""
     signs, hypotheses = model._learner.signs, model._learner.hypotheses
     value = plain_values(model, curiosity, goal)
@@ -87,8 +103,15 @@ def plain_lead(model, curiosity, goal, active, *, last_action, rng):
     data=st.data(),
 )
 def test_the_partial_map_gives_the_same_lead_as_a_full_one(
-    eventful, live, *, curiosity, parameters, lived, seed, data
-):
+    eventful: Eventful,
+    live: Live,
+    *,
+    curiosity: Curiosity,
+    parameters: Parameters,
+    lived: int,
+    seed: int,
+    data: DataObject,
+) -> None:
     model = DynamicExpectancyModel(COSTS, parameters, rng=np.random.default_rng(1))
     live(model, [(["a"], "go", None), (["b"], None, None), *eventful(lived, seed)])
     known = st.sampled_from(model._learner.signs.by_age())
@@ -104,14 +127,14 @@ def test_the_partial_map_gives_the_same_lead_as_a_full_one(
             assert ours.random() == plain.random()
 
 
-def test_without_an_active_sign_there_is_no_lead(make_model, cycle):
+def test_without_an_active_sign_there_is_no_lead(make_model: MakeModel, cycle: RunCycle) -> None:
     model = make_model()
     assert CuriousMap(model._learner, Curiosity(), None, []).lead(None, model._rng) is None
     cycle(model, ["a"], "E")
     assert CuriousMap(model._learner, Curiosity(), None, []).lead(None, model._rng) is None
 
 
-def test_a_whole_with_the_value_of_its_part_decides_if_it_is_the_oldest(cycle):
+def test_a_whole_with_the_value_of_its_part_decides_if_it_is_the_oldest(cycle: RunCycle) -> None:
     """East and west are equally far from the frontier; `dusk west` is known since it was a goal."""
     parameters = Parameters(own_credit=False, removal=False)
     model = DynamicExpectancyModel(COSTS, parameters, rng=np.random.default_rng(0))
@@ -123,7 +146,7 @@ def test_a_whole_with_the_value_of_its_part_decides_if_it_is_the_oldest(cycle):
     for tokens, outcome in ((["east"], ["frontier"]), (both, []), (["west"], ["frontier"])):
         cycle(model, tokens, "go")
         cycle(model, outcome, None)
-    east, both = (model._signs.find(sign) for sign in [("east",), tuple(both)])
+    east, dusk = (model._signs.find(sign) for sign in [("east",), ("dusk", "west")])
     curiosity = Curiosity(optimistic_cost=1.0, restlessness=1e6)
-    lead = CuriousMap(model._learner, curiosity, None, [east, both]).lead(None, model._rng)
-    assert lead == Lead(both, 0, 1.0 + 2 / 0.5, tries=False)
+    lead = CuriousMap(model._learner, curiosity, None, [east, dusk]).lead(None, model._rng)
+    assert lead == Lead(dusk, 0, 1.0 + 2 / 0.5, tries=False)

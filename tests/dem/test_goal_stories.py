@@ -1,15 +1,18 @@
 """Goals in the whole model: their order, goals of the robot's own, and blocked paths."""
 
 import math
+from collections.abc import Collection, Sequence
+from typing import Any, cast
 
 import numpy as np
 import pytest
 
-from farside.dem import DynamicExpectancyModel, Goal, InherentGoal
+from farside.dem import DynamicExpectancyModel, Goal, InherentGoal, Sensed
+from tests.dem.conftest import Grid, MakeModel, RunCycle
 
 
 @pytest.fixture
-def driven(make_model, corridor, cycle):
+def driven(make_model: MakeModel, corridor: Grid, cycle: RunCycle) -> DynamicExpectancyModel:
     """A model that knows a corridor both ways and stands at its west end."""
     model = make_model()
     for action in "EEEEEWWWWW" * 2:
@@ -17,7 +20,7 @@ def driven(make_model, corridor, cycle):
     return model
 
 
-def drive(model, world, patience):
+def drive(model: DynamicExpectancyModel, world: Grid, patience: int) -> list[Sensed]:
     """Leave the model alone until it has no goals, and return what it sensed."""
     story = []
     for _ in range(patience):
@@ -29,15 +32,17 @@ def drive(model, world, patience):
     raise AssertionError(f"{model.goals} not reached from {world.at} in {patience} cycles")
 
 
-def reached(story):
+def reached(story: Sequence[Sensed]) -> list[tuple[str, ...]]:
     return [goal.tokens for sensed in story for goal in sensed.reached]
 
 
-def suspended(story):
+def suspended(story: Sequence[Sensed]) -> list[tuple[str, ...]]:
     return [sign for sensed in story for sign in sensed.suspended]
 
 
-def test_goals_are_visited_in_order_of_priority_and_those_on_the_way_in_passing(driven, corridor):
+def test_goals_are_visited_in_order_of_priority_and_those_on_the_way_in_passing(
+    driven: DynamicExpectancyModel, corridor: Grid
+) -> None:
     for place, priority in [("at:0,0", 1.0), ("at:4,0", 2.0), ("at:1,0", 1.0), ("at:3,0", 2.0)]:
         driven.set_goal([place], priority)
     corridor.at = (2, 0)
@@ -46,13 +51,13 @@ def test_goals_are_visited_in_order_of_priority_and_those_on_the_way_in_passing(
     assert len(story) == 1 + 2 + 4
 
 
-def test_the_robot_charges_while_its_battery_is_low_and_then_goes_on(corridor):
+def test_the_robot_charges_while_its_battery_is_low_and_then_goes_on(corridor: Grid) -> None:
     """The battery runs low halfway to the goal; it is full after two cycles on the charger."""
     charge = InherentGoal(when=("battery:low",), goal=("on_charge",), priority=2.5)
     costs = dict.fromkeys("NESW", 2.66)
     model = DynamicExpectancyModel(costs, rng=np.random.default_rng(0), inherent=[charge])
 
-    def tokens(*, low=False):
+    def tokens(*, low: bool = False) -> list[str]:
         charger = ["on_charge"] if corridor.at == (0, 0) else []
         return [*corridor.tokens(), *charger, *(["battery:low"] if low else [])]
 
@@ -84,31 +89,37 @@ LAMP = ("lamp:on",)
 WANTED_BY_BOTH = Goal(LAMP, {"operator": 0.5, "rule": 1.0})
 
 
-def with_rules(*rules):
+def with_rules(*rules: tuple[Collection[str], Collection[str], float]) -> DynamicExpectancyModel:
     """A model with rules of its own, each a trigger, a goal and a priority."""
-    inherent = [InherentGoal(when, goal, priority) for when, goal, priority in rules]
+    inherent = [InherentGoal(tuple(when), tuple(goal), priority) for when, goal, priority in rules]
     return DynamicExpectancyModel({"press": 1.0}, rng=np.random.default_rng(0), inherent=inherent)
 
 
 @pytest.fixture
-def lit_when_dark():
+def lit_when_dark() -> DynamicExpectancyModel:
     """A model that wants its lamp on while it is dark."""
     return with_rules((["dark"], LAMP, 1.0))
 
 
-def listed_after(model, cycle, tokens):
+def listed_after(
+    model: DynamicExpectancyModel, cycle: RunCycle, tokens: Sequence[str]
+) -> tuple[Goal, ...]:
     """The Goal List after sensing `tokens`."""
     cycle(model, tokens, None)
     return model.goals
 
 
-def test_an_inherent_goal_leaves_the_list_with_its_trigger(lit_when_dark, cycle):
+def test_an_inherent_goal_leaves_the_list_with_its_trigger(
+    lit_when_dark: DynamicExpectancyModel, cycle: RunCycle
+) -> None:
     assert listed_after(lit_when_dark, cycle, ["dark"]) == (Goal(LAMP, {"rule": 1.0}),)
     assert cycle(lit_when_dark, ["dawn"], None).reached == ()
     assert lit_when_dark.goals == ()
 
 
-def test_a_goal_that_the_operator_wants_too_outlives_the_rule(lit_when_dark, cycle):
+def test_a_goal_that_the_operator_wants_too_outlives_the_rule(
+    lit_when_dark: DynamicExpectancyModel, cycle: RunCycle
+) -> None:
     lit_when_dark.set_goal(LAMP, priority=0.5)
     assert listed_after(lit_when_dark, cycle, ["dark"]) == (WANTED_BY_BOTH,)
     assert listed_after(lit_when_dark, cycle, ["dawn"]) == (Goal(LAMP, {"operator": 0.5}),)
@@ -116,14 +127,18 @@ def test_a_goal_that_the_operator_wants_too_outlives_the_rule(lit_when_dark, cyc
     assert lit_when_dark.goals == ()
 
 
-def test_the_higher_priority_of_operator_and_rule_counts(lit_when_dark, cycle):
+def test_the_higher_priority_of_operator_and_rule_counts(
+    lit_when_dark: DynamicExpectancyModel, cycle: RunCycle
+) -> None:
     cycle(lit_when_dark, ["dark"], None)
     lit_when_dark.set_goal(LAMP, priority=3.0)
     assert [goal.priority for goal in lit_when_dark.goals] == [3.0]
     assert [goal.priority for goal in listed_after(lit_when_dark, cycle, ["dark"])] == [3.0]
 
 
-def test_a_goal_that_a_rule_wants_too_outlives_its_withdrawal(lit_when_dark, cycle):
+def test_a_goal_that_a_rule_wants_too_outlives_its_withdrawal(
+    lit_when_dark: DynamicExpectancyModel, cycle: RunCycle
+) -> None:
     cycle(lit_when_dark, ["dark"], None)
     lit_when_dark.set_goal(LAMP, priority=3.0)
     assert lit_when_dark.withdraw_goal(LAMP)
@@ -133,7 +148,9 @@ def test_a_goal_that_a_rule_wants_too_outlives_its_withdrawal(lit_when_dark, cyc
 
 
 @pytest.mark.parametrize("first", [1.0, 2.0])
-def test_a_goal_of_two_rules_has_the_higher_priority_of_those_that_are_active(first, cycle):
+def test_a_goal_of_two_rules_has_the_higher_priority_of_those_that_are_active(
+    first: float, cycle: RunCycle
+) -> None:
     second = 3.0 - first
     model = with_rules((["dark"], LAMP, first), (["visitor"], LAMP, second))
     assert listed_after(model, cycle, ["dark"]) == (Goal(LAMP, {"rule": first}),)
@@ -143,8 +160,8 @@ def test_a_goal_of_two_rules_has_the_higher_priority_of_those_that_are_active(fi
 
 
 def test_an_inherent_goal_is_reached_once_and_wanted_again_after_it_was_inactive(
-    lit_when_dark, cycle
-):
+    lit_when_dark: DynamicExpectancyModel, cycle: RunCycle
+) -> None:
     nights = [["dark"], ["dark", *LAMP], ["dark", *LAMP], ["dark"], ["dark", *LAMP], LAMP]
     story = [(cycle(lit_when_dark, night, None).reached, lit_when_dark.goals) for night in nights]
     wanted = (Goal(LAMP, {"rule": 1.0}),)
@@ -152,16 +169,16 @@ def test_an_inherent_goal_is_reached_once_and_wanted_again_after_it_was_inactive
 
 
 def test_a_goal_that_is_active_already_is_reached_each_time_its_trigger_appears(
-    lit_when_dark, cycle
-):
+    lit_when_dark: DynamicExpectancyModel, cycle: RunCycle
+) -> None:
     days = [["dark", *LAMP], LAMP, ["dark", *LAMP]]
     story = [len(cycle(lit_when_dark, day, None).reached) for day in days]
     assert story == [1, 0, 1]
 
 
 def test_the_operator_can_want_what_a_rule_has_reached_and_is_told_that_it_is_reached(
-    lit_when_dark, cycle
-):
+    lit_when_dark: DynamicExpectancyModel, cycle: RunCycle
+) -> None:
     cycle(lit_when_dark, ["dark", *LAMP], None)
     lit_when_dark.set_goal(LAMP, priority=0.5)
     assert lit_when_dark.goals == (Goal(LAMP, {"operator": 0.5}),)
@@ -169,14 +186,16 @@ def test_the_operator_can_want_what_a_rule_has_reached_and_is_told_that_it_is_re
     assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == ()
 
 
-def test_a_goal_that_both_want_is_reached_once_for_both(lit_when_dark, cycle):
+def test_a_goal_that_both_want_is_reached_once_for_both(
+    lit_when_dark: DynamicExpectancyModel, cycle: RunCycle
+) -> None:
     lit_when_dark.set_goal(LAMP, priority=0.5)
     assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == (WANTED_BY_BOTH,)
     assert cycle(lit_when_dark, ["dark", *LAMP], None).reached == ()
     assert lit_when_dark.goals == ()
 
 
-def test_the_goal_of_a_rule_may_have_several_tokens_in_any_order(cycle):
+def test_the_goal_of_a_rule_may_have_several_tokens_in_any_order(cycle: RunCycle) -> None:
     model = with_rules((["dark"], ["lamp:on", "door:shut"], 1.0))
     cycle(model, ["door:shut"], "press")
     assert listed_after(model, cycle, ["dark"]) == (Goal(("door:shut", "lamp:on"), {"rule": 1.0}),)
@@ -188,13 +207,13 @@ def test_the_goal_of_a_rule_may_have_several_tokens_in_any_order(cycle):
     assert model.choose().goal == ("door:shut", "lamp:on")
 
 
-def test_a_rule_without_a_goal_or_a_finite_priority_is_refused():
+def test_a_rule_without_a_goal_or_a_finite_priority_is_refused() -> None:
     with pytest.raises(ValueError, match="one Token at least"):
         InherentGoal(when=("dark",), goal=(), priority=1.0)
     with pytest.raises(ValueError, match="expected a finite number"):
         InherentGoal(when=("dark",), goal=LAMP, priority=math.nan)
     with pytest.raises(TypeError, match="found the string 'dark'"):
-        InherentGoal(when="dark", goal=LAMP, priority=1.0)
+        InherentGoal(when=cast("Any", "dark"), goal=LAMP, priority=1.0)
 
 
 # --- Signs that are known only as goals --------------------------------------------------------
@@ -202,7 +221,9 @@ def test_a_rule_without_a_goal_or_a_finite_priority_is_refused():
 BOTH = ("at:A", "drill:out")
 
 
-def test_a_sign_that_only_a_goal_needed_is_removed_with_the_goal(make_model, cycle):
+def test_a_sign_that_only_a_goal_needed_is_removed_with_the_goal(
+    make_model: MakeModel, cycle: RunCycle
+) -> None:
     model = make_model()
     model.set_goal(BOTH, priority=1.0)
     cycle(model, ["at:A"], "E")
@@ -213,14 +234,16 @@ def test_a_sign_that_only_a_goal_needed_is_removed_with_the_goal(make_model, cyc
     assert model.policy_map() == ()
 
 
-def test_without_removal_that_sign_stays(make_model):
+def test_without_removal_that_sign_stays(make_model: MakeModel) -> None:
     model = make_model(removal=False)
     model.set_goal(BOTH, priority=1.0)
     model.withdraw_goal(BOTH)
     assert model.signs == (BOTH,)
 
 
-def test_withdrawn_while_active_it_is_removed_once_it_has_left_the_traces(make_model, cycle):
+def test_withdrawn_while_active_it_is_removed_once_it_has_left_the_traces(
+    make_model: MakeModel, cycle: RunCycle
+) -> None:
     model = make_model(reach=2)
     model.set_goal(BOTH, priority=1.0)
     model.sense(BOTH)
@@ -234,7 +257,9 @@ def test_withdrawn_while_active_it_is_removed_once_it_has_left_the_traces(make_m
     assert held == [True, True, False]
 
 
-def test_a_reached_goal_is_removed_once_it_has_left_the_traces(make_model, cycle):
+def test_a_reached_goal_is_removed_once_it_has_left_the_traces(
+    make_model: MakeModel, cycle: RunCycle
+) -> None:
     model = make_model()
     model.set_goal(BOTH, priority=1.0)
     assert cycle(model, BOTH, None).reached == (Goal(BOTH, {"operator": 1.0}),)
@@ -243,7 +268,7 @@ def test_a_reached_goal_is_removed_once_it_has_left_the_traces(make_model, cycle
     assert BOTH not in model.signs
 
 
-def test_a_sign_that_is_a_context_outlives_its_goal(make_model, cycle):
+def test_a_sign_that_is_a_context_outlives_its_goal(make_model: MakeModel, cycle: RunCycle) -> None:
     model = make_model()
     model.set_goal(BOTH, priority=1.0)
     cycle(model, BOTH, "E")
@@ -254,14 +279,16 @@ def test_a_sign_that_is_a_context_outlives_its_goal(make_model, cycle):
     assert BOTH in model.signs
 
 
-def test_a_sign_that_a_rule_needs_outlives_the_operators_goal():
+def test_a_sign_that_a_rule_needs_outlives_the_operators_goal() -> None:
     model = with_rules((["dark"], BOTH, 1.0))
     model.set_goal(BOTH, priority=1.0)
     model.withdraw_goal(BOTH)
     assert model.signs == (BOTH,)
 
 
-def test_hypotheses_for_a_removed_sign_are_removed_even_with_a_prediction_due(make_model, cycle):
+def test_hypotheses_for_a_removed_sign_are_removed_even_with_a_prediction_due(
+    make_model: MakeModel, cycle: RunCycle
+) -> None:
     """The drill came out after E at A once; E was just repeated when the goal is withdrawn."""
     model = make_model()
     model.set_goal(BOTH, priority=1.0)
@@ -280,7 +307,7 @@ def test_hypotheses_for_a_removed_sign_are_removed_even_with_a_prediction_due(ma
 
 
 @pytest.fixture
-def two_ways(grid):
+def two_ways(grid: Grid) -> Grid:
     """Along the bottom it is 5 moves from the west end to the east end, over the top it is 13."""
     world = type(grid)(
         "....##",
@@ -293,7 +320,7 @@ def two_ways(grid):
     return world
 
 
-def learn(model, world, actions):
+def learn(model: DynamicExpectancyModel, world: Grid, actions: str) -> None:
     for action in actions:
         model.sense(world.tokens())
         model.perform(world.do(action))
@@ -304,8 +331,8 @@ GOAL = ("at:5,0",)
 
 @pytest.mark.parametrize("seed", range(4))
 def test_a_path_blocked_for_good_is_abandoned_and_exploration_finds_a_detour(
-    make_model, two_ways, seed
-):
+    make_model: MakeModel, two_ways: Grid, seed: int
+) -> None:
     """Only the bottom row is known when a rock falls on it; the detour is over the top."""
     model = make_model(seed, recovery=50)
     learn(model, two_ways, "EEEEEWWWWW" * 2)
@@ -335,7 +362,9 @@ def test_a_path_blocked_for_good_is_abandoned_and_exploration_finds_a_detour(
     assert suspended(again) == []
 
 
-def test_with_a_known_detour_even_a_long_one_the_goal_is_not_suspended(make_model, two_ways):
+def test_with_a_known_detour_even_a_long_one_the_goal_is_not_suspended(
+    make_model: MakeModel, two_ways: Grid
+) -> None:
     model = make_model()
     learn(model, two_ways, "EEEEEWWNNNNWWWSSSS" * 6)
     two_ways.at = (0, 0)
@@ -350,15 +379,19 @@ def test_with_a_known_detour_even_a_long_one_the_goal_is_not_suspended(make_mode
     assert two_ways.steps_to((5, 0))[1, 0] * 2.66 > 2.0 * at_first
 
 
-def test_a_detour_many_times_as_long_as_the_path_is_still_taken(make_model, grid):
+def test_a_detour_many_times_as_long_as_the_path_is_still_taken(
+    make_model: MakeModel, grid: Grid, monkeypatch: pytest.MonkeyPatch
+) -> None:
     """The neighbouring goal can no longer be entered from here, only from around a ring of 14."""
     ring = type(grid)("....", ".##.", ".##.", ".##.", "....")
     model = make_model()
     learn(model, ring, ("EEENNNNWWWSSSS" + "NNNNEEESSSSWWW") * 3)
     model.set_goal(["at:1,0"], priority=1.0)
     beside = ring.beside
-    ring.beside = lambda place, action: (
-        place if (place, action) == ((0, 0), "E") else beside(place, action)
+    monkeypatch.setattr(
+        ring,
+        "beside",
+        lambda place, action: place if (place, action) == ((0, 0), "E") else beside(place, action),
     )
     story = drive(model, ring, patience=60)
     assert reached(story) == [("at:1,0",)]
@@ -366,7 +399,9 @@ def test_a_detour_many_times_as_long_as_the_path_is_still_taken(make_model, grid
     assert len(story) - 1 > 13
 
 
-def test_leading_the_robot_away_from_its_goal_does_not_suspend_the_goal(make_model, cycle):
+def test_leading_the_robot_away_from_its_goal_does_not_suspend_the_goal(
+    make_model: MakeModel, cycle: RunCycle
+) -> None:
     """Going east from `bog` works so rarely that the goal is ten times as far from there."""
     model = make_model()
     path = [(["bog"], "E"), (["bank"], "E"), (["goal"], None)]

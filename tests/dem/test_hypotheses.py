@@ -1,6 +1,8 @@
 """The Action List, the Hypothesis List and the Prediction List."""
 
 import math
+from collections.abc import Sequence
+from typing import Any, cast
 
 import pytest
 from hypothesis import given
@@ -24,18 +26,20 @@ events = st.lists(
 
 
 @pytest.fixture
-def hypotheses():
+def hypotheses() -> HypothesisList:
     return HypothesisList(ActionList(COSTS), Parameters())
 
 
-def live(hypotheses, events):
+def live(
+    hypotheses: HypothesisList, events: Sequence[tuple[str, Any]]
+) -> dict[tuple[int, ...], int]:
     """Apply the events; return the remaining rows by (c, a, o, delay), oldest first."""
-    left = {}
+    left: dict[tuple[int, ...], int] = {}
     for event, what in events:
         if event == "add":
             assert hypotheses.holds(*what) == (what in left)
             if what not in left:
-                left[what] = hypotheses.add(*what, credit=0.3)
+                left[what] = hypotheses.add(*cast("tuple[int, int, int, int]", what), credit=0.3)
         elif left:
             key = list(left)[what % len(left)]
             if event == "remove":
@@ -48,22 +52,22 @@ def live(hypotheses, events):
 
 
 @pytest.mark.parametrize("cost", [0.0, -1.0, float("inf"), float("nan")])
-def test_the_cost_of_an_action_is_finite_and_above_0(cost):
+def test_the_cost_of_an_action_is_finite_and_above_0(cost: float) -> None:
     with pytest.raises(ValueError, match="cost of action 'N': expected above 0, found"):
         ActionList({"N": cost})
 
 
-def test_an_action_list_needs_an_action():
+def test_an_action_list_needs_an_action() -> None:
     with pytest.raises(ValueError, match="one action at least"):
         ActionList({})
 
 
-def test_the_error_about_an_unknown_action_lists_the_known_ones():
+def test_the_error_about_an_unknown_action_lists_the_known_ones() -> None:
     with pytest.raises(ValueError, match="unknown action 'c': expected one of 'a', 'b'"):
         ActionList(COSTS).id_of("c")
 
 
-def test_actions_are_ordered_by_name():
+def test_actions_are_ordered_by_name() -> None:
     actions = ActionList({"b": 2.0, "a": 1.0})
     assert actions.names == ("a", "b")
     assert actions.costs == (1.0, 2.0)
@@ -71,7 +75,9 @@ def test_actions_are_ordered_by_name():
 
 
 @given(events)
-def test_each_chain_holds_its_hypotheses_once_and_in_order_of_age_after_any_removals(events):
+def test_each_chain_holds_its_hypotheses_once_and_in_order_of_age_after_any_removals(
+    events: Sequence[tuple[str, Any]],
+) -> None:
     hypotheses = HypothesisList(ActionList(COSTS), Parameters())
     left = live(hypotheses, events)
     assert hypotheses.by_age() == list(left.values())
@@ -90,7 +96,9 @@ def test_each_chain_holds_its_hypotheses_once_and_in_order_of_age_after_any_remo
 
 @pytest.mark.parametrize("own_credit", [True, False])
 @given(events=events)
-def test_costs_and_the_sum_of_cm_follow_every_change(own_credit, events):
+def test_costs_and_the_sum_of_cm_follow_every_change(
+    own_credit: bool, events: Sequence[tuple[str, Any]]
+) -> None:
     hypotheses = HypothesisList(ActionList(COSTS), Parameters(own_credit=own_credit))
     left = live(hypotheses, events)
     assert hypotheses.cm_sum == pytest.approx(sum(hypotheses.cm[row] for row in left.values()))
@@ -101,7 +109,7 @@ def test_costs_and_the_sum_of_cm_follow_every_change(own_credit, events):
     assert all(hypotheses.cost[row] == math.inf for row in gone)
 
 
-def test_a_reused_row_keeps_nothing_of_the_removed_hypothesis(hypotheses):
+def test_a_reused_row_keeps_nothing_of_the_removed_hypothesis(hypotheses: HypothesisList) -> None:
     old = hypotheses.add(0, 0, 1, 1, credit=0.5)
     young = hypotheses.add(0, 0, 2, 1, credit=0.5)
     hypotheses.succeed(old, alone=True)
@@ -116,7 +124,9 @@ def test_a_reused_row_keeps_nothing_of_the_removed_hypothesis(hypotheses):
     )
 
 
-def test_a_hypothesis_is_the_last_of_its_outcome_once_the_others_are_removed(hypotheses):
+def test_a_hypothesis_is_the_last_of_its_outcome_once_the_others_are_removed(
+    hypotheses: HypothesisList,
+) -> None:
     rows = [hypotheses.add(context, 0, 3, 1, credit=0.5) for context in range(3)]
     assert not any(hypotheses.is_last_of(row) for row in rows)
     hypotheses.remove(rows[2])
@@ -126,7 +136,9 @@ def test_a_hypothesis_is_the_last_of_its_outcome_once_the_others_are_removed(hyp
     assert not hypotheses.is_last_of(rows[1])
 
 
-def test_every_result_moves_cm_but_only_a_success_that_stands_alone_raises_credit(hypotheses):
+def test_every_result_moves_cm_but_only_a_success_that_stands_alone_raises_credit(
+    hypotheses: HypothesisList,
+) -> None:
     row = hypotheses.add(0, 0, 1, 1, credit=0.4)
     hypotheses.succeed(row, alone=False)
     assert (hypotheses.cm[row], hypotheses.credit[row]) == (0.75, 0.4)
@@ -137,7 +149,7 @@ def test_every_result_moves_cm_but_only_a_success_that_stands_alone_raises_credi
     assert (hypotheses.predictions[row], hypotheses.successes[row]) == (3, 2)
 
 
-def test_every_cost_change_is_noted_with_the_old_cost(hypotheses):
+def test_every_cost_change_is_noted_with_the_old_cost(hypotheses: HypothesisList) -> None:
     row = hypotheses.add(0, 1, 3, 1, credit=0.5)
     hypotheses.fail(row)
     hypotheses.remove(row)
@@ -148,7 +160,7 @@ def test_every_cost_change_is_noted_with_the_old_cost(hypotheses):
     ]
 
 
-def test_only_creation_and_removal_change_the_structure(hypotheses):
+def test_only_creation_and_removal_change_the_structure(hypotheses: HypothesisList) -> None:
     row = hypotheses.add(0, 0, 1, 1, credit=0.5)
     made = hypotheses.structure
     hypotheses.succeed(row, alone=True)
@@ -158,13 +170,13 @@ def test_only_creation_and_removal_change_the_structure(hypotheses):
     assert hypotheses.structure > made
 
 
-def test_from_a_context_come_the_hypotheses_of_all_its_actions(hypotheses):
+def test_from_a_context_come_the_hypotheses_of_all_its_actions(hypotheses: HypothesisList) -> None:
     rows = [hypotheses.add(1, action, 2, 1, credit=0.5) for action in (1, 0)]
     hypotheses.add(2, 0, 1, 1, credit=0.5)
     assert list(hypotheses.from_context(1)) == rows[::-1]
 
 
-def test_a_prediction_falls_due_after_its_delay():
+def test_a_prediction_falls_due_after_its_delay() -> None:
     predictions = PredictionList(reach=3)
     predictions.add(7, delay=1)
     predictions.add(8, delay=3)
@@ -175,7 +187,7 @@ def test_a_prediction_falls_due_after_its_delay():
     assert predictions.take_due() == []
 
 
-def test_the_predictions_of_a_removed_hypothesis_are_dropped():
+def test_the_predictions_of_a_removed_hypothesis_are_dropped() -> None:
     predictions = PredictionList(reach=2)
     for hypothesis, delay in [(7, 1), (8, 1), (7, 2), (7, 1)]:
         predictions.add(hypothesis, delay)

@@ -2,6 +2,7 @@
 
 import struct
 import zlib
+from typing import cast
 
 import numpy as np
 import pytest
@@ -13,8 +14,11 @@ from restless import parameters as restless_parameters
 from farside.dem import (
     DynamicExpectancyModel,
     InherentGoal,
+    Parameters,
+    Sensed,
     UnreadableMemoryError,
 )
+from tests.dem.conftest import Event, Eventful, Live
 
 HEADER = struct.Struct("<8sHQI")
 KINDS = ["MT19937", "PCG64", "PCG64DXSM", "Philox", "SFC64"]
@@ -27,12 +31,12 @@ RULES = [
 ]
 
 
-def drawn(model):
+def drawn(model: DynamicExpectancyModel) -> list[float]:
     """What the model's random generator would give next."""
-    return model._rng.random(3).tolist()
+    return [float(draw) for draw in model._rng.random(3)]
 
 
-def restless_model(kind="PCG64"):
+def restless_model(kind: str = "PCG64") -> DynamicExpectancyModel:
     inherent = [InherentGoal(when=("a",), goal=("b", "c"), priority=1)]
     bits = getattr(np.random, kind)(3)
     return DynamicExpectancyModel(
@@ -47,8 +51,14 @@ def restless_model(kind="PCG64"):
     after=st.lists(cycles),
 )
 def test_a_loaded_model_continues_exactly_as_the_saved_one(
-    eventful, live, *, parameters, lived, before, after
-):
+    eventful: Eventful,
+    live: Live,
+    *,
+    parameters: Parameters,
+    lived: int,
+    before: list[Event],
+    after: list[Event],
+) -> None:
     rng = np.random.default_rng(1)
     model = DynamicExpectancyModel(COSTS, parameters, rng=rng, inherent=RULES)
     live(model, eventful(lived) + before)
@@ -61,7 +71,9 @@ def test_a_loaded_model_continues_exactly_as_the_saved_one(
 
 
 @pytest.mark.parametrize(("kind", "cut"), [*zip(KINDS, [1, 20, 90, 150, 250], strict=True)])
-def test_a_long_stream_can_be_interrupted_with_any_bit_generator(eventful, live, kind, cut):
+def test_a_long_stream_can_be_interrupted_with_any_bit_generator(
+    eventful: Eventful, live: Live, kind: str, cut: int
+) -> None:
     stream = eventful(300)
     model = restless_model(kind)
     live(model, stream[:cut])
@@ -72,11 +84,13 @@ def test_a_long_stream_can_be_interrupted_with_any_bit_generator(eventful, live,
     assert drawn(loaded) == drawn(model)
 
 
-def test_that_long_stream_exercises_everything_that_has_to_be_saved(eventful, live):
+def test_that_long_stream_exercises_everything_that_has_to_be_saved(
+    eventful: Eventful, live: Live
+) -> None:
     model = restless_model()
-    sensed, signs = [], set()
+    sensed, signs = list[Sensed](), set[tuple[str, ...]]()
     for cycle in eventful(500):
-        sensed.append(live(model, [cycle])[0])
+        sensed.append(cast("Sensed", live(model, [cycle])[0]))
         signs.update(model.signs)
     kept = model._learner.state()
 
@@ -89,9 +103,9 @@ def test_that_long_stream_exercises_everything_that_has_to_be_saved(eventful, li
     assert all(kept.predictions)
 
 
-def test_early_in_that_stream_a_sign_is_removed(eventful, live):
+def test_early_in_that_stream_a_sign_is_removed(eventful: Eventful, live: Live) -> None:
     model = restless_model()
-    signs = set()
+    signs: set[tuple[str, ...]] = set()
     for cycle in eventful(30):
         live(model, [cycle])
         signs.update(model.signs)
@@ -100,7 +114,9 @@ def test_early_in_that_stream_a_sign_is_removed(eventful, live):
     assert model._learner.state().signs.free
 
 
-def test_a_model_can_be_saved_between_choosing_and_performing(eventful, live):
+def test_a_model_can_be_saved_between_choosing_and_performing(
+    eventful: Eventful, live: Live
+) -> None:
     model = restless_model()
     live(model, eventful(200))
     model.set_goal(["b"], 1)
@@ -115,7 +131,7 @@ def test_a_model_can_be_saved_between_choosing_and_performing(eventful, live):
     assert live(loaded, eventful(300)[200:]) == live(model, eventful(300)[200:])
 
 
-def test_a_suspended_goal_recovers_on_time_after_loading(eventful, live):
+def test_a_suspended_goal_recovers_on_time_after_loading(eventful: Eventful, live: Live) -> None:
     model, stream = restless_model(), eventful(300)
     while not any(goal.suspended for goal in model.goals):
         live(model, [stream.pop(0)])
@@ -125,7 +141,7 @@ def test_a_suspended_goal_recovers_on_time_after_loading(eventful, live):
     assert live(loaded, stream) == live(model, stream)
 
 
-def test_saving_changes_nothing(eventful, live):
+def test_saving_changes_nothing(eventful: Eventful, live: Live) -> None:
     model, other = restless_model(), restless_model()
     for cycle in eventful(100):
         assert live(model, [cycle]) == live(other, [cycle])
@@ -133,7 +149,9 @@ def test_saving_changes_nothing(eventful, live):
 
 
 @given(parameters=restless_parameters, lived=st.integers(0, 120), stream=st.lists(cycles))
-def test_saving_a_loaded_model_gives_the_same_bytes(eventful, live, parameters, lived, stream):
+def test_saving_a_loaded_model_gives_the_same_bytes(
+    eventful: Eventful, live: Live, parameters: Parameters, lived: int, stream: list[Event]
+) -> None:
     model = DynamicExpectancyModel(COSTS, parameters, rng=np.random.default_rng(1))
     live(model, eventful(lived) + stream)
     saved = model.save()
@@ -142,19 +160,19 @@ def test_saving_a_loaded_model_gives_the_same_bytes(eventful, live, parameters, 
 
 
 @pytest.fixture(scope="module")
-def saved(eventful, live):
+def saved(eventful: Eventful, live: Live) -> bytes:
     model = restless_model()
     live(model, eventful(40))
     return model.save()
 
 
-def test_data_truncated_anywhere_is_refused(saved):
+def test_data_truncated_anywhere_is_refused(saved: bytes) -> None:
     for length in range(len(saved)):
         with pytest.raises(UnreadableMemoryError, match="expected"):
             DynamicExpectancyModel.load(saved[:length])
 
 
-def test_data_with_any_byte_changed_is_refused(saved):
+def test_data_with_any_byte_changed_is_refused(saved: bytes) -> None:
     rng = np.random.default_rng(2)
     for at, flip in enumerate(rng.integers(1, 256, len(saved)).tolist()):
         damaged = saved[:at] + bytes([saved[at] ^ flip]) + saved[at + 1 :]
@@ -164,12 +182,12 @@ def test_data_with_any_byte_changed_is_refused(saved):
 
 @settings(max_examples=300)
 @given(data=st.binary(max_size=60))
-def test_arbitrary_data_is_refused(data):
+def test_arbitrary_data_is_refused(data: bytes) -> None:
     with pytest.raises(UnreadableMemoryError, match="a model's memory: expected"):
         DynamicExpectancyModel.load(data)
 
 
-def test_the_message_says_what_is_wrong(saved):
+def test_the_message_says_what_is_wrong(saved: bytes) -> None:
     magic, _, length, check = HEADER.unpack_from(saved)
     body = saved[HEADER.size :]
     with pytest.raises(UnreadableMemoryError, match=r"begin with b'FARSIDE.*found b'GIF89a'$"):
@@ -183,19 +201,19 @@ def test_the_message_says_what_is_wrong(saved):
 
 
 @pytest.mark.parametrize("body", [b"", zlib.compress(b""), zlib.compress(b"\x90")])
-def test_wrong_contents_are_refused_even_with_the_right_checksum(body):
+def test_wrong_contents_are_refused_even_with_the_right_checksum(body: bytes) -> None:
     data = HEADER.pack(b"FARSIDE\0", 2, len(body), zlib.crc32(body)) + body
     with pytest.raises(UnreadableMemoryError, match="expected what format 2 holds, found"):
         DynamicExpectancyModel.load(data)
 
 
-def test_a_bit_generator_of_unknown_kind_is_refused():
+def test_a_bit_generator_of_unknown_kind_is_refused() -> None:
     class Foreign:
         state = {"bit_generator": "Foreign"}  # noqa: RUF012
 
     class Rng:
         bit_generator = Foreign()
 
-    model = DynamicExpectancyModel(COSTS, rng=Rng())
+    model = DynamicExpectancyModel(COSTS, rng=cast("np.random.Generator", Rng()))
     with pytest.raises(TypeError, match=r"expected one of MT19937, .* found Foreign"):
         model.save()

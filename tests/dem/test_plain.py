@@ -1,5 +1,7 @@
 """The model against its plain twin: from the same random stream, the same lists."""
 
+from collections.abc import Iterator, Sequence
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -38,13 +40,15 @@ GOALS = (("lamp",), ("at:B", "gate"))
 class Pair:
     """The model and its twin, with the same seed and the same goals."""
 
-    def __init__(self, parameters, seed=0, actions=ACTIONS):
+    def __init__(
+        self, parameters: Parameters, seed: int = 0, actions: tuple[str, ...] = ACTIONS
+    ) -> None:
         costs = dict.fromkeys(actions, 1.0)
         self.model = DynamicExpectancyModel(costs, parameters, rng=np.random.default_rng(seed))
         self.twin = PlainModel(parameters, np.random.default_rng(seed))
         self.removed = 0
 
-    def cycle(self, tokens, action, *, wants_goals=False):
+    def cycle(self, tokens: set[str], action: str | None, *, wants_goals: bool = False) -> None:
         for goal in GOALS if wants_goals else ():
             self.model.set_goal(goal, priority=1.0)
             if len(goal) > 1:
@@ -55,7 +59,7 @@ class Pair:
         self.model.perform(action)
         self.twin.perform(action, [goal.tokens for goal in self.model.goals])
 
-    def agree(self):
+    def agree(self) -> bool:
         assert self.model.signs == tuple(sign.tokens for sign in self.twin.signs)
         assert [
             (h.context, h.action, h.outcome, h.delay, h.cm, h.credit, h.predictions, h.successes)
@@ -72,14 +76,16 @@ class Pair:
 
 @settings(max_examples=300)
 @given(stream=streams, parameters=learning, seed=seeds)
-def test_the_model_and_its_twin_agree_to_the_last_bit(stream, parameters, seed):
+def test_the_model_and_its_twin_agree_to_the_last_bit(
+    stream: Sequence[tuple[tuple[set[str], bool], str | None]], parameters: Parameters, seed: int
+) -> None:
     pair = Pair(parameters, seed)
     for (tokens, wants_goals), action in stream:
         pair.cycle(tokens, action, wants_goals=wants_goals)
     pair.agree()
 
 
-def random_stream(rng, length):
+def random_stream(rng: np.random.Generator, length: int) -> Iterator[tuple[set[str], str | None]]:
     """E leads from A to B only while the gate is sensed: something to differentiate."""
     at = "at:A"
     for _ in range(length):
@@ -91,9 +97,9 @@ def random_stream(rng, length):
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_they_agree_in_every_cycle_while_much_is_differentiated_and_removed(seed):
+def test_they_agree_in_every_cycle_while_much_is_differentiated_and_removed(seed: int) -> None:
     pair = Pair(EAGER, seed)
-    conjunctions = set()
+    conjunctions: set[tuple[str, ...]] = set()
     for number, (tokens, action) in enumerate(random_stream(np.random.default_rng(seed), 400)):
         pair.cycle(tokens, action)
         if number % 10 == 0:
@@ -103,7 +109,7 @@ def test_they_agree_in_every_cycle_while_much_is_differentiated_and_removed(seed
     assert pair.removed > 20
 
 
-def test_they_agree_after_a_long_walk_through_an_aliased_world():
+def test_they_agree_after_a_long_walk_through_an_aliased_world() -> None:
     """Far shorter than the runs in `test_worlds`, because the twin searches all its lists."""
     world = AliasedWorld(2)
     pair = Pair(Parameters(), actions=world.actions)

@@ -13,11 +13,11 @@ A, B, C, D = range(4)
 
 
 @pytest.fixture
-def lists():
+def lists() -> Lists:
     return Lists()
 
 
-def test_a_reliable_detour_beats_an_unreliable_shortcut(lists):
+def test_a_reliable_detour_beats_an_unreliable_shortcut(lists: Lists) -> None:
     """Here a → c costs 8; a → b → c costs 1 + 1."""
     short_cut = lists.link(A, C, 8.0)
     detour = [lists.link(A, B), lists.link(B, C)]
@@ -28,7 +28,7 @@ def test_a_reliable_detour_beats_an_unreliable_shortcut(lists):
     assert short_cut not in detour
 
 
-def test_of_equal_totals_the_higher_cm_is_taken_and_then_the_older(lists):
+def test_of_equal_totals_the_higher_cm_is_taken_and_then_the_older(lists: Lists) -> None:
     lists.link(A, B, cm=0.25)
     older, younger = lists.link(A, C, cm=0.5), lists.link(A, D, cm=0.5)
     policy = lists.map(B)
@@ -42,7 +42,7 @@ def test_of_equal_totals_the_higher_cm_is_taken_and_then_the_older(lists):
     assert policy.best(A) == younger
 
 
-def test_age_is_the_order_of_creation_and_not_of_rows(lists):
+def test_age_is_the_order_of_creation_and_not_of_rows(lists: Lists) -> None:
     lists.cut(lists.link(D, D))
     older = lists.link(A, B, cm=0.5)
     spare = lists.link(D, D)
@@ -57,7 +57,7 @@ def test_age_is_the_order_of_creation_and_not_of_rows(lists):
     assert lists.map(B).best(A) == youngest
 
 
-def test_of_equally_near_active_signs_the_higher_cm_decides_and_then_age(lists):
+def test_of_equally_near_active_signs_the_higher_cm_decides_and_then_age(lists: Lists) -> None:
     lists.link(A, D, cm=0.25)
     lists.link(C, D, cm=0.5)
     lists.link(B, D, cm=0.5)
@@ -66,7 +66,7 @@ def test_of_equally_near_active_signs_the_higher_cm_decides_and_then_age(lists):
     assert policy.entry([A, B, C]) == C
 
 
-def test_there_is_no_entry_off_the_map_or_at_the_goal(lists):
+def test_there_is_no_entry_off_the_map_or_at_the_goal(lists: Lists) -> None:
     lists.link(A, B)
     policy = lists.map(B)
     assert policy.entry([]) is None
@@ -75,7 +75,7 @@ def test_there_is_no_entry_off_the_map_or_at_the_goal(lists):
     assert policy.entry([D, A]) == A
 
 
-def test_the_reason_names_the_best_hypothesis_with_another_action(lists):
+def test_the_reason_names_the_best_hypothesis_with_another_action(lists: Lists) -> None:
     best = lists.link(A, D, 2.0)
     lists.link(A, D, 3.0)
     lists.link(A, D, 5.0, action=1)
@@ -84,13 +84,13 @@ def test_the_reason_names_the_best_hypothesis_with_another_action(lists):
     assert lists.map(D).why(A) == (best, 2.0, rival, 4.0)
 
 
-def test_the_reason_has_no_rival_where_no_other_action_leads_to_the_goal(lists):
+def test_the_reason_has_no_rival_where_no_other_action_leads_to_the_goal(lists: Lists) -> None:
     best = lists.link(A, D, 2.0)
     lists.link(A, B, 1.0, action=1)
     assert lists.map(D).why(A) == (best, 2.0, None, math.inf)
 
 
-def test_to_reach_a_compound_is_to_reach_its_parts(lists):
+def test_to_reach_a_compound_is_to_reach_its_parts(lists: Lists) -> None:
     """Here a → {b, c} costs 1 and b → d costs 2: reaching {b, c} is reaching b."""
     whole = lists.know(("b", "c"))
     to_whole, onward = lists.link(A, whole), lists.link(B, D, 2.0)
@@ -100,7 +100,9 @@ def test_to_reach_a_compound_is_to_reach_its_parts(lists):
     assert policy.depth(A) == 2
 
 
-def test_a_compound_acts_on_the_arc_of_its_part_where_that_ties_with_a_higher_cm(lists):
+def test_a_compound_acts_on_the_arc_of_its_part_where_that_ties_with_a_higher_cm(
+    lists: Lists,
+) -> None:
     whole = lists.know(("b", "c"))
     lists.link(whole, D, 2.0, cm=0.25)
     surer = lists.link(B, D, 2.0, cm=1.0)
@@ -110,7 +112,7 @@ def test_a_compound_acts_on_the_arc_of_its_part_where_that_ties_with_a_higher_cm
     assert dict(zip(table.sign.tolist(), table.best.tolist(), strict=True))[whole] == surer
 
 
-def test_a_compound_that_implies_the_goal_has_value_0(lists):
+def test_a_compound_that_implies_the_goal_has_value_0(lists: Lists) -> None:
     whole = lists.know(("b", "d"))
     to_whole = lists.link(A, whole)
     policy = lists.map(D)
@@ -118,7 +120,7 @@ def test_a_compound_that_implies_the_goal_has_value_0(lists):
     assert list(policy.walk(A)) == [to_whole]
 
 
-def test_a_compound_loses_its_value_with_its_part(lists):
+def test_a_compound_loses_its_value_with_its_part(lists: Lists) -> None:
     whole = lists.know(("b", "c"))
     lists.link(A, whole)
     onward = lists.link(B, D, 2.0)
@@ -128,7 +130,7 @@ def test_a_compound_loses_its_value_with_its_part(lists):
     assert policy.value == [math.inf, math.inf, math.inf, 0.0, math.inf]
 
 
-def test_a_compound_loses_the_value_of_a_part_that_was_removed(lists):
+def test_a_compound_loses_the_value_of_a_part_that_was_removed(lists: Lists) -> None:
     """{a, b, c} reaches d only through {a, b}; arc and part are removed before the update."""
     part, whole = lists.know(("a", "b")), lists.know(("a", "b", "c"))
     onward = lists.link(part, D)
@@ -140,7 +142,7 @@ def test_a_compound_loses_the_value_of_a_part_that_was_removed(lists):
     assert policy.value[whole] == math.inf
 
 
-def test_costs_that_vanish_beside_a_value_do_not_make_the_walk_loop(lists):
+def test_costs_that_vanish_beside_a_value_do_not_make_the_walk_loop(lists: Lists) -> None:
     """Here a → b and b → a cost 1 beside 10³⁰⁰, so a and b tie; only b → d leads out."""
     there, _, out = lists.link(A, B, cm=1.0), lists.link(B, A, cm=1.0), lists.link(B, D, 1e300)
     policy = lists.map(D)
@@ -148,7 +150,7 @@ def test_costs_that_vanish_beside_a_value_do_not_make_the_walk_loop(lists):
     assert list(islice(policy.walk(A), 5)) == [there, out]
 
 
-def test_among_equal_values_the_walk_takes_the_nearest_way_out(lists):
+def test_among_equal_values_the_walk_takes_the_nearest_way_out(lists: Lists) -> None:
     """The way is c → a → b → d; arcs of higher C_m lead from a to c and c to c, all at 10³⁰⁰."""
     lists.link(A, C, cm=1.0)
     lists.link(C, C, cm=1.0)
@@ -158,7 +160,7 @@ def test_among_equal_values_the_walk_takes_the_nearest_way_out(lists):
     assert policy.table().depth.tolist() == [0, 2, 1, 3]
 
 
-def test_signs_of_equal_value_do_not_support_each_other_without_a_way_out(lists):
+def test_signs_of_equal_value_do_not_support_each_other_without_a_way_out(lists: Lists) -> None:
     lists.link(A, B)
     lists.link(B, A)
     out = lists.link(B, D, 1e300)
@@ -168,7 +170,7 @@ def test_signs_of_equal_value_do_not_support_each_other_without_a_way_out(lists)
     assert policy.value == [math.inf, math.inf, math.inf, 0.0]
 
 
-def test_an_arc_that_grew_cheaper_is_useless_without_what_it_led_to(lists):
+def test_an_arc_that_grew_cheaper_is_useless_without_what_it_led_to(lists: Lists) -> None:
     to_b, onward = lists.link(A, B, 3.0), lists.link(B, D)
     policy = lists.map(D, Persistent(lists.hypotheses, lists.signs))
     lists.reprice(to_b, 2.0)
@@ -178,7 +180,7 @@ def test_an_arc_that_grew_cheaper_is_useless_without_what_it_led_to(lists):
 
 
 @pytest.mark.parametrize("cost", [1.0, 9.0, math.inf])
-def test_a_change_reaches_every_sign_even_if_the_repair_gives_up(cost):
+def test_a_change_reaches_every_sign_even_if_the_repair_gives_up(cost: float) -> None:
     """Of six Signs, one may lose its value and two may spread before a new map is built."""
     lists = Lists("abcdef")
     *_, last = [lists.link(sign, sign + 1, 5.0) for sign in range(5)]
@@ -188,7 +190,7 @@ def test_a_change_reaches_every_sign_even_if_the_repair_gives_up(cost):
     assert policy.value == [cost + 20.0, cost + 15.0, cost + 10.0, cost + 5.0, cost, 0.0]
 
 
-def test_a_removed_arc_whose_row_was_reused_is_gone(lists):
+def test_a_removed_arc_whose_row_was_reused_is_gone(lists: Lists) -> None:
     """Here a → d is removed, and c → d takes its row at the same cost, before the update."""
     gone = lists.link(A, D)
     policy = lists.map(D, Persistent(lists.hypotheses, lists.signs))
@@ -198,7 +200,7 @@ def test_a_removed_arc_whose_row_was_reused_is_gone(lists):
     assert policy.value == [math.inf, math.inf, 1.0, 0.0]
 
 
-def test_the_goal_never_loses_its_value(lists):
+def test_the_goal_never_loses_its_value(lists: Lists) -> None:
     lists.know(("a", "d"))
     policy = lists.map(4, Persistent(lists.hypotheses, lists.signs))
     lists.changed_signs.append(4)
@@ -206,13 +208,13 @@ def test_the_goal_never_loses_its_value(lists):
     assert policy.value[4] == 0.0
 
 
-def test_with_scipy_too_the_cheapest_of_parallel_arcs_counts(lists):
+def test_with_scipy_too_the_cheapest_of_parallel_arcs_counts(lists: Lists) -> None:
     for cost in (3.0, 2.0, 4.0):
         lists.link(A, D, cost)
     assert by_scipy(lists, D).value == [2.0, math.inf, math.inf, 0.0]
 
 
-def test_one_spread_serves_any_number_of_goals_as_the_lists_change(lists):
+def test_one_spread_serves_any_number_of_goals_as_the_lists_change(lists: Lists) -> None:
     spread = Spread(lists.hypotheses, lists.signs)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(spread_module, "FEW_ARCS", 0)

@@ -6,6 +6,7 @@ from itertools import islice
 from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition, rule
+from hypothesis.strategies._internal.core import DataObject
 from policy_lists import TOKENS, Lists, Persistent, by_scipy
 
 from farside.dem.policy.spread import Spread
@@ -22,40 +23,40 @@ compounds = st.sets(st.sampled_from(TOKENS), min_size=2, max_size=3).map(sorted)
 class RepairedMap(RuleBasedStateMachine):
     """After any changes the map equals its definition, to the last bit."""
 
-    spread = Persistent
+    spread: type[Persistent | Spread] = Persistent
 
     @initialize(goal=st.sampled_from([("a",), ("a", "b")]))
-    def begin(self, goal):
+    def begin(self, goal: tuple[str, ...]) -> None:
         self.lists = Lists()
         self.goal = self.lists.know(goal)
         lists = self.lists
         self.policy = lists.map(self.goal, self.spread(lists.hypotheses, lists.signs))
 
     @rule(data=st.data(), cost=costs, cm=cms, action=st.integers(0, 1))
-    def make(self, data, cost, cm, action):
+    def make(self, data: DataObject, cost: float, cm: float, action: int) -> None:
         known = st.sampled_from([sign for sign, name in enumerate(self.lists.signs.names) if name])
         self.lists.link(data.draw(known), data.draw(known), cost, cm, action)
 
     @precondition(lambda self: self.lists.arcs)
     @rule(data=st.data(), cost=costs)
-    def reprice(self, data, cost):
+    def reprice(self, data: DataObject, cost: float) -> None:
         self.lists.reprice(data.draw(st.sampled_from(sorted(self.lists.arcs))), cost)
 
     @precondition(lambda self: self.lists.arcs)
     @rule(data=st.data())
-    def remove(self, data):
+    def remove(self, data: DataObject) -> None:
         self.lists.cut(data.draw(st.sampled_from(sorted(self.lists.arcs))))
 
     @rule(tokens=compounds)
-    def make_compound(self, tokens):
+    def make_compound(self, tokens: tuple[str, ...]) -> None:
         self.lists.know(tokens)
 
     @rule(token=st.sampled_from("ef"))
-    def make_sign(self, token):
+    def make_sign(self, token: str) -> None:
         self.lists.know((token,))
 
     @rule(data=st.data())
-    def forget_sign(self, data):
+    def forget_sign(self, data: DataObject) -> None:
         kept = {self.goal}.union(*self.lists.arcs.values())
         names = self.lists.signs.names
         idle = [sign for sign, name in enumerate(names) if len(name) > 1 and sign not in kept]
@@ -63,15 +64,15 @@ class RepairedMap(RuleBasedStateMachine):
             self.lists.forget(data.draw(st.sampled_from(idle)))
 
     @rule()
-    def update(self):
+    def update(self) -> None:
         self.lists.follow(self.policy)
         self.check()
 
-    def teardown(self):
+    def teardown(self) -> None:
         if hasattr(self, "lists"):
             self.update()
 
-    def check(self):
+    def check(self) -> None:
         lists, policy = self.lists, self.policy
         assert policy.value == lists.bellman_ford(self.goal)
         assert policy.value == lists.map(self.goal).value
@@ -84,7 +85,7 @@ class RepairedMap(RuleBasedStateMachine):
                 assert policy.why(sign) is None
         self.check_table()
 
-    def check_way(self, sign, value):
+    def check_way(self, sign: int, value: float) -> None:
         """The best arc by rank is taken unless it could loop, and the walk reaches the goal."""
         lists, policy = self.lists, self.policy
         best = policy.best(sign)
@@ -102,7 +103,7 @@ class RepairedMap(RuleBasedStateMachine):
         rival_total, rival = rivals[0] if rivals else (math.inf, None)
         assert policy.why(sign) == (best, value, rival, rival_total)
 
-    def check_table(self):
+    def check_table(self) -> None:
         policy = self.policy
         table = policy.table()
         signs = table.sign.tolist()

@@ -1,6 +1,7 @@
 """A shadow is sent the changes of a model's lists, and holds the same lists."""
 
 from collections import Counter
+from collections.abc import Sequence
 
 import msgspec
 import numpy as np
@@ -20,21 +21,24 @@ from farside.dem import (
     UnreadableMemoryError,
 )
 from farside.dem.changes import HypothesisAdded, HypothesisRemoved, SignAdded, SignRemoved
+from tests.dem.conftest import Event, Eventful, Live
 
 cuts = st.sampled_from(["delta", "whole", "nothing", "nothing"])
 
 
-def sent(delta):
+def sent(delta: Delta) -> Delta:
     """A delta as it arrives after crossing a link."""
     return msgspec.msgpack.decode(msgspec.msgpack.encode(delta), type=Delta)
 
 
-def lists(model):
+def lists(model: ShadowModel | DynamicExpectancyModel) -> tuple[object, ...]:
     """Everything that a shadow has to hold too, with floats equal to the last bit."""
     return model.signs, model.hypotheses, model.goals, model.policy_map()
 
 
-def recorded(parameters=PARAMETERS, seed=1):
+def recorded(
+    parameters: Parameters = PARAMETERS, seed: int = 1
+) -> tuple[DynamicExpectancyModel, ShadowModel]:
     model = DynamicExpectancyModel(COSTS, parameters, rng=np.random.default_rng(seed))
     model.record_changes()
     return model, ShadowModel(COSTS, parameters)
@@ -46,8 +50,12 @@ def recorded(parameters=PARAMETERS, seed=1):
     after=st.lists(st.tuples(cycles, cuts)),
 )
 def test_a_shadow_holds_the_same_lists_after_any_stream_cut_into_any_deltas(
-    eventful, live, parameters, lived, after
-):
+    eventful: Eventful,
+    live: Live,
+    parameters: Parameters,
+    lived: int,
+    after: Sequence[tuple[Event, str]],
+) -> None:
     rules = [InherentGoal(when=("a",), goal=("b",), priority=1)]
     rules += [InherentGoal(when=("c",), goal=("d", "e"), priority=2)]
     rng = np.random.default_rng(1)
@@ -65,7 +73,9 @@ def test_a_shadow_holds_the_same_lists_after_any_stream_cut_into_any_deltas(
 
 
 @pytest.mark.parametrize("cycles_per_delta", [1, 7, 100])
-def test_over_a_long_stream_a_shadow_holds_the_same_lists(eventful, live, cycles_per_delta):
+def test_over_a_long_stream_a_shadow_holds_the_same_lists(
+    eventful: Eventful, live: Live, cycles_per_delta: int
+) -> None:
     model, shadow = recorded()
     stream, suspensions = eventful(500), 0
     for begin in range(0, len(stream), cycles_per_delta):
@@ -77,7 +87,7 @@ def test_over_a_long_stream_a_shadow_holds_the_same_lists(eventful, live, cycles
     assert suspensions or cycles_per_delta > 1, "a goal is suspended, if only briefly"
 
 
-def test_that_long_stream_exercises_every_kind_of_change(eventful, live):
+def test_that_long_stream_exercises_every_kind_of_change(eventful: Eventful, live: Live) -> None:
     model, _ = recorded()
     model.take_delta()
     live(model, eventful(500))
@@ -89,14 +99,16 @@ def test_that_long_stream_exercises_every_kind_of_change(eventful, live):
     assert {one.delay for one in model.hypotheses} == {1, 2}
 
 
-def test_recording_changes_nothing_else(eventful, live):
+def test_recording_changes_nothing_else(eventful: Eventful, live: Live) -> None:
     model, _ = recorded()
     other = DynamicExpectancyModel(COSTS, PARAMETERS, rng=np.random.default_rng(1))
     assert live(model, eventful(200)) == live(other, eventful(200))
     assert model.save() == other.save()
 
 
-def test_a_shadow_starts_with_everything_learned_before_recording(eventful, live):
+def test_a_shadow_starts_with_everything_learned_before_recording(
+    eventful: Eventful, live: Live
+) -> None:
     model = DynamicExpectancyModel(COSTS, PARAMETERS, rng=np.random.default_rng(1))
     live(model, eventful(50))
     shadow = ShadowModel(COSTS, PARAMETERS)
@@ -107,7 +119,7 @@ def test_a_shadow_starts_with_everything_learned_before_recording(eventful, live
     assert (shadow.number, len(shadow.hypotheses)) == (1, model.hypothesis_count)
 
 
-def test_the_first_delta_of_a_loaded_model_is_a_whole(eventful, live):
+def test_the_first_delta_of_a_loaded_model_is_a_whole(eventful: Eventful, live: Live) -> None:
     model, shadow = recorded()
     live(model, eventful(20))
     shadow.apply(model.take_delta())
@@ -119,7 +131,7 @@ def test_the_first_delta_of_a_loaded_model_is_a_whole(eventful, live):
     assert lists(shadow) == lists(loaded)
 
 
-def test_the_values_of_a_shadow_are_those_of_the_model(eventful, live):
+def test_the_values_of_a_shadow_are_those_of_the_model(eventful: Eventful, live: Live) -> None:
     model, shadow = recorded()
     live(model, eventful(30))
     model.set_goal(["a"], 1)
@@ -132,7 +144,7 @@ def test_the_values_of_a_shadow_are_those_of_the_model(eventful, live):
         shadow.value("z")
 
 
-def test_without_a_goal_nothing_has_a_value(eventful, live):
+def test_without_a_goal_nothing_has_a_value(eventful: Eventful, live: Live) -> None:
     model, shadow = recorded()
     live(model, eventful(30))
     shadow.apply(model.take_delta())
@@ -141,14 +153,16 @@ def test_without_a_goal_nothing_has_a_value(eventful, live):
     assert shadow.value(["a"]) == float("inf")
 
 
-def test_no_delta_is_accepted_before_a_whole():
+def test_no_delta_is_accepted_before_a_whole() -> None:
     model, shadow = recorded()
     model.take_delta()
     with pytest.raises(DeltaError, match="expected a whole first, found delta 2: ask for a whole"):
         shadow.apply(model.take_delta())
 
 
-def test_a_gap_is_refused_without_effect_and_a_whole_closes_it(eventful, live):
+def test_a_gap_is_refused_without_effect_and_a_whole_closes_it(
+    eventful: Eventful, live: Live
+) -> None:
     model, shadow = recorded()
     shadow.apply(model.take_delta())
     live(model, eventful(10))
@@ -168,7 +182,7 @@ def test_a_gap_is_refused_without_effect_and_a_whole_closes_it(eventful, live):
     assert lists(shadow) == lists(model)
 
 
-def test_no_delta_is_accepted_twice(eventful, live):
+def test_no_delta_is_accepted_twice(eventful: Eventful, live: Live) -> None:
     model, shadow = recorded()
     shadow.apply(model.take_delta())
     live(model, eventful(10))
@@ -179,7 +193,9 @@ def test_no_delta_is_accepted_twice(eventful, live):
     assert lists(shadow) == lists(model)
 
 
-def test_a_delta_of_another_model_is_refused_even_with_the_right_number(eventful, live):
+def test_a_delta_of_another_model_is_refused_even_with_the_right_number(
+    eventful: Eventful, live: Live
+) -> None:
     model, shadow = recorded()
     other, _ = recorded()
     live(other, eventful(10))
@@ -191,7 +207,7 @@ def test_a_delta_of_another_model_is_refused_even_with_the_right_number(eventful
     assert shadow.signs == ()
 
 
-def test_a_whole_of_a_model_with_other_actions_or_parameters_is_refused():
+def test_a_whole_of_a_model_with_other_actions_or_parameters_is_refused() -> None:
     model, _ = recorded()
     whole = model.take_delta()
     with pytest.raises(DeltaError, match=r"another model: expected action costs \{'go': 3\}"):
@@ -200,7 +216,7 @@ def test_a_whole_of_a_model_with_other_actions_or_parameters_is_refused():
         ShadowModel(COSTS, Parameters()).apply(whole)
 
 
-def test_a_damaged_whole_is_refused_and_changes_nothing(eventful, live):
+def test_a_damaged_whole_is_refused_and_changes_nothing(eventful: Eventful, live: Live) -> None:
     model, shadow = recorded()
     live(model, eventful(10))
     shadow.apply(model.take_delta())
@@ -211,7 +227,7 @@ def test_a_damaged_whole_is_refused_and_changes_nothing(eventful, live):
     assert lists(shadow) == held
 
 
-def test_nothing_is_recorded_before_it_is_asked_for():
+def test_nothing_is_recorded_before_it_is_asked_for() -> None:
     model = DynamicExpectancyModel(COSTS, rng=np.random.default_rng(1))
     for take in (model.take_delta, model.whole):
         with pytest.raises(RuntimeError, match=r"call record_changes\(\) first"):
@@ -219,7 +235,7 @@ def test_nothing_is_recorded_before_it_is_asked_for():
     assert model._signs.recorded is None
 
 
-def test_asking_for_recording_again_loses_nothing(eventful, live):
+def test_asking_for_recording_again_loses_nothing(eventful: Eventful, live: Live) -> None:
     model, shadow = recorded()
     shadow.apply(model.take_delta())
     live(model, eventful(10))
@@ -228,7 +244,7 @@ def test_asking_for_recording_again_loses_nothing(eventful, live):
     assert lists(shadow) == lists(model)
 
 
-def test_goals_are_sent_only_when_they_change():
+def test_goals_are_sent_only_when_they_change() -> None:
     model, _ = recorded()
     model.take_delta()
     model.set_goal(["a"], 2)

@@ -1,5 +1,8 @@
 """The Sign List on its own."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -21,33 +24,33 @@ events = st.lists(
 
 
 @pytest.fixture
-def signs():
+def signs() -> SignList:
     return SignList()
 
 
-def test_a_sign_is_its_tokens_sorted_and_without_duplicates():
+def test_a_sign_is_its_tokens_sorted_and_without_duplicates() -> None:
     assert to_sign(["b", "a", "b"]) == ("a", "b")
 
 
-def test_a_string_is_not_taken_for_its_letters():
+def test_a_string_is_not_taken_for_its_letters() -> None:
     with pytest.raises(TypeError, match=r"write \['at:A'\]"):
         to_sign("at:A")
 
 
-def test_a_token_becomes_a_sign_once(signs):
+def test_a_token_becomes_a_sign_once(signs: SignList) -> None:
     assert signs.sense(("a", "b")) == ([0, 1], [0, 1])
     assert signs.sense(("b", "c")) == ([1, 2], [2])
     assert signs.names == [("a",), ("b",), ("c",)]
 
 
-def test_a_conjunction_is_novel_when_first_active_not_when_added(signs):
+def test_a_conjunction_is_novel_when_first_active_not_when_added(signs: SignList) -> None:
     assert signs.add(("a", "b")) == signs.add(("a", "b")) == 0
     assert signs.sense(("a",)) == ([1], [1])
     assert signs.sense(("a", "b")) == ([0, 1, 2], [0, 2])
     assert signs.sense(("a", "b")) == ([0, 1, 2], [])
 
 
-def test_a_sign_with_a_reused_id_is_the_youngest(signs):
+def test_a_sign_with_a_reused_id_is_the_youngest(signs: SignList) -> None:
     signs.sense(("a", "b"))
     pair = signs.add(("a", "b"))
     signs.sense(("c",))
@@ -58,7 +61,7 @@ def test_a_sign_with_a_reused_id_is_the_youngest(signs):
     assert signs.by_age() == [0, 1, 3, pair]
 
 
-def test_a_conjunction_that_was_removed_is_novel_again(signs):
+def test_a_conjunction_that_was_removed_is_novel_again(signs: SignList) -> None:
     signs.add(("a", "b"))
     signs.sense(("a", "b"))
     signs.remove(0)
@@ -66,7 +69,7 @@ def test_a_conjunction_that_was_removed_is_novel_again(signs):
     assert signs.sense(("a", "b")).novel == [0]
 
 
-def test_added_and_removed_signs_are_noted_and_what_implied_a_removed_one(signs):
+def test_added_and_removed_signs_are_noted_and_what_implied_a_removed_one(signs: SignList) -> None:
     pair = signs.add(("a", "b"))
     three = signs.add(("a", "b", "c"))
     assert signs.changed == [pair, three]
@@ -77,7 +80,7 @@ def test_added_and_removed_signs_are_noted_and_what_implied_a_removed_one(signs)
     assert signs.structure > before
 
 
-def test_adding_or_sensing_a_known_sign_changes_nothing(signs):
+def test_adding_or_sensing_a_known_sign_changes_nothing(signs: SignList) -> None:
     signs.add(("a", "b"))
     signs.sense(("a", "b"))
     before = signs.structure
@@ -88,7 +91,7 @@ def test_adding_or_sensing_a_known_sign_changes_nothing(signs):
     assert signs.changed == []
 
 
-def test_conjunctions_are_indexed_under_their_rarest_tokens(signs):
+def test_conjunctions_are_indexed_under_their_rarest_tokens(signs: SignList) -> None:
     """A Token that is part of every conjunction is not the one they are found by."""
     for place in range(100):
         signs.add(to_sign([f"at:{place}", "battery:ok"]))
@@ -96,9 +99,11 @@ def test_conjunctions_are_indexed_under_their_rarest_tokens(signs):
 
 
 @given(events)
-def test_exactly_the_signs_whose_tokens_are_all_sensed_are_active_in_order_of_age(events):
+def test_exactly_the_signs_whose_tokens_are_all_sensed_are_active_in_order_of_age(
+    events: Sequence[tuple[str, Any]],
+) -> None:
     """Against a plain list of Signs, oldest first, and whether each was ever active."""
-    signs, plain = SignList(), {}
+    signs, plain = SignList(), dict[tuple[str, ...], bool]()
     for event, what in events:
         if event == "sense":
             novel = [name for name, seen in plain.items() if not seen and set(name) <= set(what)]
@@ -114,13 +119,17 @@ def test_exactly_the_signs_whose_tokens_are_all_sensed_are_active_in_order_of_ag
         elif plain:
             name = list(plain)[what % len(plain)]
             del plain[name]
-            signs.remove(signs.find(name))
+            gone = signs.find(name)
+            assert gone is not None
+            signs.remove(gone)
         assert [signs.names[sign] for sign in signs.by_age()] == list(plain)
         assert len(signs) == len(plain)
 
 
 @given(events)
-def test_parts_are_proper_subsets_and_wholes_proper_supersets(events):
+def test_parts_are_proper_subsets_and_wholes_proper_supersets(
+    events: Sequence[tuple[str, Any]],
+) -> None:
     signs = SignList()
     for event, what in events:
         if event == "sense":

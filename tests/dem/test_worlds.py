@@ -5,11 +5,12 @@ from itertools import pairwise
 import pytest
 from worlds import aliased_trial, phantom_trial, removal_curve, walk_to
 
-from farside.dem import Curiosity, Parameters
+from farside.dem import Curiosity, DynamicExpectancyModel, Parameters
+from tests.dem.conftest import Grid, MakeModel
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_place_and_heading_are_joined_where_neither_predicts_alone(seed):
+def test_place_and_heading_are_joined_where_neither_predicts_alone(seed: int) -> None:
     model, trial = aliased_trial(seed, Parameters())
     assert trial.ratio <= 1.15
     learned = {(h.context, h.action, h.outcome) for h in model.hypotheses if h.cm > 0.9}
@@ -18,19 +19,21 @@ def test_place_and_heading_are_joined_where_neither_predicts_alone(seed):
 
 
 @pytest.mark.parametrize("seed", range(2))
-def test_without_differentiation_they_stay_apart_and_paths_are_long(seed):
+def test_without_differentiation_they_stay_apart_and_paths_are_long(seed: int) -> None:
     model, trial = aliased_trial(seed, Parameters(differentiation=False))
     assert trial.ratio > 1.15
     assert all(len(sign) == 1 for sign in model.signs)
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_tokens_sensed_everywhere_do_not_lead_to_phantom_shortcuts(seed):
+def test_tokens_sensed_everywhere_do_not_lead_to_phantom_shortcuts(seed: int) -> None:
     _, trial = phantom_trial(seed, Parameters())
     assert trial.ratio <= 1.05
 
 
-def test_a_path_seen_once_can_be_repeated_among_tokens_that_are_active_everywhere(make_model):
+def test_a_path_seen_once_can_be_repeated_among_tokens_that_are_active_everywhere(
+    make_model: MakeModel,
+) -> None:
     """One trial is enough: no second visit is needed to separate cause from bystanders."""
     everywhere = {"battery:ok", "mode:nominal"}
     model = make_model()
@@ -48,7 +51,7 @@ def test_a_path_seen_once_can_be_repeated_among_tokens_that_are_active_everywher
     assert model.sense({"at:6", *everywhere}).reached
 
 
-def test_in_noise_the_lists_level_off_and_goals_are_still_reached():
+def test_in_noise_the_lists_level_off_and_goals_are_still_reached() -> None:
     model, world, beside, lengths = removal_curve(Parameters(), cycles=16_000, every=4_000)
     first, *_, last = (now.hypotheses - then.hypotheses for then, now in pairwise(lengths))
     assert last < first / 10
@@ -56,13 +59,13 @@ def test_in_noise_the_lists_level_off_and_goals_are_still_reached():
     assert walk_to(model, world, ["at:0,0"], 100, beside) < 60
 
 
-def test_without_removal_noise_makes_the_lists_much_longer():
+def test_without_removal_noise_makes_the_lists_much_longer() -> None:
     *_, kept = removal_curve(Parameters(), cycles=1500, every=1500)
     *_, all_of_them = removal_curve(Parameters(removal=False), cycles=1500, every=1500)
     assert kept[-1].hypotheses < 0.7 * all_of_them[-1].hypotheses
 
 
-def test_the_last_hypothesis_for_a_goal_is_never_removed(make_model):
+def test_the_last_hypothesis_for_a_goal_is_never_removed(make_model: MakeModel) -> None:
     model = make_model(maturity=2, ineffective=0.3)
     model.sense(["at:A"])
     model.perform("E")
@@ -81,7 +84,7 @@ def test_the_last_hypothesis_for_a_goal_is_never_removed(make_model):
     assert not [h for h in model.hypotheses if h.outcome == ("at:B",)]
 
 
-def test_no_whole_has_a_greater_value_than_its_parts():
+def test_no_whole_has_a_greater_value_than_its_parts() -> None:
     model, _ = aliased_trial(0, Parameters())
     model.set_goal(["at:2,2"], priority=1.0)
     value = {row.sign: row.value for row in model.policy_map()}
@@ -92,9 +95,11 @@ def test_no_whole_has_a_greater_value_than_its_parts():
             assert value[whole] <= value.get((token,), float("inf"))
 
 
-def test_curiosity_tries_everything_sooner_than_random_exploration(make_model, grid):
-    def cycles_to_try_all(model):
-        tried, cycles = set(), 0
+def test_curiosity_tries_everything_sooner_than_random_exploration(
+    make_model: MakeModel, grid: Grid
+) -> None:
+    def cycles_to_try_all(model: DynamicExpectancyModel) -> int:
+        tried, cycles = set[tuple[tuple[int, int], str | None]](), 0
         while len(tried) < 4 * len(grid.places):
             cycles += 1
             model.sense(grid.tokens())
@@ -110,7 +115,9 @@ def test_curiosity_tries_everything_sooner_than_random_exploration(make_model, g
     assert curious < at_random / 3
 
 
-def test_curiosity_crosses_known_ground_to_what_was_never_tried(make_model, corridor):
+def test_curiosity_crosses_known_ground_to_what_was_never_tried(
+    make_model: MakeModel, corridor: Grid
+) -> None:
     """Everything is known except the far end of a corridor of six places."""
     model = make_model(curiosity=Curiosity())
     for action in "EWEEWWEEEWWWEEEEWWWW":
@@ -133,5 +140,5 @@ def test_curiosity_crosses_known_ground_to_what_was_never_tried(make_model, corr
     assert model.hypothesis_count > known
 
 
-def test_curiosity_is_off_by_default():
+def test_curiosity_is_off_by_default() -> None:
     assert Parameters().curiosity is None

@@ -1,5 +1,7 @@
 """The ground station: what it believes, and what its script makes it do."""
 
+from typing import Any
+
 from farside.ground import Ground, GroundConfig, ScriptedOperator, Situation
 from farside.ground.belief import Belief
 from farside.ground.commands import CommandDesk
@@ -17,6 +19,7 @@ from farside.messages import (
     GoalReached,
     Heartbeat,
     Mode,
+    Order,
     Override,
     Proposal,
     SetGoal,
@@ -32,7 +35,7 @@ TICK_NS = to_ns(0.04)
 TERMS = LinkTerms.simulated(LinkConfig(up=OneWay(delay_s=1.0), down=OneWay(delay_s=1.0)), seed=1)
 
 
-def telemetry(t_s=0.0, place="A", **changes):
+def telemetry(t_s: float = 0.0, place: str = "A", **changes: Any) -> Telemetry:
     values = {
         "time_ns": to_ns(t_s),
         "tokens": (f"at:{place}",),
@@ -49,14 +52,14 @@ def telemetry(t_s=0.0, place="A", **changes):
     return Telemetry(**{**values, **changes})
 
 
-def proposal(number, action="E"):
+def proposal(number: int, action: str = "E") -> Proposal:
     return Proposal(number, 0, ("at:B",), action, Chooser.GOAL_DIRECTED, ())
 
 
 # --- belief --------------------------------------------------------------------------------------
 
 
-def test_older_telemetry_does_not_overwrite_newer():
+def test_older_telemetry_does_not_overwrite_newer() -> None:
     belief = Belief()
     belief.learn(telemetry(5.0, "B"))
     belief.learn(telemetry(4.0, "A"))
@@ -66,7 +69,7 @@ def test_older_telemetry_does_not_overwrite_newer():
 # --- the command desk ----------------------------------------------------------------------------
 
 
-def test_commands_are_numbered_without_a_gap_and_expire():
+def test_commands_are_numbered_without_a_gap_and_expire() -> None:
     desk = CommandDesk(valid_ns=1000)
     assert desk.give(Drive("N"), 7) == Command(1, 1007, Drive("N"))
     assert desk.give(Drive("E"), 9) == Command(2, 1009, Drive("E"))
@@ -79,15 +82,15 @@ def test_commands_are_numbered_without_a_gap_and_expire():
 class Scene:
     """An operator and what it is shown."""
 
-    def __init__(self, *script):
+    def __init__(self, *script: Tour | SwitchMode | Pursue | WaitUntil) -> None:
         self.operator = ScriptedOperator(script, CHART)
         self.belief = Belief()
 
-    def act(self, t_s=0.0, *, settled=True, silent=False):
+    def act(self, t_s: float = 0.0, *, settled: bool = True, silent: bool = False) -> list[Order]:
         return list(self.operator.act(Situation(to_ns(t_s), self.belief, settled, silent)))
 
 
-def test_on_a_tour_it_moves_and_waits():
+def test_on_a_tour_it_moves_and_waits() -> None:
     scene = Scene(Tour(places=("B", "A")))
     assert scene.act() == [], "it does not know yet where the rover is"
     scene.belief.learn(telemetry(1, "A"))
@@ -101,14 +104,14 @@ def test_on_a_tour_it_moves_and_waits():
     assert scene.act() == [Drive("W")]
 
 
-def test_it_sends_no_drive_into_silence():
+def test_it_sends_no_drive_into_silence() -> None:
     scene = Scene(Tour(places=("B",)))
     scene.belief.learn(telemetry(1, "A"))
     assert scene.act(silent=True) == []
     assert scene.act() == [Drive("E")]
 
 
-def test_it_waits_for_the_mode_before_it_goes_on():
+def test_it_waits_for_the_mode_before_it_goes_on() -> None:
     scene = Scene(SwitchMode(mode=Mode.SHARED), Pursue(place="B"))
     assert scene.act() == [SetMode(Mode.SHARED)]
     scene.belief.learn(telemetry(1))
@@ -117,7 +120,7 @@ def test_it_waits_for_the_mode_before_it_goes_on():
     assert scene.act() == [SetGoal(("at:B",), 2.0)]
 
 
-def test_it_answers_each_proposal_once_and_overrides_where_told():
+def test_it_answers_each_proposal_once_and_overrides_where_told() -> None:
     scene = Scene(Pursue(place="B", overrides=(OverrideAt(proposal=2, action="W"),)))
     assert scene.act() == [SetGoal(("at:B",), 2.0)]
     scene.belief.consider(proposal(1))
@@ -129,7 +132,7 @@ def test_it_answers_each_proposal_once_and_overrides_where_told():
     assert scene.act() == [Approve(3)]
 
 
-def test_proposals_from_before_the_goal_are_not_answered():
+def test_proposals_from_before_the_goal_are_not_answered() -> None:
     scene = Scene(Pursue(place="B"))
     scene.belief.consider(proposal(7))
     scene.act()
@@ -138,7 +141,7 @@ def test_proposals_from_before_the_goal_are_not_answered():
     assert scene.act() == [Approve(8)]
 
 
-def test_a_goal_reached_before_it_was_sent_is_not_this_goal():
+def test_a_goal_reached_before_it_was_sent_is_not_this_goal() -> None:
     scene = Scene(Pursue(place="B"), SwitchMode(mode=Mode.GUIDED))
     scene.belief.events.append(Event(1, 0, GoalReached(("at:B",))))
     assert scene.act() == [SetGoal(("at:B",), 2.0)]
@@ -147,7 +150,7 @@ def test_a_goal_reached_before_it_was_sent_is_not_this_goal():
     assert scene.act() == [SetMode(Mode.GUIDED)]
 
 
-def test_it_waits_for_its_time_and_rests_when_the_script_is_over():
+def test_it_waits_for_its_time_and_rests_when_the_script_is_over() -> None:
     scene = Scene(WaitUntil(until_s=10.0), SwitchMode(mode=Mode.GUIDED))
     assert scene.act(9.9) == []
     assert scene.act(10.0) == [SetMode(Mode.GUIDED)]
@@ -161,7 +164,7 @@ def test_it_waits_for_its_time_and_rests_when_the_script_is_over():
 class Bench:
     """A ground node alone, with a rover's endpoint in the test's hand."""
 
-    def __init__(self, *script):
+    def __init__(self, *script: SwitchMode | Pursue) -> None:
         self.ground = Ground(
             GroundConfig(),
             ScriptedOperator(script, CHART),
@@ -169,20 +172,22 @@ class Bench:
             terms=TERMS,
         )
         self.rover = rover_endpoint(TERMS, Journal())
-        self.entries = []
-        self.heard = []
+        self.now_ns = 0
+        self.entries: list[object] = []
+        self.heard: list[object] = []
 
-    def live(self, until_s, *messages):
+    def live(self, until_s: float, *messages: Event | Telemetry | Proposal) -> None:
         """Go on until then, with these messages from the rover arriving now."""
         for message in messages:
-            self.rover.send(message, self.ground._now_ns)
+            self.rover.send(message, self.now_ns)
         frames, records = self.ground.advance(to_ns(until_s), self.rover.take_sent())
         self.rover.expect(frames)
-        self.heard += list(self.rover.received(to_ns(until_s)))
+        self.now_ns = to_ns(until_s)
+        self.heard += list(self.rover.received(self.now_ns))
         self.entries += [decode(record) for record in records if record.topic != GROUND_FRAME.name]
 
 
-def test_heartbeats_go_out_steadily_and_events_are_learned():
+def test_heartbeats_go_out_steadily_and_events_are_learned() -> None:
     bench = Bench()
     bench.live(3.0)
     assert bench.heard == [Heartbeat(), Heartbeat()]
@@ -191,7 +196,7 @@ def test_heartbeats_go_out_steadily_and_events_are_learned():
     assert EventLearned(event) in bench.entries
 
 
-def test_a_command_goes_out_once_and_again_where_no_answer_comes():
+def test_a_command_goes_out_once_and_again_where_no_answer_comes() -> None:
     bench = Bench(SwitchMode(mode=Mode.SHARED))
     frames, _ = bench.ground.advance(to_ns(30.0), [])
     copies = [frame for frame in frames if frame.priority == ROUTES[Command].priority]
@@ -201,7 +206,7 @@ def test_a_command_goes_out_once_and_again_where_no_answer_comes():
     assert [command.number for command in commands] == [1]
 
 
-def test_it_notices_silence_and_its_end():
+def test_it_notices_silence_and_its_end() -> None:
     bench = Bench()
     bench.live(20.0)
     assert bench.entries == [Silence(silent=True)]
@@ -209,7 +214,7 @@ def test_it_notices_silence_and_its_end():
     assert bench.entries[-1] == Silence(silent=False)
 
 
-def test_a_review_records_the_path_that_was_looked_at():
+def test_a_review_records_the_path_that_was_looked_at() -> None:
     bench = Bench(Pursue(place="B", overrides=(OverrideAt(proposal=1, action="W"),)))
     bench.live(1.0)
     bench.live(2.0, proposal(1))

@@ -1,8 +1,10 @@
 """Frames on the wire: what one end sealed the other opens, and nothing else does."""
 
 import zlib
+from collections.abc import Sequence
 from contextlib import suppress
 from itertools import pairwise
+from typing import Any
 
 import msgspec
 import pytest
@@ -11,6 +13,7 @@ from cryptography.hazmat.primitives.hashes import SHA256
 from cryptography.hazmat.primitives.kdf.hkdf import HKDF
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from hypothesis.strategies._internal.core import DataObject
 
 from farside.link.endpoint.fragments import Fragmenter, Reassembler
 from farside.link.endpoint.keys import simulated_key
@@ -38,23 +41,23 @@ KEY = simulated_key(7)
 class From:
     """Numbers from a certain one on, as after a restart; remembers what was asked for."""
 
-    def __init__(self, first, ahead=SEQUENCE_LIMIT):
-        self.first, self.ahead, self.asked = first, ahead, []
+    def __init__(self, first: int, ahead: int = SEQUENCE_LIMIT) -> None:
+        self.first, self.ahead, self.asked = first, ahead, list[int]()
 
-    def reserve(self, sequence):
+    def reserve(self, sequence: int) -> int:
         self.asked.append(sequence)
         return sequence + self.ahead
 
 
-def sealer(direction=UP, *, first=0, key=KEY):
+def sealer(direction: Direction = UP, *, first: int = 0, key: bytes = KEY) -> Sealer:
     return Sealer(key, direction, From(first))
 
 
-def with_crc(content):
+def with_crc(content: bytes) -> bytes:
     return content + zlib.crc32(content).to_bytes(4, "little")
 
 
-def refusal(opener, wire):
+def refusal(opener: Opener, wire: bytes) -> Refusal:
     with pytest.raises(FrameError) as caught:
         opener.open(wire)
     return caught.value.reason
@@ -66,7 +69,9 @@ flags = st.integers(0, 15).map(Flag)
 @given(
     st.binary(max_size=2000), flags, st.integers(0, SEQUENCE_LIMIT - 1), st.sampled_from(Direction)
 )
-def test_what_is_sealed_is_opened_as_it_was(body, flag, sequence, direction):
+def test_what_is_sealed_is_opened_as_it_was(
+    body: bytes, flag: Flag, sequence: int, direction: Direction
+) -> None:
     wire = sealer(direction, first=sequence).seal(body, flag)
 
     assert Opener(KEY, direction).open(wire) == Opened(sequence, flag, body)
@@ -77,12 +82,12 @@ def test_what_is_sealed_is_opened_as_it_was(body, flag, sequence, direction):
     ("sequence", "overhead_byte"),
     [(0, 23), (255, 23), (256, 24), (65_536, 25), (2**24 - 1, 25), (2**24, 26), (2**32 - 1, 26)],
 )
-def test_a_frame_is_as_long_as_documented(sequence, overhead_byte):
+def test_a_frame_is_as_long_as_documented(sequence: int, overhead_byte: int) -> None:
     assert len(sealer(first=sequence).seal(b"12345")) == 5 + overhead_byte
     assert overhead_byte <= OVERHEAD_BYTE
 
 
-def test_the_bytes_are_those_of_the_documented_format():
+def test_the_bytes_are_those_of_the_documented_format() -> None:
     info = b"farside link 2 down"
     key = HKDF(algorithm=SHA256(), length=32, salt=None, info=info).derive(KEY)
     header = bytes((2, 0b001010_01, 1, 44))
@@ -94,14 +99,14 @@ def test_the_bytes_are_those_of_the_documented_format():
     assert wire == plain + zlib.crc32(plain).to_bytes(4, "little")
 
 
-def test_frames_are_numbered_one_after_the_other():
+def test_frames_are_numbered_one_after_the_other() -> None:
     ground, rover = Sealer(KEY, UP), Opener(KEY, UP)
 
     assert [rover.open(ground.seal(b"")).sequence for _ in range(300)] == list(range(300))
     assert ground.next_sequence == 300
 
 
-def test_a_key_of_another_length_is_refused():
+def test_a_key_of_another_length_is_refused() -> None:
     with pytest.raises(ValueError, match="expected a mission key of 32 bytes, found 16"):
         Sealer(bytes(16), UP)
 
@@ -110,7 +115,9 @@ def test_a_key_of_another_length_is_refused():
 
 
 @given(st.binary(max_size=200), st.data())
-def test_up_to_three_flipped_bits_are_noise_whichever_they_are(body, data):
+def test_up_to_three_flipped_bits_are_noise_whichever_they_are(
+    body: bytes, data: DataObject
+) -> None:
     rover, wire = Opener(KEY, UP), sealer().seal(body)
     bits = data.draw(st.sets(st.integers(0, 8 * len(wire) - 1), min_size=1, max_size=3))
     noisy = bytearray(wire)
@@ -122,7 +129,7 @@ def test_up_to_three_flipped_bits_are_noise_whichever_they_are(body, data):
 
 
 @pytest.mark.parametrize("length", range(28))
-def test_a_frame_cut_short_is_refused(length):
+def test_a_frame_cut_short_is_refused(length: int) -> None:
     wire = sealer().seal(b"12345")
     reason = Refusal.TRUNCATED if length < 23 else Refusal.CORRUPTED
 
@@ -132,7 +139,7 @@ def test_a_frame_cut_short_is_refused(length):
 # --- strangers ---------------------------------------------------------------------------------
 
 
-def test_a_frame_of_any_other_version_is_named_so():
+def test_a_frame_of_any_other_version_is_named_so() -> None:
     wire = sealer().seal(b"12345")
     others = [version for version in range(256) if version != WIRE_VERSION]
 
@@ -141,17 +148,17 @@ def test_a_frame_of_any_other_version_is_named_so():
         assert refusal(Opener(KEY, UP), foreign) is Refusal.VERSION
 
 
-def test_a_frame_of_another_mission_is_forged():
+def test_a_frame_of_another_mission_is_forged() -> None:
     assert refusal(Opener(KEY, UP), sealer(key=simulated_key(8)).seal(b"x")) is Refusal.FORGED
 
 
-def test_flags_from_the_future_are_malformed():
+def test_flags_from_the_future_are_malformed() -> None:
     rover = Opener(KEY, UP)
 
-    assert refusal(rover, sealer().seal(b"x", 32)) is Refusal.MALFORMED
+    assert refusal(rover, sealer().seal(b"x", Flag(32))) is Refusal.MALFORMED
 
 
-def test_a_refusal_says_what_was_found_and_is_counted():
+def test_a_refusal_says_what_was_found_and_is_counted() -> None:
     rover, wire = Opener(KEY, UP), sealer().seal(b"12345")
     rover.open(wire)
     for frame in (wire, wire, b"", with_crc(b"\x07" + bytes(30))):
@@ -165,7 +172,7 @@ def test_a_refusal_says_what_was_found_and_is_counted():
 # --- somebody who sees every frame ----------------------------------------------------------------
 
 
-def test_an_attacker_cannot_replay():
+def test_an_attacker_cannot_replay() -> None:
     ground, rover = Sealer(KEY, UP), Opener(KEY, UP)
     seen = [ground.seal(bytes((n % 256,))) for n in range(3 * REPLAY_WINDOW)]
     for wire in seen:
@@ -174,7 +181,7 @@ def test_an_attacker_cannot_replay():
     assert {refusal(rover, wire) for wire in seen} == {Refusal.REPLAYED}
 
 
-def test_an_attacker_cannot_replay_to_a_rover_that_restarted():
+def test_an_attacker_cannot_replay_to_a_rover_that_restarted() -> None:
     numbers = From(0, ahead=10)
     ground, rover = Sealer(KEY, UP), Opener(KEY, UP, numbers)
     seen = [ground.seal(b"drive") for _ in range(25)]
@@ -186,14 +193,14 @@ def test_an_attacker_cannot_replay_to_a_rover_that_restarted():
     assert restarted.open(sealer(first=30).seal(b"new")).body == b"new"
 
 
-def test_an_attacker_cannot_turn_a_frame_back():
+def test_an_attacker_cannot_turn_a_frame_back() -> None:
     wire = Sealer(KEY, UP).seal(b"drive")
 
     assert refusal(Opener(KEY, DOWN), wire) is Refusal.FORGED
 
 
 @given(st.data())
-def test_an_attacker_who_mends_the_crc_cannot_change_a_byte(data):
+def test_an_attacker_who_mends_the_crc_cannot_change_a_byte(data: DataObject) -> None:
     wire = sealer(first=70_000).seal(b"drive north", Flag.RELIABLE)
     changed = bytearray(wire[:-4])
     changed[data.draw(st.integers(1, len(changed) - 1))] ^= data.draw(st.integers(1, 255))
@@ -202,7 +209,7 @@ def test_an_attacker_who_mends_the_crc_cannot_change_a_byte(data):
 
 
 @given(st.integers(0, 40))
-def test_an_attacker_who_mends_the_crc_cannot_cut_or_lengthen_a_frame(length):
+def test_an_attacker_who_mends_the_crc_cannot_cut_or_lengthen_a_frame(length: int) -> None:
     wire = sealer().seal(b"drive north")
     rover = Opener(KEY, UP)
 
@@ -212,7 +219,7 @@ def test_an_attacker_who_mends_the_crc_cannot_cut_or_lengthen_a_frame(length):
     assert refusal(rover, with_crc(wire[:-4] + bytes(length + 1))) is Refusal.FORGED
 
 
-def test_an_attacker_cannot_splice_the_fragments_of_two_messages():
+def test_an_attacker_cannot_splice_the_fragments_of_two_messages() -> None:
     rover, reassembler, fragmenter = Opener(KEY, UP), Reassembler(10**9), Fragmenter(64)
     ground = Sealer(KEY, UP)
     frames = []
@@ -232,7 +239,7 @@ def test_an_attacker_cannot_splice_the_fragments_of_two_messages():
 
 
 @given(st.lists(st.integers(0, 30), max_size=10))
-def test_forgeries_do_not_move_the_replay_window(claimed):
+def test_forgeries_do_not_move_the_replay_window(claimed: Sequence[int]) -> None:
     ground, rover = Sealer(KEY, UP), Opener(KEY, UP)
     stranger = simulated_key(8)
     for bits in claimed:
@@ -244,7 +251,7 @@ def test_forgeries_do_not_move_the_replay_window(claimed):
 # --- the window --------------------------------------------------------------------------------
 
 
-def test_frames_may_come_in_any_order_within_the_window():
+def test_frames_may_come_in_any_order_within_the_window() -> None:
     wires = [sealer(first=n).seal(b"") for n in range(REPLAY_WINDOW)]
     rover = Opener(KEY, UP)
 
@@ -253,7 +260,7 @@ def test_frames_may_come_in_any_order_within_the_window():
     assert opened == list(reversed(range(REPLAY_WINDOW)))
 
 
-def test_a_frame_from_before_the_window_is_refused():
+def test_a_frame_from_before_the_window_is_refused() -> None:
     rover = Opener(KEY, UP)
     rover.open(sealer(first=REPLAY_WINDOW).seal(b""))
 
@@ -261,7 +268,7 @@ def test_a_frame_from_before_the_window_is_refused():
     assert refusal(rover, sealer(first=0).seal(b"")) is Refusal.REPLAYED
 
 
-def test_a_leap_to_the_last_number_costs_no_memory():
+def test_a_leap_to_the_last_number_costs_no_memory() -> None:
     rover = Opener(KEY, UP)
     for sequence in (0, SEQUENCE_LIMIT - 1):
         rover.open(sealer(first=sequence).seal(b""))
@@ -270,8 +277,10 @@ def test_a_leap_to_the_last_number_costs_no_memory():
 
 
 @given(st.lists(st.integers(0, 60)), st.integers(1, 20))
-def test_the_window_is_that_of_a_receiver_with_a_perfect_memory(sequences, window):
-    rover, taken = Opener(KEY, UP, window=window), set()
+def test_the_window_is_that_of_a_receiver_with_a_perfect_memory(
+    sequences: Sequence[int], window: int
+) -> None:
+    rover, taken = Opener(KEY, UP, window=window), set[int]()
     for sequence in sequences:
         wire = sealer(first=sequence).seal(b"")
         if sequence in taken or sequence <= max(taken, default=-1) - window:
@@ -284,7 +293,7 @@ def test_the_window_is_that_of_a_receiver_with_a_perfect_memory(sequences, windo
 # --- numbers -----------------------------------------------------------------------------------
 
 
-def test_numbers_are_reserved_before_they_are_used():
+def test_numbers_are_reserved_before_they_are_used() -> None:
     numbers = From(5, ahead=10)
     ground = Sealer(KEY, UP, numbers)
     for _ in range(21):
@@ -293,9 +302,9 @@ def test_numbers_are_reserved_before_they_are_used():
     assert numbers.asked == [5, 15, 25]
 
 
-def test_nothing_is_sealed_with_a_number_that_could_not_be_reserved():
+def test_nothing_is_sealed_with_a_number_that_could_not_be_reserved() -> None:
     class FullDisk(From):
-        def reserve(self, sequence):
+        def reserve(self, sequence: int) -> None:
             raise OSError(f"no space left for {sequence}")
 
     ground = Sealer(KEY, UP, FullDisk(5))
@@ -304,7 +313,7 @@ def test_nothing_is_sealed_with_a_number_that_could_not_be_reserved():
     assert ground.next_sequence == 5
 
 
-def test_after_the_last_number_a_new_key_is_asked_for():
+def test_after_the_last_number_a_new_key_is_asked_for() -> None:
     ground = sealer(first=SEQUENCE_LIMIT - 1)
     ground.seal(b"")
 
@@ -316,7 +325,7 @@ def test_after_the_last_number_a_new_key_is_asked_for():
 
 
 @st.composite
-def near_misses(draw):
+def near_misses(draw: st.DrawFn) -> bytes:
     """Bytes that were a frame once."""
     wire = bytearray(sealer(first=draw(st.integers(0, 70_000))).seal(draw(st.binary(max_size=40))))
     for _ in range(draw(st.integers(0, 4))):
@@ -336,7 +345,7 @@ arrivals = st.lists(
 
 
 @given(arrivals)
-def test_no_bytes_raise_anything_but_the_one_error(frames):
+def test_no_bytes_raise_anything_but_the_one_error(frames: list[bytes]) -> None:
     rover = Opener(KEY, UP)
     pairs = [first + second for first, second in pairwise(frames)]
     opened = 0
@@ -348,7 +357,7 @@ def test_no_bytes_raise_anything_but_the_one_error(frames):
 
 
 @given(st.binary(max_size=100), st.binary(max_size=100))
-def test_two_frames_in_one_are_refused(one, other):
+def test_two_frames_in_one_are_refused(one: bytes, other: bytes) -> None:
     ground = Sealer(KEY, UP)
 
     both = ground.seal(one) + ground.seal(other)
@@ -372,7 +381,9 @@ DECODERS = [msgspec.msgpack.Decoder(Uplink), msgspec.msgpack.Decoder(Downlink)]
     ids=["nothing", "never used", "not UTF-8", "deep", "deep", "four thousand million"],
 )
 @pytest.mark.parametrize("decoder", DECODERS, ids=["up", "down"])
-def test_a_body_that_is_no_message_is_malformed(decoder, body):
+def test_a_body_that_is_no_message_is_malformed(
+    decoder: msgspec.msgpack.Decoder[Any], body: bytes
+) -> None:
     with pytest.raises(FrameError, match="expected a message") as caught:
         unpack(body, decoder)
     assert caught.value.reason is Refusal.MALFORMED
@@ -396,13 +407,15 @@ tags = ["command", "heartbeat", "proposal", "telemetry", "drive", "goal", "mode"
     st.binary(max_size=3),
 )
 @settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
-def test_no_body_raises_anything_but_the_one_error(body, decoder, tail):
+def test_no_body_raises_anything_but_the_one_error(
+    body: bytes, decoder: msgspec.msgpack.Decoder[Any], tail: bytes
+) -> None:
     with suppress(FrameError):
         found = msgspec.msgpack.encode(unpack(body + tail, decoder))
         assert msgspec.msgpack.encode(unpack(found, decoder)) == found
 
 
-def test_a_message_is_unpacked():
+def test_a_message_is_unpacked() -> None:
     command = Command(1, 99, Drive("N"))
 
     assert unpack(msgspec.msgpack.encode(command), DECODERS[0]) == command

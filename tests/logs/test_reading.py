@@ -180,7 +180,7 @@ def test_a_damaged_chunk_is_reported_after_the_records_before_it(
     damaged[last.chunk_start_offset + last.chunk_length - 5] ^= 1
     path.write_bytes(damaged)
 
-    records, found = LogFile(path).records(), []
+    records, found = LogFile(path).records(), list[Record]()
     with pytest.raises(LogError, match=rf"{path} is damaged at byte \d+"):
         found.extend(records)
 

@@ -12,7 +12,7 @@ from rich.console import Console
 from farside.logs import LogFile, Recorder, replay
 from farside.messages import Mode, ModeCause
 from farside.node import Direction
-from farside.topics import LinkOutage, ModeEntry, Silence
+from farside.topics import LinkOutage, ModeEntry, OutageReason, Silence
 
 
 class FakeClock:
@@ -40,7 +40,7 @@ def clock() -> FakeClock:
 @pytest.fixture
 def log(run: Any, path: Path) -> LogFile:
     """A run of 8 s with events at 0, 2, 5 and 8 s."""
-    run.start().note(2, LinkOutage(Direction.UP, down=True, reason="blackout"))
+    run.start().note(2, LinkOutage(Direction.UP, down=True, reason=OutageReason.BLACKOUT))
     run.note(5, ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST)).note(8, Silence(silent=True))
     return LogFile(run.log(path))
 

@@ -19,6 +19,7 @@ from farside.topics import (
     Fate,
     LinkOutage,
     ModeEntry,
+    OutageReason,
     Pose,
     Silence,
 )
@@ -29,9 +30,10 @@ def shown(run: Any, now_s: float, *, width: int = 80, height: int = 24, **option
     picture = Picture()
     for record in run.records:
         picture.apply(LogEntry.of(record))
-    console = Console(file=io.StringIO(), width=width, height=height, color_system=None)
+    page = io.StringIO()
+    console = Console(file=page, width=width, height=height, color_system=None)
     console.print(screen(picture, to_ns(now_s), width=width, height=height, **options))
-    lines = console.file.getvalue().splitlines()
+    lines = page.getvalue().splitlines()
     return "\n".join(line.rstrip() for line in lines)
 
 
@@ -45,7 +47,7 @@ def lost(run: Any) -> Any:
     """A rover alone at D, on its way from C to B, while the ground last heard of it at C."""
     run.start("at:C").frame(1, Direction.DOWN).hear(2, "at:C", since_s=0.75).goal(3, "at:B")
     for direction in Direction:
-        run.note(4, LinkOutage(direction, down=True, reason="blackout"))
+        run.note(4, LinkOutage(direction, down=True, reason=OutageReason.BLACKOUT))
     run.frame(5, Direction.UP, Fate.OUTAGE).frame(5, Direction.DOWN, Fate.OUTAGE)
     run.note(15, FailsafeEntry(Failsafe.HOLD, 10.0), Silence(silent=True))
     run.note(
@@ -135,11 +137,12 @@ def test_a_wide_map_is_drawn_with_one_column_per_cell() -> None:
     rows = ("#" * 30, "#" + "." * 28 + "#", "#" * 30)
     picture = Picture(chart=Chart(rows, 1.0))
     picture.apply(logged(0, Pose(1.5, 1.5, 0.0, 0.0, "at:1,1", 1.0)))
-    console = Console(file=io.StringIO(), width=80, color_system=None)
+    page = io.StringIO()
+    console = Console(file=page, width=80, color_system=None)
 
     console.print(screen(picture, 0, width=80, height=24))
 
-    assert f"│ █→{' ' * 27}█ │" in console.file.getvalue()
+    assert f"│ █→{' ' * 27}█ │" in page.getvalue()
 
 
 def test_markup_in_tokens_and_titles_is_shown_literally(run: Any) -> None:
@@ -153,10 +156,11 @@ def test_the_rover_and_its_position_at_the_ground_have_different_colours(lost: A
     picture = Picture()
     for record in lost.records:
         picture.apply(LogEntry.of(record))
-    console = Console(file=io.StringIO(), width=80, force_terminal=True, color_system="standard")
+    page = io.StringIO()
+    console = Console(file=page, width=80, force_terminal=True, color_system="standard")
 
     console.print(screen(picture, 0, width=80, height=24))
 
-    text = console.file.getvalue()
+    text = page.getvalue()
     assert "\x1b[1;32m↑ \x1b[0m" in text
     assert "\x1b[1;35m◇ \x1b[0m" in text

@@ -217,7 +217,7 @@ def test_a_direction_in_which_nothing_arrived_has_no_delay(run: Any) -> None:
 
 def test_an_outage_lasts_until_its_end_or_the_end_of_the_run(run: Any) -> None:
     def outage(t_s: float, direction: Direction, *, down: bool) -> None:
-        run.note(t_s, LinkOutage(direction, down, "blackout"))
+        run.note(t_s, LinkOutage(direction, down, OutageReason.BLACKOUT))
 
     run.start()
     outage(10, DOWN, down=True)

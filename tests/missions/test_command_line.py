@@ -3,6 +3,8 @@
 import json
 import signal
 import sys
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
 
 import pytest
 
@@ -13,12 +15,14 @@ YARD = 'world.map="#####\\n#A.B#\\n#####"'
 
 
 @pytest.fixture
-def farside(monkeypatch, capsys, tmp_path):
+def farside(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> Iterator[Callable[..., tuple[int, str, str]]]:
     """Run `farside ...` in an empty folder: exit status, standard output, standard error."""
     monkeypatch.chdir(tmp_path)
     handler = signal.getsignal(signal.SIGTERM)
 
-    def run(*arguments):
+    def run(*arguments: str) -> tuple[int, str, str]:
         monkeypatch.setattr(sys, "argv", ["farside", *arguments])
         with pytest.raises(SystemExit) as end:
             cli.main()
@@ -28,7 +32,9 @@ def farside(monkeypatch, capsys, tmp_path):
     signal.signal(signal.SIGTERM, handler)
 
 
-def test_run_prints_a_summary_and_leaves_a_log(farside, tmp_path):
+def test_run_prints_a_summary_and_leaves_a_log(
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path
+) -> None:
     status, out, err = farside("run", "blackout", "--in-process")
     assert status == 0
     assert "blackout: success" in out
@@ -38,7 +44,7 @@ def test_run_prints_a_summary_and_leaves_a_log(farside, tmp_path):
     assert log.complete
 
 
-def test_run_json_prints_one_object(farside):
+def test_run_json_prints_one_object(farside: Callable[..., tuple[int, str, str]]) -> None:
     status, out, _ = farside("run", "blackout", "--in-process", "--json", "--seed", "3")
     result = json.loads(out)
     assert status == 0
@@ -56,7 +62,7 @@ def test_run_json_prints_one_object(farside):
     assert result["speedup"] == pytest.approx(result["sim_seconds"] / result["wall_seconds"])
 
 
-def test_an_unmet_expectation_is_status_1(farside):
+def test_an_unmet_expectation_is_status_1(farside: Callable[..., tuple[int, str, str]]) -> None:
     status, out, _ = farside(
         "run", "blackout", "--in-process", "--set", "link.blackouts=[]", "--set", "duration_s=60"
     )
@@ -65,7 +71,9 @@ def test_an_unmet_expectation_is_status_1(farside):
     assert "never reached as a goal" in out
 
 
-def test_logs_are_never_overwritten(farside, tmp_path):
+def test_logs_are_never_overwritten(
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path
+) -> None:
     for _ in range(2):
         farside("run", "blackout", "--in-process", "--set", "duration_s=5", "--out", "here")
     assert sorted(path.name for path in (tmp_path / "here").iterdir()) == [
@@ -74,7 +82,9 @@ def test_logs_are_never_overwritten(farside, tmp_path):
     ]
 
 
-def test_the_log_holds_the_mission_and_the_result(farside, tmp_path):
+def test_the_log_holds_the_mission_and_the_result(
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path
+) -> None:
     _, out, _ = farside("run", "blackout", "--in-process", "--json", "--set", "duration_s=5")
     result = json.loads(out)
     log = LogFile(tmp_path / result["log"])
@@ -102,7 +112,12 @@ def test_the_log_holds_the_mission_and_the_result(farside, tmp_path):
         (["replay", "nowhere.mcap"], ["nowhere.mcap"]),
     ],
 )
-def test_bad_input_is_status_2_with_one_message_and_no_files(farside, tmp_path, arguments, named):
+def test_bad_input_is_status_2_with_one_message_and_no_files(
+    farside: Callable[..., tuple[int, str, str]],
+    tmp_path: Path,
+    arguments: Sequence[str],
+    named: Sequence[str],
+) -> None:
     status, out, err = farside(*arguments)
     assert status == 2
     assert out == ""
@@ -113,7 +128,9 @@ def test_bad_input_is_status_2_with_one_message_and_no_files(farside, tmp_path, 
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_log_folder_that_is_a_file_is_bad_input(farside, tmp_path):
+def test_a_log_folder_that_is_a_file_is_bad_input(
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path
+) -> None:
     (tmp_path / "here").write_text("a letter")
     status, out, err = farside("run", "blackout", "--in-process", "--out", "here")
     assert (status, out) == (2, "")
@@ -121,27 +138,31 @@ def test_a_log_folder_that_is_a_file_is_bad_input(farside, tmp_path):
 
 
 @pytest.mark.parametrize("pace", ["0", "-1", "soon", "nan", "inf"])
-def test_an_invalid_pace_is_refused(farside, tmp_path, pace):
+def test_an_invalid_pace_is_refused(
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path, pace: str
+) -> None:
     status, _, err = farside("run", "blackout", f"--pace={pace}")
     assert status == 2
     assert "above 0" in err
     assert list(tmp_path.iterdir()) == []
 
 
-def test_check_sums_up_a_valid_mission(farside):
+def test_check_sums_up_a_valid_mission(farside: Callable[..., tuple[int, str, str]]) -> None:
     status, out, _ = farside("check", "blackout")
     assert status == 0
     assert out == "blackout: good. blackout: 1200 s, 74 places, 6 expectations\n"
 
 
-def test_replay_into_a_pipe_prints_one_line_per_event(farside):
+def test_replay_into_a_pipe_prints_one_line_per_event(
+    farside: Callable[..., tuple[int, str, str]],
+) -> None:
     _, out, _ = farside("run", "blackout", "--in-process", "--json")
     status, lines, _ = farside("replay", json.loads(out)["log"], "--start", "620")
     assert status == 0
     assert "rover   mode autonomous: link lost" in lines
 
 
-def test_a_start_after_the_end_is_bad_input(farside):
+def test_a_start_after_the_end_is_bad_input(farside: Callable[..., tuple[int, str, str]]) -> None:
     _, out, _ = farside("run", "blackout", "--in-process", "--json", "--set", "duration_s=5")
     status, _, err = farside("replay", json.loads(out)["log"], "--start", "99")
     assert status == 2
@@ -149,7 +170,7 @@ def test_a_start_after_the_end_is_bad_input(farside):
     assert "Traceback" not in err
 
 
-def test_help_shows_examples(farside):
+def test_help_shows_examples(farside: Callable[..., tuple[int, str, str]]) -> None:
     status, out, _ = farside("run", "--help")
     assert status == 0
     assert "farside run blackout" in out

@@ -4,6 +4,8 @@ import io
 import json
 import math
 import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -14,11 +16,13 @@ CORRIDOR = [("a", "E"), ("b", "E"), ("c", "E"), ("d", "W"), ("c", "W"), ("b", "W
 
 
 @pytest.fixture
-def farside(monkeypatch, capsys, tmp_path):
+def farside(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> Callable[..., tuple[int, str, str]]:
     """Runs `farside dem ...` in an empty folder: exit status, standard output, standard error."""
     monkeypatch.chdir(tmp_path)
 
-    def run(*arguments):
+    def run(*arguments: str) -> tuple[int, str, str]:
         monkeypatch.setattr(sys, "argv", ["farside", "dem", *arguments])
         with pytest.raises(SystemExit) as end:
             cli.main()
@@ -27,7 +31,7 @@ def farside(monkeypatch, capsys, tmp_path):
     return run
 
 
-def lines(cycles):
+def lines(cycles: Sequence[tuple[str, str | None]]) -> str:
     """A stream of cycles, each given as a place and the action performed there."""
     return "".join(
         json.dumps({"tokens": [f"at:{place}"], "action": action}) + "\n" for place, action in cycles
@@ -35,13 +39,15 @@ def lines(cycles):
 
 
 @pytest.fixture
-def stream(tmp_path):
+def stream(tmp_path: Path) -> str:
     """The name of a file in which a rover drives along a corridor of four places and back."""
     (tmp_path / "corridor.jsonl").write_text(lines(CORRIDOR))
     return "corridor.jsonl"
 
 
-def test_a_drive_teaches_signs_hypotheses_and_the_way_to_each_goal(farside, stream):
+def test_a_drive_teaches_signs_hypotheses_and_the_way_to_each_goal(
+    farside: Callable[..., tuple[int, str, str]], stream: str
+) -> None:
     status, out, err = farside(
         "learn", stream, "--goal", "at:d", "--goal", "at:a", "--action-cost", "E=2.66", "--json"
     )
@@ -76,7 +82,9 @@ def test_a_drive_teaches_signs_hypotheses_and_the_way_to_each_goal(farside, stre
     assert [row["value"] for row in west["values"]] == [0, 2, 4, 6]
 
 
-def test_predictions_that_come_true_or_fail_move_the_corroboration(farside, tmp_path):
+def test_predictions_that_come_true_or_fail_move_the_corroboration(
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path
+) -> None:
     (tmp_path / "drive.jsonl").write_text(
         lines([("a", "E"), ("b", "W"), ("a", "E"), ("b", "W"), ("a", "E"), ("c", None)])
     )
@@ -87,7 +95,9 @@ def test_predictions_that_come_true_or_fail_move_the_corroboration(farside, tmp_
     assert first["cm"] == pytest.approx((0.5 + 0.4 * 0.5) * 0.9)
 
 
-def test_a_goal_of_several_tokens_is_a_sign_from_the_first_cycle_on(farside, tmp_path):
+def test_a_goal_of_several_tokens_is_a_sign_from_the_first_cycle_on(
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path
+) -> None:
     (tmp_path / "turns.jsonl").write_text(
         '{"tokens": ["at:a", "heading:N"], "action": "turn"}\n'
         '{"tokens": ["at:a", "heading:E"], "action": null}\n'
@@ -98,23 +108,31 @@ def test_a_goal_of_several_tokens_is_a_sign_from_the_first_cycle_on(farside, tmp
     assert {"sign": ["heading:N"], "value": 2, "action": "turn", "depth": 1} in policy["values"]
 
 
-def test_a_goal_that_was_never_sensed_has_no_values(farside, stream):
+def test_a_goal_that_was_never_sensed_has_no_values(
+    farside: Callable[..., tuple[int, str, str]], stream: str
+) -> None:
     _, out, _ = farside("learn", stream, "--goal", "at:moon", "--json")
     assert json.loads(out)["policies"] == [{"goal": ["at:moon"], "values": []}]
 
 
-def test_reach_gives_hypotheses_with_longer_delays(farside, stream):
+def test_reach_gives_hypotheses_with_longer_delays(
+    farside: Callable[..., tuple[int, str, str]], stream: str
+) -> None:
     _, out, _ = farside("learn", stream, "--reach", "2", "--json")
     assert {hypothesis["delay"] for hypothesis in json.loads(out)["hypotheses"]} == {1, 2}
 
 
-def test_a_new_hypothesis_starts_with_the_initial_cm(farside, stream):
+def test_a_new_hypothesis_starts_with_the_initial_cm(
+    farside: Callable[..., tuple[int, str, str]], stream: str
+) -> None:
     _, out, _ = farside("learn", stream, "--initial-cm", "0.25", "--json")
     assert {hypothesis["cm"] for hypothesis in json.loads(out)["hypotheses"]} == {0.25}
 
 
-def test_the_seed_alone_decides_which_opportunities_are_taken(farside, stream):
-    def learn(seed):
+def test_the_seed_alone_decides_which_opportunities_are_taken(
+    farside: Callable[..., tuple[int, str, str]], stream: str
+) -> None:
+    def learn(seed: str) -> str:
         arguments = ("--learning-probability", "0.5", "--reach", "3", "--seed", seed, "--json")
         return farside("learn", stream, *arguments)[1]
 
@@ -122,11 +140,13 @@ def test_the_seed_alone_decides_which_opportunities_are_taken(farside, stream):
     assert len({learn(str(seed)) for seed in range(8)}) > 1
 
 
-def test_ineffective_hypotheses_are_removed_unless_removal_is_off(farside, tmp_path):
+def test_ineffective_hypotheses_are_removed_unless_removal_is_off(
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path
+) -> None:
     drive = [("a", "E"), ("b", "W"), *([("a", "E"), ("c", "W")] * 40)]
     (tmp_path / "drive.jsonl").write_text(lines(drive))
 
-    def ends(*options):
+    def ends(*options: str) -> list[list[str]]:
         _, out, _ = farside("learn", "drive.jsonl", "--json", *options)
         return [hypothesis["outcome"] for hypothesis in json.loads(out)["hypotheses"]]
 
@@ -134,7 +154,9 @@ def test_ineffective_hypotheses_are_removed_unless_removal_is_off(farside, tmp_p
     assert ["at:b"] in ends("--no-removal")
 
 
-def test_conjunctions_are_made_unless_differentiation_is_off(farside, tmp_path):
+def test_conjunctions_are_made_unless_differentiation_is_off(
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path
+) -> None:
     """The outcome of E depends on place and light together; neither predicts it alone."""
     rng = np.random.default_rng(1)
     cycles = []
@@ -144,7 +166,7 @@ def test_conjunctions_are_made_unless_differentiation_is_off(farside, tmp_path):
         cycles.append(f'{{"tokens": ["at:{end}", "light:{light}"], "action": "W"}}\n')
     (tmp_path / "lit.jsonl").write_text("".join(cycles))
 
-    def longest(*options):
+    def longest(*options: str) -> int:
         _, out, _ = farside("learn", "lit.jsonl", "--json", *options)
         return max(len(sign) for sign in json.loads(out)["signs"])
 
@@ -152,7 +174,9 @@ def test_conjunctions_are_made_unless_differentiation_is_off(farside, tmp_path):
     assert longest("--no-differentiation") == 1
 
 
-def test_a_stream_may_come_from_standard_input(farside, monkeypatch):
+def test_a_stream_may_come_from_standard_input(
+    farside: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
     piped = io.TextIOWrapper(io.BytesIO(lines(CORRIDOR).encode()))
     monkeypatch.setattr(sys, "stdin", piped)
     status, out, _ = farside("learn", "-", "--json")
@@ -160,13 +184,17 @@ def test_a_stream_may_come_from_standard_input(farside, monkeypatch):
     assert len(json.loads(out)["signs"]) == 4
 
 
-def test_blank_lines_are_skipped_but_counted(farside, tmp_path):
+def test_blank_lines_are_skipped_but_counted(
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path
+) -> None:
     (tmp_path / "drive.jsonl").write_text("\n" + lines(CORRIDOR) + "\n \n[]")
     _, _, err = farside("learn", "drive.jsonl")
     assert "line 11:" in err
 
 
-def test_tables_show_the_strongest_hypotheses_first(farside, tmp_path):
+def test_tables_show_the_strongest_hypotheses_first(
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path
+) -> None:
     drive = [("a", "E"), ("b", "W")] * 4 + [("a", "N"), ("a", "E")]
     (tmp_path / "drive.jsonl").write_text(lines(drive))
     status, out, _ = farside("learn", "drive.jsonl", "--goal", "at:b")
@@ -182,7 +210,9 @@ def test_tables_show_the_strongest_hypotheses_first(farside, tmp_path):
     assert ["at:a", "1.07", "E", "1"] in rows
 
 
-def test_tables_show_thirty_rows_and_say_how_many_more_there_are(farside, tmp_path):
+def test_tables_show_thirty_rows_and_say_how_many_more_there_are(
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path
+) -> None:
     drive = [(str(place), "E") for place in range(45)]
     (tmp_path / "drive.jsonl").write_text(lines(drive))
     _, out, _ = farside("learn", "drive.jsonl")
@@ -191,7 +221,9 @@ def test_tables_show_thirty_rows_and_say_how_many_more_there_are(farside, tmp_pa
     assert "and 14 more" in out
 
 
-def test_tokens_that_look_like_markup_are_shown_as_they_are(farside, tmp_path):
+def test_tokens_that_look_like_markup_are_shown_as_they_are(
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path
+) -> None:
     (tmp_path / "drive.jsonl").write_text('{"tokens": ["[red]hot[/red]"], "action": "N"}\n')
     _, out, _ = farside("learn", "drive.jsonl")
     assert "[red]hot[/red]" in out
@@ -216,8 +248,8 @@ CYCLE = 'expected a cycle such as {"tokens": ["at:0,0"], "action": "N"}, with nu
     ],
 )
 def test_an_invalid_line_is_reported_by_number_and_nothing_is_printed(
-    farside, tmp_path, line, found
-):
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path, line: str | bytes, found: str
+) -> None:
     line = line if isinstance(line, bytes) else line.encode()
     (tmp_path / "drive.jsonl").write_bytes(lines(CORRIDOR).encode() + line)
     status, out, err = farside("learn", "drive.jsonl", "--json")
@@ -235,7 +267,9 @@ def test_an_invalid_line_is_reported_by_number_and_nothing_is_printed(
         (lines([("a", None)]), "expected an action in at least one cycle, found none"),
     ],
 )
-def test_a_file_without_cycles_is_refused(farside, tmp_path, content, found):
+def test_a_file_without_cycles_is_refused(
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path, content: str | None, found: str
+) -> None:
     name = "nowhere.jsonl" if content is None else "drive.jsonl"
     if content is not None:
         (tmp_path / name).write_text(content)
@@ -257,7 +291,9 @@ def test_a_file_without_cycles_is_refused(farside, tmp_path, content, found):
         ("--goal", " ", "expected Tokens separated by spaces"),
     ],
 )
-def test_an_option_out_of_range_is_refused(farside, stream, option, value, named):
+def test_an_option_out_of_range_is_refused(
+    farside: Callable[..., tuple[int, str, str]], stream: str, option: str, value: str, named: str
+) -> None:
     status, out, err = farside("learn", stream, option, value)
     assert (status, out) == (2, "")
     unboxed = " ".join(err.replace("│", " ").split())
@@ -265,7 +301,9 @@ def test_an_option_out_of_range_is_refused(farside, stream, option, value, named
     assert "Traceback" not in err
 
 
-def test_an_action_may_have_an_equals_sign_in_its_name(farside, tmp_path):
+def test_an_action_may_have_an_equals_sign_in_its_name(
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path
+) -> None:
     (tmp_path / "drive.jsonl").write_text(lines([("a", "v=1"), ("b", None)]))
     _, out, _ = farside(
         "learn", "drive.jsonl", "--action-cost", "v=1=5", "--goal", "at:b", "--json"
@@ -273,7 +311,7 @@ def test_an_action_may_have_an_equals_sign_in_its_name(farside, tmp_path):
     assert math.isclose(json.loads(out)["policies"][0]["values"][1]["value"], 10)
 
 
-def test_help_teaches_by_example(farside):
+def test_help_teaches_by_example(farside: Callable[..., tuple[int, str, str]]) -> None:
     status, out, _ = farside("learn", "--help")
     assert status == 0
     assert "farside dem learn drive.jsonl" in out

@@ -5,16 +5,19 @@ import math
 import os
 import subprocess
 import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, cast
 
 import pytest
 
-from farside.logs import LogFile, digest_of
+from farside.logs import LogFile, Recorder, digest_of
 from farside.missions import load_mission, run_mission
 from farside.missions.build import build_node
 from farside.missions.conductor import Conductor, WallClock
 from farside.missions.crew.crew import InProcessCrew
 from farside.missions.interrupts import Interrupts
-from farside.node import Role, to_ns
+from farside.node import Record, Role, to_ns
 
 BAD = {
     f"link.{way}.{key}": value
@@ -30,40 +33,40 @@ BAD = {
 SHORT = {"duration_s": 60.0, "link.blackouts": [{"start_s": 20.0, "end_s": 50.0}]}
 
 
-def digest(tmp_path, changes=None, **how):
+def digest(tmp_path: Path, changes: Mapping[str, Any] | None = None, **how: Any) -> str:
     loaded = load_mission("blackout", changes or {})
     return run_mission(loaded, **{"in_process": True, "out": tmp_path, **how}).digest
 
 
 @pytest.fixture(scope="module")
-def reference(tmp_path_factory):
+def reference(tmp_path_factory: pytest.TempPathFactory) -> str:
     """The digest of the whole shipped mission."""
     return digest(tmp_path_factory.mktemp("reference"))
 
 
-def test_a_second_run_in_one_process(reference, tmp_path):
+def test_a_second_run_in_one_process(reference: str, tmp_path: Path) -> None:
     assert digest(tmp_path) == reference
 
 
 @pytest.mark.processes
-def test_a_run_with_a_process_for_each_role(reference, tmp_path):
+def test_a_run_with_a_process_for_each_role(reference: str, tmp_path: Path) -> None:
     assert digest(tmp_path, in_process=False) == reference
 
 
 @pytest.mark.parametrize("window_s", [0.04, 0.64, 1.28, 0.2])
-def test_a_run_with_windows_of_any_length(reference, tmp_path, window_s):
+def test_a_run_with_windows_of_any_length(reference: str, tmp_path: Path, window_s: float) -> None:
     """One tick, half the light time, all of it, and a length that does not divide it."""
     assert digest(tmp_path, window_ns=to_ns(window_s)) == reference
 
 
 @pytest.mark.parametrize("window_s", [0.04, 0.64])
-def test_windows_of_any_length_over_a_bad_link(tmp_path, window_s):
+def test_windows_of_any_length_over_a_bad_link(tmp_path: Path, window_s: float) -> None:
     reference = digest(tmp_path, BAD)
     assert digest(tmp_path, BAD, window_ns=to_ns(window_s)) == reference
 
 
 @pytest.mark.parametrize("hash_seed", ["0", "1", "4711"])
-def test_a_run_under_any_hash_seed(reference, tmp_path, hash_seed):
+def test_a_run_under_any_hash_seed(reference: str, tmp_path: Path, hash_seed: str) -> None:
     command = [
         sys.executable,
         "-m",
@@ -81,37 +84,39 @@ def test_a_run_under_any_hash_seed(reference, tmp_path, hash_seed):
     assert json.loads(result.stdout)["digest"] == reference
 
 
-def test_another_seed_is_another_run(reference, tmp_path):
+def test_another_seed_is_another_run(reference: str, tmp_path: Path) -> None:
     assert digest(tmp_path, {"seed": 2}) != reference
 
 
-def test_the_digest_of_a_run_is_that_of_its_log(tmp_path):
+def test_the_digest_of_a_run_is_that_of_its_log(tmp_path: Path) -> None:
     run = run_mission(load_mission("blackout", SHORT), in_process=True, out=tmp_path)
     assert digest_of(LogFile(run.log).records()) == run.digest
 
 
-def test_a_paced_run_on_a_fake_clock(tmp_path):
+def test_a_paced_run_on_a_fake_clock(tmp_path: Path) -> None:
     """Pacing makes windows shorter and waits between them; here on a fake clock."""
-    waited = []
+    waited: list[float] = []
     loaded = load_mission("blackout", SHORT)
     mission = loaded.mission
     crew = InProcessCrew(*(build_node(role, mission) for role in Role))
     clock = WallClock(now=lambda: math.fsum(waited), sleep=waited.append)
     recorder = _Memory()
-    Conductor(mission, crew, recorder, recorder, Interrupts(), pace=5.0, clock=clock).run()
+    Conductor(
+        mission, crew, cast("Recorder", recorder), recorder, Interrupts(), pace=5.0, clock=clock
+    ).run()
     assert math.fsum(waited) == pytest.approx(60.0 / 5.0)
     assert len(waited) > 100, "windows short enough to watch the run move"
     assert digest_of(recorder.records) == digest(tmp_path, SHORT)
 
 
 @pytest.mark.processes
-def test_a_paced_run_in_processes_on_the_real_clock(tmp_path):
+def test_a_paced_run_in_processes_on_the_real_clock(tmp_path: Path) -> None:
     changes = {**SHORT, "duration_s": 40.0}
     paced = digest(tmp_path, changes, in_process=False, pace=40.0)
     assert paced == digest(tmp_path, changes)
 
 
-def test_two_runs_in_one_process_do_not_affect_each_other(tmp_path):
+def test_two_runs_in_one_process_do_not_affect_each_other(tmp_path: Path) -> None:
     missions = [load_mission("blackout", SHORT, seed=seed).mission for seed in (1, 2)]
     crews = [InProcessCrew(*(build_node(role, m) for role in Role)) for m in missions]
     memories = [_Memory(), _Memory()]
@@ -122,7 +127,7 @@ def test_two_runs_in_one_process_do_not_affect_each_other(tmp_path):
         assert digest_of(memory.records) == digest(tmp_path, {**SHORT, "seed": seed})
 
 
-def test_the_seed_of_the_link_does_not_move_a_rock(tmp_path):
+def test_the_seed_of_the_link_does_not_move_a_rock(tmp_path: Path) -> None:
     """Random streams are separate: on a link without loss, its seed changes nothing."""
     lossless = {**SHORT, "link.up.loss": 0.0, "link.down.loss": 0.0}
     other_link = digest(tmp_path, {**lossless, "link.seed": 99})
@@ -133,14 +138,14 @@ def test_the_seed_of_the_link_does_not_move_a_rock(tmp_path):
 class _Memory:
     """A recorder and watcher that keeps the records in memory."""
 
-    def __init__(self):
-        self.records = []
+    def __init__(self) -> None:
+        self.records: list[Record] = []
 
-    def write(self, records):
+    def write(self, records: Sequence[Record]) -> None:
         self.records += records
 
-    def flush(self):
+    def flush(self) -> None:
         pass
 
-    def watch(self, now_s, records):
+    def watch(self, now_s: float, records: Sequence[Record]) -> None:
         pass

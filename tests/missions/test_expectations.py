@@ -1,5 +1,8 @@
 """Expectations judged on small handmade runs."""
 
+from collections.abc import Sequence
+
+import msgspec
 import pytest
 from noting import records_of, view_of
 
@@ -24,6 +27,7 @@ from farside.topics import (
     GoalSource,
     LinkOutage,
     ModeEntry,
+    OutageReason,
     Pose,
     Yard,
 )
@@ -32,7 +36,7 @@ UP, DOWN = Direction.UP, Direction.DOWN
 GOAL = ("at:A",)
 
 
-def run(*entries) -> RunView:
+def run(*entries: tuple[float, msgspec.Struct]) -> RunView:
     """A run of 100 s with these messages, each with its log time."""
     start = [
         (0.0, Yard(("####", "#A.#", "####"), 1.0)),
@@ -43,19 +47,21 @@ def run(*entries) -> RunView:
     return view_of(records_of(sorted(messages, key=lambda e: e[0])))
 
 
-def _pose(place):
+def _pose(place: str) -> Pose:
     return Pose(0.0, 0.0, 0.0, 0.0, place, 1.0)
 
 
-def outage(start_s, end_s, directions=(UP, DOWN)):
+def outage(
+    start_s: int, end_s: int, directions: tuple[Direction, ...] = (UP, DOWN)
+) -> list[tuple[int, LinkOutage]]:
     return [
-        (t_s, LinkOutage(direction, down=down, reason="blackout"))
+        (t_s, LinkOutage(direction, down=down, reason=OutageReason.BLACKOUT))
         for direction in directions
         for t_s, down in ((start_s, True), (end_s, False))
     ]
 
 
-def goal_reached(t_s, truly="at:A"):
+def goal_reached(t_s: int, truly: str = "at:A") -> list[tuple[float, GoalEntry | Pose]]:
     return [
         (1.0, GoalEntry(GOAL, GoalChange.SET, 1.0, GoalSource.OPERATOR)),
         (t_s, _pose(truly)),
@@ -63,26 +69,28 @@ def goal_reached(t_s, truly="at:A"):
     ]
 
 
-def test_a_goal_reached_is_met():
+def test_a_goal_reached_is_met() -> None:
     assert judge(ReachedExpected(place="A"), run(*goal_reached(50))).met
 
 
-def test_a_goal_never_reached_is_not_met():
+def test_a_goal_never_reached_is_not_met() -> None:
     judgement = judge(ReachedExpected(place="A"), run())
     assert (judgement.met, judgement.detail) == (False, "never reached as a goal")
 
 
-def test_a_goal_reached_by_the_estimate_alone_is_not_met():
+def test_a_goal_reached_by_the_estimate_alone_is_not_met() -> None:
     assert not judge(ReachedExpected(place="A"), run(*goal_reached(50, truly="at:2,1"))).met
 
 
 @pytest.mark.parametrize(("outages", "met"), [((UP, DOWN), True), ((UP,), False), ((), False)])
-def test_reached_in_a_blackout_needs_both_directions_down(outages, met):
+def test_reached_in_a_blackout_needs_both_directions_down(
+    outages: tuple[Direction, ...], met: bool
+) -> None:
     view = run(*outage(40, 60, outages), *goal_reached(50))
     assert judge(ReachedExpected(place="A", in_blackout=True), view).met is met
 
 
-def alone(t_s, why="link lost"):
+def alone(t_s: int, why: ModeCause = ModeCause.LINK_LOST) -> tuple[int, ModeEntry]:
     return (t_s, ModeEntry(Mode.AUTONOMOUS, why))
 
 
@@ -95,24 +103,28 @@ def alone(t_s, why="link lost"):
         ([*outage(40, 90)], False, "not taken after losses at 40.0 s"),
         ([*outage(40, 60)], True, "not taken"),
         ([*outage(40, 90, (DOWN,)), alone(65)], False, "taken without a loss at 65.0 s"),
-        ([alone(20, "operator")], True, "not taken"),
+        ([alone(20, ModeCause.OPERATOR)], True, "not taken"),
         ([], True, "not taken"),
     ],
 )
-def test_autonomy_follows_a_loss_of_the_uplink_in_time_and_nothing_else(events, met, detail):
+def test_autonomy_follows_a_loss_of_the_uplink_in_time_and_nothing_else(
+    events: Sequence[tuple[float, msgspec.Struct]], met: bool, detail: str
+) -> None:
     judgement = judge(AutonomyExpected(within_s=35), run(*events))
     assert (judgement.met, judgement.detail) == (met, detail)
 
 
-def sent(t_s, number, action="N"):
+def sent(t_s: int, number: int, action: str = "N") -> tuple[int, CommandSent]:
     return (t_s, CommandSent(number, Drive(action)))
 
 
-def taken(t_s, number, action="N", refused=None):
+def taken(
+    t_s: int, number: int, action: str = "N", refused: str | None = None
+) -> tuple[int, CommandTaken]:
     return (t_s, CommandTaken(number, Drive(action), refused))
 
 
-def begun(t_s, number):
+def begun(t_s: int, number: int) -> tuple[int, ActionStarted]:
     return (t_s, ActionStarted("N", Chooser.GUIDED, number, None))
 
 
@@ -129,11 +141,15 @@ def begun(t_s, number):
         ([begun(3, 1)], False),
     ],
 )
-def test_only_commands_that_were_sent_may_be_obeyed(events, met):
+def test_only_commands_that_were_sent_may_be_obeyed(
+    events: Sequence[tuple[float, msgspec.Struct]], met: bool
+) -> None:
     assert judge(ObedienceExpected(), run(*events)).met is met
 
 
-def arrived(direction, sent_s, sent_end_s, arrival_s):
+def arrived(
+    direction: Direction, sent_s: int, sent_end_s: float, arrival_s: float
+) -> tuple[float, FrameFate]:
     return (
         arrival_s,
         FrameFate(
@@ -162,5 +178,7 @@ def arrived(direction, sent_s, sent_end_s, arrival_s):
         (arrived(DOWN, 60, 60.1, 61.5), True),
     ],
 )
-def test_no_frame_may_pass_the_rovers_end_in_an_outage(frame, met):
+def test_no_frame_may_pass_the_rovers_end_in_an_outage(
+    frame: tuple[float, FrameFate], met: bool
+) -> None:
     assert judge(NoCrossingExpected(), run(*outage(40, 60), frame)).met is met

@@ -2,6 +2,7 @@
 
 import re
 import sys
+from pathlib import Path
 
 import pytest
 from PIL import Image
@@ -11,6 +12,7 @@ from farside.missions.figure1.example import (
     GOALS,
     SEED,
     TALLEST,
+    Figure1,
     blocks,
     greatest_value,
     mixed,
@@ -19,16 +21,17 @@ from farside.missions.figure1.example import (
 )
 from farside.missions.figure1.page import write_page
 from farside.missions.figure1.png import write_png
+from farside.places import Cell, Chart
 
 COST = 2.66  # of each action, in the seed
 
 
 @pytest.fixture(scope="module")
-def figure():
+def figure() -> Figure1:
     return run_figure1(SEED)
 
 
-def way(chart, start, goal):
+def way(chart: Chart, start: Cell, goal: Cell) -> list[Cell]:
     """The cells of a shortest path, both ends included."""
     cells = [start]
     for action in chart.way(start, goal):
@@ -36,7 +39,7 @@ def way(chart, start, goal):
     return cells
 
 
-def cheapest(figure, goal):
+def cheapest(figure: Figure1, goal: str) -> dict[str, float]:
     """Least sum of 2.66 / C_m from every place to `goal`, by relaxing all arcs repeatedly."""
     values = {f"at:{goal}": 0.0}
     changed = True
@@ -51,28 +54,28 @@ def cheapest(figure, goal):
     return values
 
 
-def test_every_place_of_the_yard_was_visited(figure):
+def test_every_place_of_the_yard_was_visited(figure: Figure1) -> None:
     seen = {token for (token,) in figure.model.signs}
     assert seen == set(figure.chart.cells)
     assert len(seen) == 74
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_model_that_missed_some_places_still_gives_maps_of_the_yard(seed):
+def test_a_model_that_missed_some_places_still_gives_maps_of_the_yard(seed: int) -> None:
     figure = run_figure1(seed)
     assert {token for (token,) in figure.model.signs} <= set(figure.chart.cells)
     for panel in figure.panels:
         assert panel.values.keys() <= figure.chart.tokens.keys()
 
 
-def test_each_goal_has_a_map_of_all_places(figure):
+def test_each_goal_has_a_map_of_all_places(figure: Figure1) -> None:
     assert [panel.goal for panel in figure.panels] == list(GOALS)
     for panel in figure.panels:
         assert panel.values.keys() == figure.chart.tokens.keys()
         assert panel.values[figure.chart.cells[f"at:{panel.goal}"]].value == 0.0
 
 
-def test_values_are_the_least_sums_of_action_cost_over_corroboration(figure):
+def test_values_are_the_least_sums_of_action_cost_over_corroboration(figure: Figure1) -> None:
     for panel in figure.panels:
         expected = cheapest(figure, panel.goal)
         for cell, row in panel.values.items():
@@ -80,7 +83,7 @@ def test_values_are_the_least_sums_of_action_cost_over_corroboration(figure):
 
 
 @pytest.mark.parametrize("start", ["D", "8,4", "15,4", "1,4", "7,1", "12,2", "A", "B", "C"])
-def test_columns_fall_all_along_a_shortest_path_to_each_goal(figure, start):
+def test_columns_fall_all_along_a_shortest_path_to_each_goal(figure: Figure1, start: str) -> None:
     for panel in figure.panels:
         goal = figure.chart.cells[f"at:{panel.goal}"]
         columns = [
@@ -91,7 +94,7 @@ def test_columns_fall_all_along_a_shortest_path_to_each_goal(figure, start):
         assert columns[-1] == 0.0
 
 
-def test_following_the_best_actions_leads_down_to_the_goal(figure):
+def test_following_the_best_actions_leads_down_to_the_goal(figure: Figure1) -> None:
     chart = figure.chart
     for panel in figure.panels:
         for start in chart.tokens:
@@ -104,7 +107,7 @@ def test_following_the_best_actions_leads_down_to_the_goal(figure):
             assert chart.tokens[cell] == f"at:{panel.goal}"
 
 
-def test_no_value_is_below_the_true_cost_and_their_sum_is_little_above(figure):
+def test_no_value_is_below_the_true_cost_and_their_sum_is_little_above(figure: Figure1) -> None:
     """Reliable arcs cost little more than their action, so the map is almost exact."""
     for panel in figure.panels:
         goal = figure.chart.cells[f"at:{panel.goal}"]
@@ -113,13 +116,13 @@ def test_no_value_is_below_the_true_cost_and_their_sum_is_little_above(figure):
         assert sum(row.value for row in panel.values.values()) <= 1.2 * sum(least.values())
 
 
-def test_the_same_seed_gives_the_same_lists_and_values(figure):
+def test_the_same_seed_gives_the_same_lists_and_values(figure: Figure1) -> None:
     again = run_figure1(SEED)
     assert again.model.hypotheses == figure.model.hypotheses
     assert [panel.values for panel in again.panels] == [panel.values for panel in figure.panels]
 
 
-def test_a_picture_has_a_block_for_each_cell_as_high_as_its_value(figure):
+def test_a_picture_has_a_block_for_each_cell_as_high_as_its_value(figure: Figure1) -> None:
     for panel in figure.panels:
         drawn = {block.cell: block for block in blocks(figure, panel)}
         rows = figure.chart.rows
@@ -133,15 +136,15 @@ def test_a_picture_has_a_block_for_each_cell_as_high_as_its_value(figure):
         assert goal.words == (f"at:{panel.goal}", "the goal")
 
 
-def test_places_without_a_known_path_to_the_goal_are_flat_and_labelled():
+def test_places_without_a_known_path_to_the_goal_are_flat_and_labelled() -> None:
     figure = run_figure1(1)
     assert figure.panels[1].values == {}, "a seed with which the robot never sees B"
     words = {block.words[-1] for block in blocks(figure, figure.panels[1])}
     assert words == {"no known path to the goal", "wall", "rock"}
 
 
-def test_colours_run_from_light_at_the_goal_to_dark_far_away():
-    def light(colour):
+def test_colours_run_from_light_at_the_goal_to_dark_far_away() -> None:
+    def light(colour: str) -> int:
         return sum(bytes.fromhex(colour[1:]))
 
     shades = [light(ramp(step / 50)) for step in range(51)]
@@ -149,7 +152,7 @@ def test_colours_run_from_light_at_the_goal_to_dark_far_away():
     assert mixed("#000000", "#ff8000", 0.5) == "#804000"
 
 
-def test_the_page_is_self_contained(figure, tmp_path):
+def test_the_page_is_self_contained(figure: Figure1, tmp_path: Path) -> None:
     write_page(figure, tmp_path / "figure1.html")
     page = (tmp_path / "figure1.html").read_text(encoding="utf-8")
     assert not re.search(r"<(?:script|link|img)[^>]+(?:src|href)\s*=", page)
@@ -162,7 +165,9 @@ def test_the_page_is_self_contained(figure, tmp_path):
     assert f"valence depth {value.depth}" in page
 
 
-def test_the_png_shows_three_yards_in_the_colours_of_their_columns(figure, tmp_path):
+def test_the_png_shows_three_yards_in_the_colours_of_their_columns(
+    figure: Figure1, tmp_path: Path
+) -> None:
     write_png(figure, tmp_path / "figure1.png")
     with Image.open(tmp_path / "figure1.png") as picture:
         width, height = picture.size
@@ -176,7 +181,9 @@ def test_the_png_shows_three_yards_in_the_colours_of_their_columns(figure, tmp_p
             assert {tuple(bytes.fromhex(colour[1:])) for colour in expected} <= colours
 
 
-def test_the_command_writes_both_pictures_and_shows_the_maps(monkeypatch, capsys, tmp_path):
+def test_the_command_writes_both_pictures_and_shows_the_maps(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "argv", ["farside", "dem", "figure1", "--out", "here"])
     with pytest.raises(SystemExit) as end:
@@ -193,7 +200,9 @@ def test_the_command_writes_both_pictures_and_shows_the_maps(monkeypatch, capsys
     assert "here/figure1.png" in out
 
 
-def test_without_the_extra_the_command_says_what_to_install(monkeypatch, capsys, tmp_path):
+def test_without_the_extra_the_command_says_what_to_install(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
+) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.delitem(sys.modules, "farside.missions.figure1.page", raising=False)
     monkeypatch.setitem(sys.modules, "plotly", None)

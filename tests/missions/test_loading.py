@@ -4,6 +4,7 @@ import json
 import tomllib
 from importlib import resources
 from pathlib import Path
+from typing import Any
 
 import msgspec
 import pytest
@@ -272,7 +273,7 @@ def as_toml(value: object) -> str:
             return str(value).lower()
 
 
-def slots(data: object) -> list[tuple[dict[str, object] | list[object], str | int]]:
+def slots(data: object) -> list[tuple[Any, Any]]:
     """Every value in `data`, as its container and its key or index there."""
     if isinstance(data, dict):
         pairs = list(data.items())

@@ -8,7 +8,6 @@ import sys
 import uuid
 from collections.abc import Iterator
 from pathlib import Path
-from typing import IO, cast
 
 import msgspec
 import pytest
@@ -155,7 +154,7 @@ class Launcher:
             stderr=subprocess.PIPE,
             start_new_session=True,
         )
-        self._output = cast("IO[bytes]", self.process.stdout)
+        self._output = self.process.stdout
 
     def says(self, line: bytes) -> bool:
         """Whether the next line that it prints is this one."""

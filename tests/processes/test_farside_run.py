@@ -5,6 +5,10 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Iterator
+from pathlib import Path
+from signal import Signals
+from typing import Any
 
 import pytest
 
@@ -12,6 +16,7 @@ from farside.logs import LogError, LogFile, RunView
 from farside.messages import Mode
 from farside.node import Role, to_ns
 from farside.topics import TRUTH_POSE
+from tests.processes.conftest import Family
 
 pytestmark = pytest.mark.processes
 
@@ -21,7 +26,7 @@ DURATION_S = 120.0
 class Terminal:
     """A `farside run` in progress, and its log."""
 
-    def __init__(self, out, family):
+    def __init__(self, out: Path, family: Family) -> None:
         command = [
             sys.executable,
             "-m",
@@ -40,29 +45,29 @@ class Terminal:
             start_new_session=True,
         )
 
-    def until(self, t_s):
+    def until(self, t_s: float) -> None:
         """Wait until the log has reached `t_s`."""
         while not self._has_reached(t_s):
             assert self.process.poll() is None, self.process.communicate()
             os.sched_yield()
 
-    def _has_reached(self, t_s):
+    def _has_reached(self, t_s: float) -> bool:
         try:
             return LogFile(self.log).end_ns >= to_ns(t_s)
         except LogError:  # not there yet
             return False
 
-    def kill(self, role):
+    def kill(self, role: Role) -> None:
         os.kill(self.family.roles()[role], signal.SIGKILL)
 
-    def end(self):
+    def end(self) -> tuple[int, Any, str]:
         """Wait for the end: exit status, result if it printed one, and standard error."""
         out, err = self.process.communicate(timeout=60)
         return self.process.returncode, json.loads(out) if out else None, err.decode()
 
 
 @pytest.fixture
-def terminal(tmp_path, family):
+def terminal(tmp_path: Path, family: Family) -> Iterator[Terminal]:
     """A `farside run` that has reached 5 s of simulated time."""
     terminal = Terminal(tmp_path, family)
     try:
@@ -74,7 +79,7 @@ def terminal(tmp_path, family):
 
 
 @pytest.mark.parametrize("lost", [Role.GROUND, Role.LINK])
-def test_without_ground_or_link_the_rover_goes_on_alone(terminal, lost):
+def test_without_ground_or_link_the_rover_goes_on_alone(terminal: Terminal, lost: Role) -> None:
     terminal.kill(lost)
     status, result, err = terminal.end()
     assert status == 3
@@ -90,7 +95,7 @@ def test_without_ground_or_link_the_rover_goes_on_alone(terminal, lost):
     assert autonomous[0].t_s < 60
 
 
-def test_without_the_rover_the_run_ends_with_a_complete_log(terminal):
+def test_without_the_rover_the_run_ends_with_a_complete_log(terminal: Terminal) -> None:
     terminal.kill(Role.ROVER)
     status, result, err = terminal.end()
     assert status == 3
@@ -104,7 +109,9 @@ def test_without_the_rover_the_run_ends_with_a_complete_log(terminal):
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupted_run_leaves_its_result_and_a_complete_log(terminal, number):
+def test_an_interrupted_run_leaves_its_result_and_a_complete_log(
+    terminal: Terminal, number: Signals
+) -> None:
     os.killpg(terminal.process.pid, number)
     status, result, err = terminal.end()
     assert status == 130
@@ -115,7 +122,9 @@ def test_an_interrupted_run_leaves_its_result_and_a_complete_log(terminal, numbe
     assert log.digest() == result["digest"]
 
 
-def test_a_killed_launcher_leaves_an_unfinished_log_up_to_its_last_window(terminal):
+def test_a_killed_launcher_leaves_an_unfinished_log_up_to_its_last_window(
+    terminal: Terminal,
+) -> None:
     terminal.process.kill()
     terminal.process.communicate()
     assert terminal.family.all_end()

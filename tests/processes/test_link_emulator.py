@@ -6,7 +6,7 @@ import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from typing import IO, Any, cast
+from typing import Any, cast
 
 import pytest
 
@@ -79,8 +79,8 @@ class Program:
 
     def __init__(self, process: "subprocess.Popen[str]") -> None:
         self._process = process
-        self._input = cast("IO[str]", process.stdin)
-        self._output = cast("IO[str]", process.stdout)
+        self._input = process.stdin
+        self._output = process.stdout
         self._heard: list[dict[str, Any]] = []
         self.locator: str = self._read("locator")
 
@@ -182,7 +182,7 @@ def link(
             text=True,
         )
         try:
-            assert "passing messages" in cast("IO[str]", process.stderr).readline()
+            assert "passing messages" in process.stderr.readline()
             yield Link(rover, ground, process)
         finally:
             process.kill()
@@ -343,7 +343,7 @@ def test_messages_to_a_side_without_programs_are_counted_and_reported() -> None:
             pass
         between.rover.leave()
         words = "rover side: nobody is connected any more"
-        assert words in cast("IO[str]", between._process.stderr).readline()
+        assert words in between._process.stderr.readline()
         between.ground.put("cmd/drive", "N", times=3)
         while between.counters("up")["delivered"] < 3:
             pass
@@ -361,7 +361,7 @@ def test_the_programs_may_connect_to_the_emulator() -> None:
             stderr=subprocess.PIPE,
             text=True,
         )
-        assert "listen/tcp/127.0.0.1:0" in cast("IO[str]", process.stderr).readline()
+        assert "listen/tcp/127.0.0.1:0" in process.stderr.readline()
         process.send_signal(signal.SIGTERM)
         output, _ = process.communicate(timeout=PATIENCE_S)
     assert json.loads(output)["up"]["counters"]["received"] == 0

@@ -6,6 +6,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
+import zenoh
 from zenoh.handlers import Callback
 
 from farside.missions.crew import network
@@ -65,7 +66,7 @@ def overhear(connection: Connection, keys: set[str]) -> list[tuple[str, bytes]]:
     """Everything that `connection` receives on `keys` from now on."""
     heard: list[tuple[str, bytes]] = []
 
-    def note(sample: object) -> None:
+    def note(sample: zenoh.Sample) -> None:
         heard.append((str(sample.key_expr), sample.payload.to_bytes()))
 
     for key in sorted(keys):
@@ -172,7 +173,7 @@ def test_the_password_file_is_private_and_exists_only_while_the_router_opens(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path
 ) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
-    seen = []
+    seen: list[tuple[int, str]] = []
     really_open = network._open
 
     def look_and_open(settings: dict[str, object]) -> object:

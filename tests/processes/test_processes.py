@@ -9,12 +9,14 @@ from pathlib import Path
 
 import pytest
 
+from farside.missions import MissionFile
 from farside.missions.build import build_node
 from farside.missions.crew import processes
 from farside.missions.crew.crew import CrewError, InProcessCrew
 from farside.missions.crew.network import advance_key
 from farside.missions.crew.processes import ProcessCrew
 from farside.node import Record, Role
+from tests.processes.conftest import Family, Voyage
 
 pytestmark = pytest.mark.processes
 
@@ -54,7 +56,9 @@ def open_sockets(pid: int) -> list[str]:
     return addresses
 
 
-def test_processes_make_the_same_records_as_plain_calls(mission, voyage, family):
+def test_processes_make_the_same_records_as_plain_calls(
+    mission: MissionFile, voyage: type[Voyage], family: Family
+) -> None:
     alone = InProcessCrew(*(build_node(role, mission) for role in Role))
     expected = voyage(alone, mission).to_the_end()
     assert recorders(expected) == {"truth", "rover", "link", "ground"}
@@ -63,21 +67,27 @@ def test_processes_make_the_same_records_as_plain_calls(mission, voyage, family)
         assert crew.lost_processes == ()
 
 
-def test_each_role_is_a_process_with_the_role_as_an_argument_of_its_own(mission, family):
+def test_each_role_is_a_process_with_the_role_as_an_argument_of_its_own(
+    mission: MissionFile, family: Family
+) -> None:
     with ProcessCrew(mission):
         assert family.roles().keys() == set(Role)
         assert len(family.pids()) == len(Role)
     assert family.pids() == []
 
 
-def test_only_the_launcher_listens_and_on_loopback_only(mission, family):
+def test_only_the_launcher_listens_and_on_loopback_only(
+    mission: MissionFile, family: Family
+) -> None:
     assert open_sockets(os.getpid()) == []
     with ProcessCrew(mission):
         assert open_sockets(os.getpid()) == [LOOPBACK]
         assert [open_sockets(pid) for pid in family.pids()] == [[], [], []]
 
 
-def test_no_password_is_in_a_command_line_or_an_environment(mission, family):
+def test_no_password_is_in_a_command_line_or_an_environment(
+    mission: MissionFile, family: Family
+) -> None:
     with ProcessCrew(mission) as crew:
         passwords = [ticket.password for ticket in crew._router.tickets.values()]
         for role, pid in family.roles().items():
@@ -88,8 +98,12 @@ def test_no_password_is_in_a_command_line_or_an_environment(mission, family):
 
 
 def test_no_temporary_file_exists_during_or_after_a_run(
-    mission, voyage, family, monkeypatch, tmp_path
-):
+    mission: MissionFile,
+    voyage: type[Voyage],
+    family: Family,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+) -> None:
     monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
     with ProcessCrew(mission) as crew:
         voyage(crew, mission).window()
@@ -98,7 +112,9 @@ def test_no_temporary_file_exists_during_or_after_a_run(
 
 
 @pytest.mark.parametrize("lost", [Role.GROUND, Role.LINK])
-def test_the_run_goes_on_when_a_process_is_killed(lost, mission, voyage, family):
+def test_the_run_goes_on_when_a_process_is_killed(
+    lost: Role, mission: MissionFile, voyage: type[Voyage], family: Family
+) -> None:
     with ProcessCrew(mission) as crew:
         journey = voyage(crew, mission)
         journey.window()
@@ -114,7 +130,9 @@ def test_the_run_goes_on_when_a_process_is_killed(lost, mission, voyage, family)
     assert recorders(rest) == {"truth", "rover", "link", "ground"} - {lost}
 
 
-def test_the_rover_goes_on_when_link_and_ground_are_killed(mission, voyage, family):
+def test_the_rover_goes_on_when_link_and_ground_are_killed(
+    mission: MissionFile, voyage: type[Voyage], family: Family
+) -> None:
     with ProcessCrew(mission) as crew:
         for role in (Role.GROUND, Role.LINK):
             os.kill(family.roles()[role], signal.SIGKILL)
@@ -122,7 +140,9 @@ def test_the_rover_goes_on_when_link_and_ground_are_killed(mission, voyage, fami
         assert {process.role for process in crew.lost_processes} == {Role.GROUND, Role.LINK}
 
 
-def test_a_killed_rover_ends_the_run_and_is_named(mission, voyage, family):
+def test_a_killed_rover_ends_the_run_and_is_named(
+    mission: MissionFile, voyage: type[Voyage], family: Family
+) -> None:
     with ProcessCrew(mission) as crew:
         journey = voyage(crew, mission)
         journey.window()
@@ -131,7 +151,9 @@ def test_a_killed_rover_ends_the_run_and_is_named(mission, voyage, family):
             journey.window()
 
 
-def test_a_process_that_fails_leaves_its_traceback(mission, voyage, family):
+def test_a_process_that_fails_leaves_its_traceback(
+    mission: MissionFile, voyage: type[Voyage], family: Family
+) -> None:
     with ProcessCrew(mission) as crew:
         crew._router.publish(advance_key(Role.GROUND), b"nonsense")
         voyage(crew, mission).window()
@@ -142,15 +164,17 @@ def test_a_process_that_fails_leaves_its_traceback(mission, voyage, family):
 
 
 def test_a_process_that_cannot_start_is_named_with_its_last_words(
-    mission, family, monkeypatch, tmp_path
-):
+    mission: MissionFile, family: Family, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     refusing = executable(tmp_path / "python", "echo no such luck >&2", "exit 3")
     monkeypatch.setattr("sys.executable", refusing)
     with pytest.raises(CrewError, match=r"exited with status 3 at 0 s .*\nno such luck"):
         ProcessCrew(mission).__enter__()
 
 
-def test_a_process_that_is_not_ready_in_time_is_killed(mission, family, monkeypatch, tmp_path):
+def test_a_process_that_is_not_ready_in_time_is_killed(
+    mission: MissionFile, family: Family, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
     hanging = executable(tmp_path / "python", "exec tail -f /dev/null")
     monkeypatch.setattr("sys.executable", hanging)
     monkeypatch.setattr(processes, "_START_S", 0.0)
@@ -159,7 +183,9 @@ def test_a_process_that_is_not_ready_in_time_is_killed(mission, family, monkeypa
         ProcessCrew(mission).__enter__()
 
 
-def test_a_process_that_hangs_is_killed_on_close(mission, family, monkeypatch):
+def test_a_process_that_hangs_is_killed_on_close(
+    mission: MissionFile, family: Family, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(processes, "_END_S", 0.0)
     with ProcessCrew(mission):
         for pid in family.pids():
@@ -167,14 +193,16 @@ def test_a_process_that_hangs_is_killed_on_close(mission, family, monkeypatch):
     assert family.pids() == []
 
 
-def test_a_crew_can_be_closed_twice(mission, family):
+def test_a_crew_can_be_closed_twice(mission: MissionFile, family: Family) -> None:
     with ProcessCrew(mission) as crew:
         crew.close()
         crew.close()
     assert family.pids() == []
 
 
-def test_the_processes_ignore_ctrl_c(mission, voyage, family):
+def test_the_processes_ignore_ctrl_c(
+    mission: MissionFile, voyage: type[Voyage], family: Family
+) -> None:
     with ProcessCrew(mission) as crew:
         for pid in family.pids():
             os.kill(pid, signal.SIGINT)

@@ -1,6 +1,8 @@
 """A rover on a bench: no link, no ground, orders handed over and telemetry read."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, TypeVar, cast
 
 import msgspec
 import numpy as np
@@ -9,9 +11,11 @@ import pytest
 from farside.link import LinkConfig, LinkTerms, OneWay, ground_endpoint
 from farside.logs import LogEntry
 from farside.messages import Command, Drive, Event, Heartbeat, Order, Proposal, Telemetry
-from farside.node import Frame, Journal, to_ns, to_s
+from farside.node import Frame, Journal, Topic, to_ns, to_s
 from farside.places import Chart
 from farside.rover import Rover, RoverConfig, RoverStreams
+
+Entry = TypeVar("Entry", bound=msgspec.Struct)
 
 TICK_NS = to_ns(0.04)
 TERMS = LinkTerms.simulated(LinkConfig(up=OneWay(delay_s=0.0), down=OneWay(delay_s=0.0)), seed=1)
@@ -28,7 +32,7 @@ YARD = (
 class Bench:
     """Drives a rover node by itself, with a ground that is heard whenever `link_up`."""
 
-    def __init__(self, config: RoverConfig, rows=YARD, seed: int = 1) -> None:
+    def __init__(self, config: RoverConfig, rows: tuple[str, ...] = YARD, seed: int = 1) -> None:
         self.chart = Chart(rows, 1.0)
         soil, sensors, learning = (np.random.default_rng([seed, n]) for n in range(3))
         self.rover = Rover(
@@ -84,13 +88,16 @@ class Bench:
         """Command moves and wait until they are done."""
         for action in actions:
             number = self.order(Drive(action))
-            self.until(lambda number=number: self.telemetry.commands_done >= number)
+            self.until(partial(self._has_done, number))
 
-    def of(self, topic):
+    def _has_done(self, number: int) -> bool:
+        return self.telemetry.commands_done >= number
+
+    def of(self, topic: Topic[Entry]) -> list[Entry]:
         """All entries of a topic."""
-        return [logged.message for logged in self.entries if logged.topic == topic.name]
+        return [cast("Entry", one.message) for one in self.entries if one.topic == topic.name]
 
-    def _read(self, frames) -> None:
+    def _read(self, frames: Sequence[Frame]) -> None:
         self.frames += frames
         self._ground.expect(frames)
         for message in self._ground.received(self.now_ns):
@@ -107,7 +114,7 @@ class Bench:
 def bench() -> Callable[..., Bench]:
     """Makes a bench: `bench(start="D", ...)`, with the keys of the `[rover]` table."""
 
-    def make(rows=YARD, seed: int = 1, **config) -> Bench:
+    def make(rows: tuple[str, ...] = YARD, seed: int = 1, **config: Any) -> Bench:
         return Bench(msgspec.convert({"start": "D", **config}, RoverConfig), rows, seed)
 
     return make

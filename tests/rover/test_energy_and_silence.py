@@ -1,5 +1,7 @@
 """The battery and the failsafe: small machines, each told step by step."""
 
+from collections.abc import Sequence
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -13,7 +15,7 @@ from farside.rover.failsafe import FailsafeLadder
 SMALL = BatteryConfig(capacity_j=1000.0, idle_w=1.0, drive_w=9.0, charge_w=101.0, low=0.2)
 
 
-def test_standing_drains_and_driving_drains_more():
+def test_standing_drains_and_driving_drains_more() -> None:
     battery = Battery(SMALL)
     battery.flow(to_ns(100), driving=False, docked=False)
     assert battery.charge == pytest.approx(0.9)
@@ -21,7 +23,7 @@ def test_standing_drains_and_driving_drains_more():
     assert battery.charge == pytest.approx(0.8)
 
 
-def test_the_dock_charges_to_the_brim_and_no_further():
+def test_the_dock_charges_to_the_brim_and_no_further() -> None:
     battery = Battery(BatteryConfig(capacity_j=1000.0, initial=0.5, idle_w=1.0, charge_w=101.0))
     battery.flow(to_ns(4), driving=False, docked=True)
     assert battery.charge == pytest.approx(0.9)
@@ -29,7 +31,7 @@ def test_the_dock_charges_to_the_brim_and_no_further():
     assert battery.charge == 1.0
 
 
-def test_low_stays_on_until_charged():
+def test_low_stays_on_until_charged() -> None:
     battery = Battery(SMALL)
     battery.flow(to_ns(810), driving=False, docked=False)
     assert battery.low
@@ -40,7 +42,7 @@ def test_low_stays_on_until_charged():
     assert not battery.low
 
 
-def test_the_wish_to_charge_grows_as_the_battery_empties():
+def test_the_wish_to_charge_grows_as_the_battery_empties() -> None:
     battery = Battery(SMALL)
     urgencies = []
     for second in range(0, 1100, 100):
@@ -53,7 +55,7 @@ def test_the_wish_to_charge_grows_as_the_battery_empties():
 
 
 @given(st.lists(st.tuples(st.integers(0, 500), st.booleans(), st.booleans()), max_size=30))
-def test_charge_stays_between_empty_and_full(stretches):
+def test_charge_stays_between_empty_and_full(stretches: Sequence[tuple[int, bool, bool]]) -> None:
     battery, now_s = Battery(SMALL), 0
     for duration_s, driving, docked in stretches:
         now_s += duration_s
@@ -61,17 +63,17 @@ def test_charge_stays_between_empty_and_full(stretches):
         assert 0 <= battery.charge <= 1
 
 
-def ladder():
+def ladder() -> FailsafeLadder:
     return FailsafeLadder(FailsafeConfig(hold_after_s=10, lost_after_s=30), first_heard_ns=0)
 
 
-def test_silence_leads_to_hold_and_then_to_lost():
+def test_silence_leads_to_hold_and_then_to_lost() -> None:
     failsafe = ladder()
     changes = [(s, failsafe.state) for s in range(60) if failsafe.update(to_ns(s))]
     assert changes == [(10, Failsafe.HOLD), (30, Failsafe.LOST)]
 
 
-def test_any_frame_brings_it_back():
+def test_any_frame_brings_it_back() -> None:
     failsafe = ladder()
     failsafe.update(to_ns(40))
     failsafe.heard(to_ns(40))
@@ -80,7 +82,7 @@ def test_any_frame_brings_it_back():
     assert failsafe.silence_ns(to_ns(41)) == to_ns(1)
 
 
-def test_there_is_no_silence_before_the_first_frame_can_arrive():
+def test_there_is_no_silence_before_the_first_frame_can_arrive() -> None:
     failsafe = FailsafeLadder(FailsafeConfig(), first_heard_ns=to_ns(1200))
     assert not failsafe.update(to_ns(1205))
     assert failsafe.silence_ns(to_ns(1000)) == 0

@@ -1,16 +1,19 @@
 """What the rover wants: one Goal List for operator, mission and rover."""
 
+from collections.abc import Callable
+
 from farside.messages import Mode, SetGoal, SetMode, WithdrawGoal
 from farside.topics import ROVER_GOAL, ROVER_MODE, GoalChange, GoalSource
+from tests.rover.conftest import Bench
 
 ROUND = "NNEEEEESSNNWWWWWSS"  # from the dock to C and back: everything there is to know
 
 
-def changes(rover):
+def changes(rover: Bench) -> list[tuple[GoalChange, float, GoalSource]]:
     return [(entry.change, entry.priority, entry.source) for entry in rover.of(ROVER_GOAL)]
 
 
-def test_a_goal_of_operator_and_mission_is_reached_for_both(bench):
+def test_a_goal_of_operator_and_mission_is_reached_for_both(bench: Callable[..., Bench]) -> None:
     rover = bench(goals=[{"place": "C", "priority": 1.0}])
     rover.do(ROUND)
     rover.order(SetGoal(("at:C",), 2.0))
@@ -25,7 +28,9 @@ def test_a_goal_of_operator_and_mission_is_reached_for_both(bench):
     ]
 
 
-def test_a_goal_that_the_operator_withdraws_stays_while_the_mission_wants_it(bench):
+def test_a_goal_that_the_operator_withdraws_stays_while_the_mission_wants_it(
+    bench: Callable[..., Bench],
+) -> None:
     rover = bench(goals=[{"place": "C", "priority": 1.0}])
     rover.order(SetGoal(("at:C",), 2.0))
     rover.run_s(1)
@@ -38,14 +43,16 @@ def test_a_goal_that_the_operator_withdraws_stays_while_the_mission_wants_it(ben
     assert rover.telemetry.goals == (("at:C",),)
 
 
-def test_a_goal_may_be_set_with_its_tokens_in_any_order(bench):
+def test_a_goal_may_be_set_with_its_tokens_in_any_order(bench: Callable[..., Bench]) -> None:
     rover = bench()
     rover.order(SetGoal(("on_charge", "at:D"), 1.0))
     rover.run_s(2)
     assert [change for change, *_ in changes(rover)] == [GoalChange.SET, GoalChange.REACHED]
 
 
-def test_the_model_on_board_has_the_costs_and_parameters_of_the_mission(bench):
+def test_the_model_on_board_has_the_costs_and_parameters_of_the_mission(
+    bench: Callable[..., Bench],
+) -> None:
     rover = bench(drive={"move_cost_s": 4.0}, dem={"initial_cm": 0.25})
     rover.do("EW")
     rover.order(SetMode(Mode.SHARED))

@@ -5,10 +5,12 @@ takes the link for lost after 30 s. Heartbeats come every 2 s, so silence begins
 the link goes.
 """
 
+from collections.abc import Callable
+
 import pytest
 
 from farside.messages import Failsafe, FailsafeChanged, GoalReached, Mode
-from farside.missions import Outcome
+from farside.missions import FinishedRun, Outcome, Rehearsal
 from farside.node import Direction
 from farside.topics import (
     GROUND_EVENT,
@@ -17,19 +19,20 @@ from farside.topics import (
     ROVER_ACTION_STARTED,
     ROVER_FAILSAFE,
     TRUTH_POSE,
+    ActionStarted,
     Fate,
 )
 
 
-def switched_to_autonomy(run):
+def switched_to_autonomy(run: FinishedRun) -> list[float]:
     return [mode.t_s for mode in run.modes if mode.mode is Mode.AUTONOMOUS]
 
 
-def moves(run, start_s, end_s):
+def moves(run: FinishedRun, start_s: float, end_s: int) -> list[ActionStarted]:
     return [started for t_s, started in run.entries(ROVER_ACTION_STARTED) if start_s <= t_s < end_s]
 
 
-def test_the_three_stages_of_the_shipped_mission(mission):
+def test_the_three_stages_of_the_shipped_mission(mission: Callable[[str], Rehearsal]) -> None:
     """Watched, consulted, alone: the rover reaches A under consent, then B and C by itself."""
     run = mission("blackout").run()
     assert run.result.outcome is Outcome.SUCCESS
@@ -42,7 +45,7 @@ def test_the_three_stages_of_the_shipped_mission(mission):
     assert run.mode_at(1190) is Mode.GUIDED
 
 
-def test_the_operator_overrides_once_and_is_obeyed(mission):
+def test_the_operator_overrides_once_and_is_obeyed(mission: Callable[[str], Rehearsal]) -> None:
     run = mission("blackout").run()
     reviews = [review for t_s, review in run.entries(GROUND_REVIEW) if t_s < 600]
     overridden = [review for review in reviews if review.override]
@@ -51,7 +54,9 @@ def test_the_operator_overrides_once_and_is_obeyed(mission):
     assert all(review.path for review in reviews), "a policy path comes with every proposal"
 
 
-def test_it_reports_what_it_did_alone_when_the_link_is_back(mission):
+def test_it_reports_what_it_did_alone_when_the_link_is_back(
+    mission: Callable[[str], Rehearsal],
+) -> None:
     run = mission("blackout").run()
     learned = {entry.event.what: t_s for t_s, entry in run.entries(GROUND_EVENT) if t_s > 620}
     for token in ("at:B", "at:C"):
@@ -59,7 +64,7 @@ def test_it_reports_what_it_did_alone_when_the_link_is_back(mission):
     assert [silence.silent for _, silence in run.entries(GROUND_SILENCE)] == [True, False]
 
 
-def test_without_a_blackout_the_rover_never_acts_alone(mission):
+def test_without_a_blackout_the_rover_never_acts_alone(mission: Callable[[str], Rehearsal]) -> None:
     run = mission("blackout").without_blackouts().run()
     assert switched_to_autonomy(run) == []
     assert run.reached("at:A")
@@ -69,7 +74,9 @@ def test_without_a_blackout_the_rover_never_acts_alone(mission):
 
 
 @pytest.mark.parametrize("duration_s", [3, 8, 15, 25])
-def test_a_short_blackout_makes_it_hold_at_most(mission, duration_s):
+def test_a_short_blackout_makes_it_hold_at_most(
+    mission: Callable[[str], Rehearsal], duration_s: int
+) -> None:
     run = mission("blackout").blackout(620, duration_s).run()
     assert switched_to_autonomy(run) == []
     states = {entry.state for _, entry in run.entries(ROVER_FAILSAFE)}
@@ -78,20 +85,24 @@ def test_a_short_blackout_makes_it_hold_at_most(mission, duration_s):
     assert run.reached("at:B"), "it goes on under consent afterwards"
 
 
-def test_on_hold_nothing_new_begins(mission):
+def test_on_hold_nothing_new_begins(mission: Callable[[str], Rehearsal]) -> None:
     run = mission("blackout").blackout(620, 25).run()
     hold_s = next(t for t, e in run.entries(ROVER_FAILSAFE) if e.state is Failsafe.HOLD)
     assert moves(run, hold_s, 645) == []
 
 
-def test_a_long_blackout_leaves_it_to_its_mission_goals_and_then_to_rest(mission):
+def test_a_long_blackout_leaves_it_to_its_mission_goals_and_then_to_rest(
+    mission: Callable[[str], Rehearsal],
+) -> None:
     run = mission("blackout").blackout(620, 500).run()
     assert 645 < switched_to_autonomy(run)[0] < 655
     assert run.reached("at:C") < 1120
     assert moves(run, run.reached("at:C"), 1120) == [], "no goal, no action of its own"
 
 
-def test_a_flapping_link_below_the_threshold_never_switches_it(mission):
+def test_a_flapping_link_below_the_threshold_never_switches_it(
+    mission: Callable[[str], Rehearsal],
+) -> None:
     """Twelve seconds dark, four seconds light, over and over."""
     rehearsal = mission("blackout")
     for number in range(20):
@@ -103,7 +114,9 @@ def test_a_flapping_link_below_the_threshold_never_switches_it(mission):
     assert len(holds) > 10
 
 
-def test_a_blackout_from_the_first_second_ends_in_exploration(mission):
+def test_a_blackout_from_the_first_second_ends_in_exploration(
+    mission: Callable[[str], Rehearsal],
+) -> None:
     """Nothing was ever taught: the rover holds, then looks for its mission goal by itself."""
     run = mission("blackout").blackout(0, 300).set("duration_s", 400).run()
     assert switched_to_autonomy(run)[0] == pytest.approx(31.3, abs=0.1)
@@ -114,7 +127,9 @@ def test_a_blackout_from_the_first_second_ends_in_exploration(mission):
     assert run.frames(delivered_between=(0, 300)) == ()
 
 
-def test_deaf_but_not_mute_it_goes_on_alone_and_the_ground_watches(mission):
+def test_deaf_but_not_mute_it_goes_on_alone_and_the_ground_watches(
+    mission: Callable[[str], Rehearsal],
+) -> None:
     """Only the uplink is out: the rover hears nothing, but the ground sees all that it does."""
     run = mission("blackout").blackout(620, 360, "up").run()
     assert 645 < switched_to_autonomy(run)[0] < 655
@@ -125,7 +140,9 @@ def test_deaf_but_not_mute_it_goes_on_alone_and_the_ground_watches(mission):
     assert run.entries(GROUND_SILENCE) == ()
 
 
-def test_mute_but_not_deaf_it_waits_for_a_word_that_cannot_come(mission):
+def test_mute_but_not_deaf_it_waits_for_a_word_that_cannot_come(
+    mission: Callable[[str], Rehearsal],
+) -> None:
     """Only the downlink is out: the rover stays under command, but the ground is blind.
 
     As it sees no proposal to consent to, nothing moves.
@@ -140,7 +157,9 @@ def test_mute_but_not_deaf_it_waits_for_a_word_that_cannot_come(mission):
     assert run.reached("at:B") > 920
 
 
-def test_with_all_goals_reached_a_second_loss_only_makes_it_hold(mission):
+def test_with_all_goals_reached_a_second_loss_only_makes_it_hold(
+    mission: Callable[[str], Rehearsal],
+) -> None:
     run = mission("blackout").blackout(620, 200).blackout(900, 200).run()
     assert run.mode_at(890) is Mode.GUIDED, "the operator took over in between"
     assert [
@@ -151,7 +170,9 @@ def test_with_all_goals_reached_a_second_loss_only_makes_it_hold(mission):
     assert run.mode_at(1000) is Mode.GUIDED, "nothing is left to do alone"
 
 
-def test_a_push_of_noise_on_the_link_delays_but_does_not_derail(mission):
+def test_a_push_of_noise_on_the_link_delays_but_does_not_derail(
+    mission: Callable[[str], Rehearsal],
+) -> None:
     """With every fifth frame lost both ways, the first two stages take longer, not elsewhere."""
     lossy = {"link.up.loss": 0.2, "link.down.loss": 0.2}
     rehearsal = mission("blackout").set("duration_s", 1100).without_blackouts()
@@ -164,7 +185,7 @@ def test_a_push_of_noise_on_the_link_delays_but_does_not_derail(mission):
     assert numbers == list(range(1, len(numbers) + 1)), "each command once, in order"
 
 
-def test_a_scripted_blackout_replaces_the_missions_own(mission):
+def test_a_scripted_blackout_replaces_the_missions_own(mission: Callable[[str], Rehearsal]) -> None:
     run = mission("blackout").blackout(700, 100).run()
     assert [(outage.direction, outage.start_s, outage.end_s) for outage in run.outages] == [
         ("up", 700, 800),
@@ -172,7 +193,9 @@ def test_a_scripted_blackout_replaces_the_missions_own(mission):
     ]
 
 
-def test_a_rover_with_a_small_battery_charges_by_itself_when_alone(mission):
+def test_a_rover_with_a_small_battery_charges_by_itself_when_alone(
+    mission: Callable[[str], Rehearsal],
+) -> None:
     """Alone and empty-handed, it sees to its battery, since nobody else can."""
     run = (
         mission("blackout")

@@ -1,18 +1,20 @@
 """The shipped mission over links that are worse than its own: nothing false is believed."""
 
 from collections import Counter
+from collections.abc import Callable
 from itertools import pairwise
 
 import pytest
 
-from farside.missions import Outcome
-from farside.node import Direction
+from farside.missions import FinishedRun, Outcome, Rehearsal
+from farside.node import Direction, Topic
 from farside.topics import (
     GROUND_FRAME,
     GROUND_TELEMETRY,
     ROVER_FRAME,
     TRUTH_POSE,
     Fate,
+    FrameEvent,
     FrameStage,
 )
 
@@ -42,7 +44,7 @@ SHADOWED_MAP = """
 """
 
 
-def noisy(mission):
+def noisy(mission: Callable[[str], Rehearsal]) -> Rehearsal:
     rehearsal = mission("blackout")
     for way in ("up", "down"):
         for key, value in NOISY.items():
@@ -50,12 +52,14 @@ def noisy(mission):
     return rehearsal
 
 
-def events(run, kind, stage):
+def events(run: FinishedRun, kind: Topic[FrameEvent], stage: FrameStage) -> list[FrameEvent]:
     return [entry for _, entry in run.entries(kind) if entry.stage is stage]
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_over_a_noisy_link_the_mission_succeeds_and_no_command_is_obeyed_twice(mission, seed):
+def test_over_a_noisy_link_the_mission_succeeds_and_no_command_is_obeyed_twice(
+    mission: Callable[[str], Rehearsal], seed: int
+) -> None:
     run = noisy(mission).with_seed(seed).run()
     assert run.result.outcome is Outcome.SUCCESS
     assert [met.met for met in run.result.expectations] == [True] * len(run.result.expectations)
@@ -71,7 +75,7 @@ def test_over_a_noisy_link_the_mission_succeeds_and_no_command_is_obeyed_twice(m
     assert sum(way.refused for way in ways) == refused.total()
 
 
-def test_every_frame_has_one_life_from_end_to_end(mission):
+def test_every_frame_has_one_life_from_end_to_end(mission: Callable[[str], Rehearsal]) -> None:
     run = noisy(mission).run()
     for direction, sender, receiver in (
         (Direction.UP, GROUND_FRAME, ROVER_FRAME),
@@ -93,7 +97,9 @@ def test_every_frame_has_one_life_from_end_to_end(mission):
         assert sum(unread.values()) < 5, "only what arrives with the last tick"
 
 
-def test_what_happened_in_a_blackout_is_told_after_it_second_by_second(mission):
+def test_what_happened_in_a_blackout_is_told_after_it_second_by_second(
+    mission: Callable[[str], Rehearsal],
+) -> None:
     run = mission("blackout").run()
     told = [(t_s, entry.time_ns / 1e9) for t_s, entry in run.entries(GROUND_TELEMETRY)]
     late = [time_s for t_s, time_s in told if t_s - time_s > 10]
@@ -106,7 +112,9 @@ def test_what_happened_in_a_blackout_is_told_after_it_second_by_second(mission):
     assert len(stored) == len(late)
 
 
-def test_stored_telemetry_goes_below_live_and_never_holds_it_up(mission):
+def test_stored_telemetry_goes_below_live_and_never_holds_it_up(
+    mission: Callable[[str], Rehearsal],
+) -> None:
     run = mission("blackout").run()
     live = [
         t for t, e in run.entries(GROUND_TELEMETRY) if t - e.time_ns / 1e9 < 10 and 985 < t < 1190
@@ -115,7 +123,9 @@ def test_stored_telemetry_goes_below_live_and_never_holds_it_up(mission):
     assert run.link_counters(Direction.DOWN).queue_full == 0
 
 
-def test_in_terrain_shadow_nothing_is_heard_and_the_rover_knows_what_to_do(mission):
+def test_in_terrain_shadow_nothing_is_heard_and_the_rover_knows_what_to_do(
+    mission: Callable[[str], Rehearsal],
+) -> None:
     run = mission("blackout").without_blackouts().set("world.map", SHADOWED_MAP).run()
     lost = events(run, ROVER_FRAME, FrameStage.SHADOWED)
     assert {entry.direction for entry in lost} == {Direction.UP, Direction.DOWN}
@@ -130,14 +140,16 @@ def test_in_terrain_shadow_nothing_is_heard_and_the_rover_knows_what_to_do(missi
     assert sum(run.link_counters(direction).shadowed for direction in Direction) == len(lost)
 
 
-def test_a_link_over_a_preset_keeps_what_the_mission_says(mission):
+def test_a_link_over_a_preset_keeps_what_the_mission_says(
+    mission: Callable[[str], Rehearsal],
+) -> None:
     run = mission("blackout").set("link.preset", "moon").run()
     assert run.result.outcome is Outcome.SUCCESS
     first = next(f for f in run.frames(Direction.DOWN, Fate.DELIVERED))
     assert first.arrival_ns - first.sent_end_ns == 1_280_000_000
 
 
-def test_a_long_way_is_as_sure_as_a_short_one(mission):
+def test_a_long_way_is_as_sure_as_a_short_one(mission: Callable[[str], Rehearsal]) -> None:
     """Mars at its nearest: three minutes one way; the operator's tour takes its time."""
     run = (
         mission("blackout")

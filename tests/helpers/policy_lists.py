@@ -18,52 +18,57 @@ TOKENS = "abcd"
 class Lists:
     """Hypotheses with costs that a test chooses, and the test's own record of them."""
 
-    def __init__(self, tokens=TOKENS):
+    def __init__(self, tokens: str = TOKENS) -> None:
         self.signs = SignList()
         actions = ActionList({"x": 1.0, "y": 1.0})
         self.hypotheses = HypothesisList(actions, Parameters())
-        self.arcs = {}
-        self.changes, self.changed_signs = [], []
+        self.arcs: dict[int, tuple[int, int]] = {}
+        self.changes: list[CostChange] = []
+        self.changed_signs: list[int] = []
         for token in tokens:
             self.know((token,))
 
-    def know(self, tokens):
+    def know(self, tokens: tuple[str, ...]) -> int:
         known = self.signs.find(tokens)
         if known is None:
             known = self.signs.add(tokens)
             self.changed_signs.append(known)
         return known
 
-    def forget(self, sign):
+    def forget(self, sign: int) -> None:
         self.changed_signs += [sign, *self.signs.wholes(sign)]
         self.signs.remove(sign)
 
-    def link(self, context, outcome, cost=1.0, cm=0.5, action=0):
+    def link(
+        self, context: int, outcome: int, cost: float = 1.0, cm: float = 0.5, action: int = 0
+    ) -> int:
         arc = self.hypotheses.add(context, action, outcome, 1, 0.5)
         self.hypotheses.cost[arc], self.hypotheses.cm[arc] = cost, cm
         self.arcs[arc] = (context, outcome)
         self.changes.append(CostChange(arc, context, outcome, math.inf))
         return arc
 
-    def reprice(self, arc, cost):
-        self.changes.append(CostChange(arc, *self.arcs[arc], self.hypotheses.cost[arc]))
+    def reprice(self, arc: int, cost: float) -> None:
+        context, outcome = self.arcs[arc]
+        self.changes.append(CostChange(arc, context, outcome, self.hypotheses.cost[arc]))
         self.hypotheses.cost[arc] = cost
 
-    def cut(self, arc):
-        self.changes.append(CostChange(arc, *self.arcs.pop(arc), self.hypotheses.cost[arc]))
+    def cut(self, arc: int) -> None:
+        context, outcome = self.arcs.pop(arc)
+        self.changes.append(CostChange(arc, context, outcome, self.hypotheses.cost[arc]))
         self.hypotheses.remove(arc)
 
-    def map(self, goal, spread=None):
+    def map(self, goal: int, spread: "Persistent | Spread | None" = None) -> PolicyMap:
         self.changes.clear()
         self.changed_signs.clear()
         return PolicyMap(goal, spread or Spread(self.hypotheses, self.signs))
 
-    def follow(self, policy):
+    def follow(self, policy: PolicyMap) -> None:
         policy.update(self.changes, self.changed_signs)
         self.changes.clear()
         self.changed_signs.clear()
 
-    def bellman_ford(self, goal):
+    def bellman_ford(self, goal: int) -> list[float]:
         """P_v from its definition: relax all arcs until no value changes."""
         names = [set(name) for name in self.signs.names]
         ways = [(*ends, self.hypotheses.cost[arc]) for arc, ends in self.arcs.items()]
@@ -76,7 +81,7 @@ class Lists:
                 value[before] = min(value[before], cost + value[after])
         return value
 
-    def ways(self, policy, sign):
+    def ways(self, policy: PolicyMap, sign: int) -> list[tuple[tuple[float, float, int], int]]:
         """The hypotheses that can be acted on at a Sign, each after (total, -C_m, age)."""
         name, listed = set(self.signs.names[sign]), self.hypotheses
         return sorted(
@@ -86,7 +91,7 @@ class Lists:
         )
 
 
-def by_scipy(lists, goal):
+def by_scipy(lists: Lists, goal: int) -> PolicyMap:
     """The map as it is built for a model with very many hypotheses."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(spread_module, "FEW_ARCS", 0)

@@ -4,18 +4,23 @@ Written from the rules and not from the code: lists of small records, searched f
 disagreement with the model is a fault in one of them.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from math import log
+
+import numpy as np
+
+from farside.dem import Parameters
 
 
 @dataclass(eq=False)
 class KnownSign:
     """A Sign, whether it was ever active, and the number of trials of each action in it."""
 
-    tokens: tuple
+    tokens: tuple[str, ...]
     met: bool = False
     on_probation: bool = False
-    tries: dict = field(default_factory=dict)
+    tries: dict[str | None, int] = field(default_factory=dict)
 
 
 @dataclass(eq=False)
@@ -31,9 +36,9 @@ class MuHypothesis:
     predictions: int = 0
     successes: int = 0
     watches: int = 0
-    watch: list | None = None
+    watch: list[tuple[list[str], bool]] | None = None
 
-    def ends(self):
+    def ends(self) -> tuple[KnownSign, str, KnownSign, int]:
         """What distinguishes it from any other hypothesis."""
         return self.context, self.action, self.outcome, self.delay
 
@@ -41,16 +46,18 @@ class MuHypothesis:
 class PlainModel:
     """Signs, hypotheses and predictions, each a list in order of age."""
 
-    def __init__(self, parameters, rng):
+    def __init__(self, parameters: Parameters, rng: np.random.Generator) -> None:
         self.parameters = parameters
         self.rng = rng
-        self.signs = []
-        self.hypotheses = []
-        self.predictions = []  # (cycle it is due, hypothesis)
-        self.past = []  # (active Signs, action), one cycle ago first
+        self.signs: list[KnownSign] = []
+        self.hypotheses: list[MuHypothesis] = []
+        self.predictions: list[tuple[int, MuHypothesis]] = []  # (cycle it is due, hypothesis)
+        self.past: list[
+            tuple[list[KnownSign], str | None]
+        ] = []  # (active Signs, action), one cycle ago first
         self.cycle = 0
 
-    def know(self, tokens):
+    def know(self, tokens: tuple[str, ...]) -> KnownSign:
         """The Sign of these Tokens, added if it is not known."""
         for sign in self.signs:
             if sign.tokens == tokens:
@@ -58,7 +65,7 @@ class PlainModel:
         self.signs.append(KnownSign(tokens))
         return self.signs[-1]
 
-    def sense(self, tokens, goals=()):
+    def sense(self, tokens: set[str], goals: Sequence[tuple[str, ...]] = ()) -> None:
         """Settle predictions, then differentiate, remove and create hypotheses."""
         for token in sorted(set(tokens)):
             self.know((token,))
@@ -83,7 +90,7 @@ class PlainModel:
             if not sign.on_probation:
                 self.explain(sign)
 
-    def perform(self, action, goals=()):
+    def perform(self, action: str | None, goals: Sequence[tuple[str, ...]] = ()) -> None:
         """Every hypothesis whose context and action are active predicts."""
         for sign in self.active if action is not None else []:
             sign.tries[action] = sign.tries.get(action, 0) + 1
@@ -96,13 +103,13 @@ class PlainModel:
         self.forget(expired if self.parameters.removal else [], goals)
         self.cycle += 1
 
-    def is_credible(self, hypothesis):
+    def is_credible(self, hypothesis: MuHypothesis) -> bool:
         """Whether it has at least half the initial C_m as credit."""
         return not self.parameters.own_credit or (
             hypothesis.credit >= self.parameters.initial_cm / 2
         )
 
-    def settle(self, due):
+    def settle(self, due: Sequence[MuHypothesis]) -> None:
         """Update C_m and credit; a success that a better hypothesis predicted gives no credit."""
         alpha, beta = self.parameters.alpha, self.parameters.beta
         predicted = [(h.outcome, h.credit) for h in due]
@@ -117,11 +124,13 @@ class PlainModel:
                 h.cm -= beta * h.cm
                 h.credit -= beta * h.credit
 
-    def explain(self, outcome):
+    def explain(self, outcome: KnownSign) -> None:
         """Create hypotheses for `outcome` from all Signs that were active within reach."""
         for delay, (then, action) in enumerate(self.past, start=1):
             contexts = [context for context in then if not context.on_probation]
-            for context in contexts if action is not None else []:
+            if action is None:
+                continue
+            for context in contexts:
                 if self.holds(context, action, outcome, delay):
                     continue
                 if self.rng.random() < self.parameters.learning_probability:
@@ -129,7 +138,7 @@ class PlainModel:
                     credit = self.parameters.initial_cm * rarest / context.tries[action]
                     self.create(context, action, outcome, delay, credit)
 
-    def differentiate(self, h):
+    def differentiate(self, h: MuHypothesis) -> None:
         """Watch a mature, middling hypothesis; at the end it may spawn a copy."""
         maturity = self.parameters.maturity
         if h.watch is None:
@@ -144,7 +153,7 @@ class PlainModel:
         if len(h.watch) == maturity:
             token, margin = separating_token(h.watch)
             h.watch = None
-            if margin > 0.5 and not self.predicts_alone(token, h):
+            if token is not None and margin > 0.5 and not self.predicts_alone(token, h):
                 known = len(self.signs)
                 context = self.know(tuple(sorted({*h.context.tokens, token})))
                 context.on_probation |= len(self.signs) > known
@@ -152,20 +161,20 @@ class PlainModel:
                     credit = self.parameters.initial_cm
                     self.create(context, h.action, h.outcome, h.delay, credit)
 
-    def end_probation(self, h):
+    def end_probation(self, h: MuHypothesis) -> None:
         """End probation after enough successes without a failure, or at maturity."""
         proved = h.predictions == h.successes and h.predictions >= self.parameters.maturity // 4
         if h in self.hypotheses and (proved or h.predictions >= self.parameters.maturity):
             h.context.on_probation = False
 
-    def predicts_alone(self, token, h):
+    def predicts_alone(self, token: str, h: MuHypothesis) -> bool:
         """Whether the Token by itself predicts the outcome almost with certainty."""
         return any(
             other.context.tokens == (token,) and other.ends()[1:] == h.ends()[1:] and other.cm > 0.9
             for other in self.hypotheses
         )
 
-    def remove_if_useless(self, h, goals):
+    def remove_if_useless(self, h: MuHypothesis, goals: Sequence[tuple[str, ...]]) -> None:
         """Remove an ineffective hypothesis, or a conjunction no better than a part of it."""
         needed = [*goals, *(sign.tokens for sign in self.active)]
         alone = sum(other.outcome == h.outcome for other in self.hypotheses) == 1
@@ -176,7 +185,7 @@ class PlainModel:
         if h.cm < self.parameters.ineffective or self.is_redundant(h):
             self.drop(h, needed)
 
-    def is_redundant(self, h):
+    def is_redundant(self, h: MuHypothesis) -> bool:
         """Whether the context avoids less than a quarter of the failures of a part of it."""
         maturity = self.parameters.maturity
         if h.predictions % maturity:
@@ -191,13 +200,13 @@ class PlainModel:
         own = h.successes / h.predictions
         return any(own <= rate + 0.25 * (1.0 - rate) for rate in rates)
 
-    def drop(self, h, needed):
+    def drop(self, h: MuHypothesis, needed: Sequence[tuple[str, ...]]) -> None:
         """Remove a hypothesis, and its context if that is a conjunction used by nothing else."""
         self.hypotheses = [other for other in self.hypotheses if other != h]
         self.predictions = [(cycle, other) for cycle, other in self.predictions if other != h]
         self.forget([h.context], needed)
 
-    def forget(self, signs, needed):
+    def forget(self, signs: Sequence[KnownSign], needed: Sequence[tuple[str, ...]]) -> None:
         """Remove conjunctions that are no longer contexts, and the hypotheses for them."""
         for sign in signs:
             kept = [other for active, _ in self.past for other in active]
@@ -208,17 +217,19 @@ class PlainModel:
                         self.drop(h, needed)
                 self.signs = [other for other in self.signs if other != sign]
 
-    def holds(self, *ends):
+    def holds(self, *ends: KnownSign | str | int) -> bool:
         """Whether this very hypothesis exists."""
         return any(hypothesis.ends() == ends for hypothesis in self.hypotheses)
 
-    def create(self, context, action, outcome, delay, credit):
+    def create(
+        self, context: KnownSign, action: str, outcome: KnownSign, delay: int, credit: float
+    ) -> None:
         """Add a hypothesis with the initial C_m."""
         cm = self.parameters.initial_cm
         self.hypotheses.append(MuHypothesis(context, action, outcome, delay, cm, credit))
 
 
-def separating_token(watch):
+def separating_token(watch: Sequence[tuple[Sequence[str], bool]]) -> tuple[str | None, float]:
     """The Token with the greatest P(success | Token) − P(success | no Token), and that margin.
 
     Considers only Tokens for which the two differ significantly: G over 10.83.
@@ -234,7 +245,7 @@ def separating_token(watch):
     return best, best_margin
 
 
-def g_statistic(*columns):
+def g_statistic(*columns: Sequence[bool]) -> float:
     """2 Σ O ln(O/E) over the cells of a table whose columns are lists of truth values."""
     total = sum(len(column) for column in columns)
     statistic = 0.0
