@@ -1,4 +1,4 @@
-"""What a log holds and where: from its own index, or by looking through one that has none."""
+"""The index of a log: read from its summary, or built by a scan if it has none."""
 
 import struct
 import zlib
@@ -59,13 +59,13 @@ class Attachment(NamedTuple):
 
 @dataclass(slots=True)
 class Block:
-    """A chunk, or a row of plain messages, in the file, and what there is to find in it.
+    """A chunk in the file, or a row of plain messages, and what it holds.
 
     Attributes:
-        offset, length: of its bytes; of a chunk, of its body.
-        start_ns, end_ns: log times of its first and its last message.
-        channels: numbers of the channels in it; `None` where that is not known.
-        is_chunk: whether it has to be unpacked.
+        offset, length: of its bytes; for a chunk, of its body.
+        start_ns, end_ns: least and greatest log time.
+        channels: numbers of the channels in it; `None` if unknown.
+        is_chunk: whether it is a chunk.
     """
 
     offset: int
@@ -79,23 +79,23 @@ class Block:
 class LogIndex:
     """What a log holds and where.
 
-    A finished log is looked over by its own index. One whose writer was killed, or is still at
-    work, is looked through from its beginning to its last whole record.
+    A finished log has a summary. An unfinished one, whose writer was killed or is still running,
+    is scanned from its beginning to its last whole record.
 
     Args:
-        path: the file, for messages.
+        path: the file, for error messages.
         file: the same, open.
 
     Attributes:
         complete: whether the writer finished it.
-        library: what wrote it, such as `farside 0.1.0`.
+        library: the program that wrote it, such as `farside 0.1.0`.
         schemas, channels: by number.
-        attachments: by name; the last where a name was used twice.
-        metadata: by name, likewise.
-        blocks: where the messages are, in order.
+        attachments: by name; of several with one name, the last.
+        metadata: likewise.
+        blocks: the messages, in order.
 
     Raises:
-        LogError: if the file is no log, or is damaged.
+        LogError: if the file is not a log, or is damaged.
     """
 
     def __init__(self, path: Path, file: BinaryIO) -> None:
@@ -117,16 +117,16 @@ class LogIndex:
             raise LogError(f"{self._path} is not a log: it is not an MCAP file")
         summary = _summary(file, size_byte)
         if summary is not None:
-            with damage_told(self._path, summary[0]):
+            with reporting_damage(self._path, summary[0]):
                 self._by_index(*summary)
             self.complete = True
             return
         for span in self._spans(len(MCAP0_MAGIC), size_byte):
-            with damage_told(self._path, span.offset):
+            with reporting_damage(self._path, span.offset):
                 self._take(span)
 
     def _by_index(self, start: int, end: int) -> None:
-        """Look over a finished log: its header, and the summary from `start` to `end`."""
+        """Index a finished log by its header and the summary from `start` to `end`."""
         self._take_at(len(MCAP0_MAGIC), end)
         for span in spans(self._file, start, end):
             match span.opcode:
@@ -175,11 +175,11 @@ class LogIndex:
             row.channels.add(channel)
 
     def _take_chunk(self, span: Span) -> None:
-        """A chunk without an index: what its channels are stands in it, or in one before."""
+        """A chunk without an index; its channels are declared in it, or in one before."""
         start_ns, end_ns = chunk_times_ns(span)
         block = Block(span.offset, span.length, start_ns, end_ns, None, is_chunk=True)
         self.blocks.append(block)
-        with suppress(*_DAMAGE):  # of this chunk, which is told when it is read
+        with suppress(*_DAMAGE):  # reported when the chunk is read
             data = block_bytes(self._file, block)
             for opcode, begin, end in inner_records(data):
                 if opcode in {Opcode.SCHEMA, Opcode.CHANNEL}:
@@ -194,13 +194,13 @@ class LogIndex:
             self.channels[channel.id] = channel
 
     def _spans(self, start: int, end: int) -> Iterator[Span]:
-        with damage_told(self._path, start):
+        with reporting_damage(self._path, start):
             yield from spans(self._file, start, end)
 
 
 @contextmanager
-def damage_told(path: Path, offset: int) -> Iterator[None]:
-    """Whatever decoding wrong bytes ends in becomes a `LogError` that names file and place."""
+def reporting_damage(path: Path, offset: int) -> Iterator[None]:
+    """Turn whatever decoding damaged bytes raises into a `LogError` with file and offset."""
     try:
         yield
     except _DAMAGE as error:
@@ -209,11 +209,11 @@ def damage_told(path: Path, offset: int) -> Iterator[None]:
 
 
 def block_bytes(file: BinaryIO, block: Block) -> bytes:
-    """The records of a block, unpacked.
+    """The uncompressed records of a block.
 
     Raises:
-        DamageError: if they are not there, or not what was written.
-        zstandard.ZstdError: if they cannot be unpacked.
+        DamageError: if they are missing or damaged.
+        zstandard.ZstdError: if they cannot be decompressed.
     """
     file.seek(block.offset)
     data = file.read(block.length)
@@ -223,7 +223,7 @@ def block_bytes(file: BinaryIO, block: Block) -> bytes:
 
 
 def _summary(file: BinaryIO, size_byte: int) -> tuple[int, int] | None:
-    """Where the summary of a finished log begins and ends; `None` if it has no whole one."""
+    """Begin and end of the summary of a finished log; `None` if there is no valid one."""
     end = size_byte - _FOOTER_BYTE - len(MCAP0_MAGIC)
     if end < len(MCAP0_MAGIC):
         return None
@@ -236,13 +236,13 @@ def _summary(file: BinaryIO, size_byte: int) -> tuple[int, int] | None:
     if not len(MCAP0_MAGIC) <= start <= end or end - start > GREATEST_RECORD_BYTE:
         return None
     file.seek(start)
-    # The sum is over the summary and the footer up to the sum itself.
+    # The checksum covers the summary, and the footer up to the checksum itself.
     crc = zlib.crc32(marks[: _FOOTER_BYTE - 4], zlib.crc32(file.read(end - start)))
     return (start, end) if footer.summary_crc in {0, crc} else None
 
 
 def _indexed(index: mcap.ChunkIndex) -> Block:
-    # The body of a chunk comes behind its opcode and its length.
+    # The body of a chunk follows its opcode and its length.
     return Block(
         index.chunk_start_offset + HEAD_BYTE,
         index.chunk_length - HEAD_BYTE,

@@ -1,4 +1,4 @@
-"""The few parts of the MCAP format that are read and written here byte by byte, for speed.
+"""The parts of the MCAP format that are read and written byte by byte, for speed.
 
 Everything else is left to the `mcap` library. Reference: the MCAP format specification, version 0.
 """
@@ -17,9 +17,9 @@ from mcap.writer import MCAP0_MAGIC
 from farside.node import Record
 
 GREATEST_RECORD_BYTE = 64 * 1024 * 1024
-"""The longest record, and the longest chunk unpacked, that is read (project default).
+"""Limit on the length of a record, and of an uncompressed chunk, when reading (project default).
 
-Ours have little more than a megabyte. A crafted file could ask for all memory there is.
+Ours are little longer than a megabyte, while a crafted file could ask for all memory.
 """
 
 _HEAD = struct.Struct("<BQ")
@@ -37,13 +37,13 @@ _BUFFER_BYTE = 1 << 20
 
 
 class Span(NamedTuple):
-    """Where the body of a record lies in the file.
+    """Position of a record's body in the file.
 
     Attributes:
-        opcode: what it is, an `mcap.opcode.Opcode`.
+        opcode: kind of record, an `mcap.opcode.Opcode`.
         offset: of its first byte.
         length: in bytes.
-        start: its first bytes, enough for the head of a message or the times of a chunk.
+        start: its first bytes: the header of a message, or the times of a chunk.
     """
 
     opcode: int
@@ -53,11 +53,11 @@ class Span(NamedTuple):
 
 
 class DamageError(ValueError):
-    """Bytes that are no MCAP; the text says what was found."""
+    """Bytes that are not valid MCAP; the text says what was found."""
 
 
 def end_marks() -> bytes:
-    """What ends a file without a summary: any reader takes the messages before it one by one."""
+    """The end of a file without a summary, before which any reader takes message by message."""
     builder = RecordBuilder()
     DataEnd(0).write(builder)
     Footer(0, 0, 0).write(builder)
@@ -65,7 +65,7 @@ def end_marks() -> bytes:
 
 
 def message_bytes(records: Iterable[Record], channels: Mapping[str, int]) -> bytes:
-    """Message records, one after the other.
+    """Records encoded as MCAP messages, one after the other.
 
     Raises:
         KeyError: if a topic has no channel.
@@ -85,10 +85,10 @@ def _fields(record: Record) -> tuple[str, int, int, bytes]:
 
 
 def spans(file: BinaryIO, start: int, end: int) -> Iterator[Span]:
-    """The records from `start` to `end` whose bytes are all there, up to a footer.
+    """The whole records from `start` to `end`, up to a footer.
 
     Raises:
-        DamageError: at a record that is longer than any may be.
+        DamageError: at a record longer than `GREATEST_RECORD_BYTE`.
     """
     offset, base, buffer = start, start, b""
     while offset + _HEAD.size <= end:
@@ -112,7 +112,7 @@ def message_key(span: Span) -> tuple[int, int]:
     """Channel and log time of a message.
 
     Raises:
-        DamageError: if it is too short to have them.
+        DamageError: if it is too short.
     """
     if span.length < _MESSAGE_BODY_BYTE:
         raise DamageError(f"a message of {span.length} bytes at byte {span.offset}")
@@ -124,7 +124,7 @@ def chunk_times_ns(span: Span) -> tuple[int, int]:
     """Log times of the first and the last message of a chunk.
 
     Raises:
-        DamageError: if it is too short to have them.
+        DamageError: if it is too short.
     """
     if span.length < _CHUNK.size:
         raise DamageError(f"a chunk of {span.length} bytes at byte {span.offset}")
@@ -153,16 +153,16 @@ def inner_records(data: bytes) -> Iterator[tuple[int, int, int]]:
 def messages(
     data: bytes, topics: Mapping[int, str], passed_over: Container[int]
 ) -> Iterator[Record]:
-    """The messages in the bytes of a chunk, or of plain records.
+    """The messages in the bytes of a chunk, or of a row of plain messages.
 
     Args:
         data: the bytes.
-        topics: by number, the channels that are wanted.
-        passed_over: the numbers of those that are not.
+        topics: topics of the channels to read, by channel number.
+        passed_over: numbers of all known channels.
 
     Raises:
-        DamageError: where a message is too short, or is of an unknown channel, or the bytes end
-            within a record.
+        DamageError: if a message is too short or its channel unknown, or the bytes end within a
+            record.
     """
     for opcode, begin, end in inner_records(data):
         if opcode != Opcode.MESSAGE:
@@ -178,11 +178,11 @@ def messages(
 
 
 def chunk_bytes(body: bytes) -> bytes:
-    """The records in the body of a chunk, unpacked.
+    """The uncompressed records of a chunk.
 
     Raises:
-        DamageError: if they are not what the chunk's head says, or more than is read.
-        zstandard.ZstdError: if they cannot be unpacked.
+        DamageError: if they do not match the chunk's header, or exceed `GREATEST_RECORD_BYTE`.
+        zstandard.ZstdError: if they cannot be decompressed.
     """
     if len(body) < _CHUNK.size:
         raise DamageError(f"a chunk of {len(body)} bytes")
@@ -193,7 +193,7 @@ def chunk_bytes(body: bytes) -> bytes:
         raise DamageError(f"a chunk of {size_byte} bytes")
     match compression:
         case b"zstd":
-            # The frame's own word on its size is what would be allocated.
+            # The decompressor allocates what the frame itself claims.
             if zstandard.frame_content_size(packed) != size_byte:
                 raise DamageError("a chunk whose size is not that of its contents")
             data = zstandard.ZstdDecompressor().decompress(packed)

@@ -1,4 +1,4 @@
-"""Packing a log: its messages in compressed chunks of a megabyte, with an index at the end."""
+"""Packing a log: its messages into compressed chunks of a megabyte, with an index."""
 
 import os
 from collections.abc import Iterable, Iterator
@@ -15,12 +15,12 @@ _CHUNK_BYTE = 1 << 20
 
 
 class Recovered(NamedTuple):
-    """What came out of a log that nobody finished.
+    """The outcome of recovering a log.
 
     Attributes:
-        path: the whole log made of it.
-        messages: how many there are in it.
-        damage: what kept the rest from being read; `None` if there was nothing in the way.
+        path: the new log.
+        messages: how many it holds.
+        damage: what made the rest unreadable; `None` if nothing did.
     """
 
     path: Path
@@ -29,21 +29,21 @@ class Recovered(NamedTuple):
 
 
 def recover(log: LogFile) -> Recovered:
-    """Make a whole log, beside it, of all that can be read of one that is unfinished or damaged.
+    """Write a finished log, beside the old one, with all that is readable of an unfinished one.
 
     Raises:
-        LogError: if there is no room, or somebody made that log before.
+        LogError: if it cannot be written, or exists already.
     """
     target = log.path.with_name(f"{log.path.stem}-recovered.mcap")
     if target.exists():
-        raise LogError(f"{target} is there already, and a log is never overwritten: move it away")
+        raise LogError(f"{target} already exists, and a log is never overwritten: move it away")
     readable = _Readable(log)
     pack(log, target, readable)
     return Recovered(target, readable.count, readable.damage)
 
 
 class _Readable:
-    """The messages of a log up to where it is damaged."""
+    """The records of a log up to the first damage."""
 
     def __init__(self, log: LogFile) -> None:
         self._log = log
@@ -60,15 +60,15 @@ class _Readable:
 
 
 def pack(log: LogFile, target: Path, records: Iterable[Record] | None = None) -> None:
-    """Write a packed copy of `log` in place of `target`, which is there whole or not at all.
+    """Replace `target` by a packed copy of `log`, whole or not at all.
 
     Args:
-        log: the log.
-        target: the file.
-        records: its messages, where only some of them can be had.
+        log: the log to copy.
+        target: the file to replace.
+        records: the records to copy, if not all of them.
 
     Raises:
-        LogError: if `log` is damaged, or there is no room; `target` is then as before.
+        LogError: if `log` is damaged or the copy cannot be written; `target` stays as it was.
     """
     scratch = target.with_name(f".{target.name}.{os.getpid()}.packing")
     try:

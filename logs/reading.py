@@ -16,7 +16,7 @@ from farside.logs.index import (
     LogError,
     LogIndex,
     block_bytes,
-    damage_told,
+    reporting_damage,
 )
 from farside.logs.mcap_bytes import messages
 from farside.node import NEVER_NS, Record, Topic, to_s
@@ -86,7 +86,7 @@ class LogFile:
         if self.library.split(" ")[0] != LIBRARY:
             author = self.library or "an unknown program"
             raise LogError(f"{path} is not a Farside log: it was written by {author}")
-        self._at_hand: tuple[Block, bytes] | None = None
+        self._last_read: tuple[Block, bytes] | None = None
 
     @property
     def complete(self) -> bool:
@@ -186,12 +186,12 @@ class LogFile:
             for number, channel in self.index.channels.items()
             if names is None or channel.topic in names
         }
-        with damage_told(self.path, block.offset):
+        with reporting_damage(self.path, block.offset):
             records = list(messages(self._bytes(file, block), wanted, self.index.channels))
         yield from records
 
     def _bytes(self, file: BinaryIO, block: Block) -> bytes:
-        """The records of a block; those of the last one asked for are kept at hand."""
-        if self._at_hand is None or self._at_hand[0] is not block:
-            self._at_hand = block, block_bytes(file, block)
-        return self._at_hand[1]
+        """The records of a block; those of the block read last are kept."""
+        if self._last_read is None or self._last_read[0] is not block:
+            self._last_read = block, block_bytes(file, block)
+        return self._last_read[1]

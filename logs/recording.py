@@ -1,9 +1,9 @@
 """Writing a run's log: one MCAP file, safe on disk up to the last window.
 
-While a run goes on, its log is a plain row of messages with the end marks of an MCAP file behind
-the last window: whatever ends the writer, any MCAP reader takes the log as it is. When the run is
-over, the messages are packed into compressed chunks with an index, a megabyte each. So neither the
-writer's memory nor the index grows with the number of windows.
+During the run the log is a plain row of messages, with the end of an MCAP file behind the last
+window: whatever stops the writer, any MCAP reader can read the log as it is. After the run the
+messages are packed into compressed chunks of a megabyte with an index. So neither the writer's
+memory nor the index grows with the number of windows.
 """
 
 import os
@@ -37,10 +37,10 @@ _END_MARKS = end_marks()
 
 
 class _Tail:
-    """What is still to be written to a file, as the stream that `mcap.writer.Writer` writes to.
+    """The unwritten tail of a file, as the stream that `mcap.writer.Writer` writes to.
 
-    What has been written, up to `end`, is never in doubt: it is followed by the end marks, and
-    `end` moves only when more of it is on disk with new end marks behind.
+    The file is valid up to `end`, where the end marks follow; `end` moves only once more is on
+    disk with new end marks behind it.
     """
 
     def __init__(self, path: Path, file: int) -> None:
@@ -56,10 +56,10 @@ class _Tail:
         return self.end + len(self._waiting)
 
     def flush(self) -> None:
-        """Hand all to the operating system: from now on it survives this process.
+        """Hand everything to the operating system, so that it outlives this process.
 
         Raises:
-            LogError: if there is no room for it. The file then ends as before.
+            LogError: if it cannot be written. The file then ends where it did.
         """
         if not self._waiting:
             return
@@ -114,10 +114,10 @@ class Recorder:
 
     @classmethod
     def in_folder(cls, folder: Path, stem: str) -> Self:
-        """A new log `STEM-N.mcap` with the first number that is free, also if others look for one.
+        """A new log `STEM-N.mcap` with the first free number, even if others create logs there too.
 
         Raises:
-            LogError: if the folder cannot be made, or the log cannot be created.
+            LogError: if the folder or the log cannot be created.
         """
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -173,7 +173,7 @@ class Recorder:
         Call it at the end of every window.
 
         Raises:
-            LogError: if the file cannot take it. What was flushed before is still whole.
+            LogError: if it cannot be written. What was flushed before stays readable.
         """
         self._writer.flush()
 
@@ -181,12 +181,11 @@ class Recorder:
         """Finish the log. Closing again is harmless.
 
         Args:
-            packed: compress the log and index it. Otherwise it stays as it is, readable and
-                unfinished.
+            packed: whether to compress and index it. Otherwise it stays readable but unfinished.
 
         Raises:
-            LogError: if somebody deleted or shortened the file during the run, or there is no
-                room; then the log, if there is one, stays as it was at the last flush.
+            LogError: if the file was deleted or cut during the run, or packing fails; what is
+                there then stays as it was at the last flush.
         """
         if not self._is_open:
             return
@@ -216,7 +215,7 @@ class Recorder:
         traceback: TracebackType | None,
     ) -> None:
         if isinstance(error, LogError):
-            # The file does not take more; what it holds stays as it is.
+            # The file cannot be written; what it holds stays as it is.
             with suppress(LogError):
                 self.close(packed=False)
         else:

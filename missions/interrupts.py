@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM during a run: met between windows, so that no log suffers."""
+"""Ctrl-C and SIGTERM during a run: handled between windows, so that no log is damaged."""
 
 import signal
 import threading
@@ -11,11 +11,11 @@ _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
 
 class Interrupts:
-    """Counts signals, and lets them break off only what may be broken off. A context manager.
+    """Counts signals, and raises KeyboardInterrupt only where that does no harm. A context manager.
 
-    It takes the signals over from whoever had them, also where they were ignored, as for a job
-    that a shell started in the background; at its end they are as before. Signals reach the main
-    thread alone: anywhere else nothing is ever requested.
+    It replaces the handlers of both signals, even if they were ignored, as in a job that a shell
+    started in the background, and restores them on exit. Python runs handlers in the main thread
+    only: in any other thread this does nothing.
     """
 
     def __init__(self) -> None:
@@ -25,15 +25,15 @@ class Interrupts:
 
     @property
     def requested(self) -> bool:
-        """Whether the run should end with the window that is on."""
+        """Whether the run should end with the window in progress."""
         return self._count > 0
 
     @contextmanager
     def breakable(self, at: int) -> Iterator[None]:
-        """Within this, the `at`-th signal raises KeyboardInterrupt.
+        """Let the `at`-th signal raise KeyboardInterrupt within this context.
 
         Raises:
-            KeyboardInterrupt: also at once, if so many have come already.
+            KeyboardInterrupt: at once, if as many have arrived already.
         """
         try:
             self._breaks_at = at

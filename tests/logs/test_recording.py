@@ -235,7 +235,7 @@ def test_what_comes_before_the_damage_is_recovered_and_the_damage_told(
 def test_a_recovered_log_is_not_overwritten(run: Any, path: Path) -> None:
     recover(LogFile(run.start().log(path)))
 
-    with pytest.raises(LogError, match=r"run-recovered\.mcap is there already"):
+    with pytest.raises(LogError, match=r"run-recovered\.mcap already exists"):
         recover(LogFile(path))
 
 
