@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from farside.link import OneWay
-from farside.link.channel.chance import CALM, Chance
+from farside.link.channel.chance import UNIMPAIRED, RandomImpairments
 from farside.link.profile.config import BitErrorEffect
 from farside.link.profile.impairments import FourState, GilbertElliott, Jitter, JitterShape, Reorder
 from farside.node import Direction, Frame
@@ -35,11 +35,11 @@ def frames(count=COUNT, size_byte=20):
 
 
 def chance(seed=7, **impairments):
-    return Chance(np.random.default_rng(seed), OneWay(**impairments))
+    return RandomImpairments(np.random.default_rng(seed), OneWay(**impairments))
 
 
 class Luck(NamedTuple):
-    """A frame's jitter and `farside.link.channel.chance.Luck`."""
+    """A frame's jitter and `farside.link.channel.chance.Impairment`."""
 
     loss: Fate | None
     flips: tuple[int, ...]
@@ -52,7 +52,7 @@ def lucks(node, frames):
     """The luck of each frame that `node` draws for."""
     jitters_ns, others = node.draw(frames)
     assert len(jitters_ns) == len(frames)
-    found = [others.get(place, CALM) for place in range(len(frames))]
+    found = [others.get(index, UNIMPAIRED) for index in range(len(frames))]
     return [
         Luck(luck.loss, luck.flips, jitter_ns, luck.hold_ns, luck.copy_ns)
         for luck, jitter_ns in zip(found, jitters_ns, strict=True)

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from farside.link import Channel, LinkConfig, OneWay
-from farside.link.check import Report, Verdict, check_link
+from farside.link.check import CheckReport, CheckVerdict, check_link
 from farside.link.check.intervals import clustered_interval, share_interval
 from farside.link.profile.config import (
     Affected,
@@ -53,15 +53,15 @@ def one_way(**keys) -> LinkConfig:
     return LinkConfig(up=OneWay(**keys), down=OneWay(delay_s=0.1))
 
 
-def outside(report: Report) -> set[tuple[str, str]]:
+def outside(report: CheckReport) -> set[tuple[str, str]]:
     return {
         (one.direction.value, one.impairment)
         for one in report.measurements
-        if one.verdict is Verdict.OUTSIDE
+        if one.verdict is CheckVerdict.OUTSIDE
     }
 
 
-def measured(report: Report, direction: Direction, impairment: str):
+def measured(report: CheckReport, direction: Direction, impairment: str):
     (found,) = [
         one
         for one in report.measurements
@@ -84,7 +84,7 @@ def test_every_preset_gets_what_it_asks_for(name):
 def test_losses_come_as_in_the_models_of_netem(profile):
     report = check_link(load_profile(profile, DAYS_S))
     assert outside(report) == set()
-    assert measured(report, Direction.DOWN, "mean loss burst").verdict is Verdict.INSIDE
+    assert measured(report, Direction.DOWN, "mean loss burst").verdict is CheckVerdict.INSIDE
 
 
 RIGHT = {
@@ -140,13 +140,13 @@ def test_a_check_is_the_same_every_time():
 
 def test_what_was_too_rare_to_be_seen_is_said_to_be_so():
     report = check_link(one_way(loss=1e-9), frames=100)
-    assert measured(report, Direction.UP, "mean loss burst").verdict is Verdict.UNKNOWN
+    assert measured(report, Direction.UP, "mean loss burst").verdict is CheckVerdict.UNKNOWN
     assert report.passed
 
 
 def test_progress_grows_to_the_whole():
     told: list[float] = []
-    check_link(BAD, frames=1000, tell=told.append)
+    check_link(BAD, frames=1000, on_progress=told.append)
     assert told == sorted(told)
     assert told[-1] == 1.0
 

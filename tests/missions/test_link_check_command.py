@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from farside.link.channel.node import Channel
-from farside.link.check import Report, check_link
+from farside.link.check import CheckReport, check_link
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.missions.commands import link_check as link_check_cli
 from farside.missions.commands.main import app
@@ -53,7 +53,7 @@ def test_one_json_object_says_the_same(tmp_path):
 
 
 def test_a_value_outside_is_exit_status_one(monkeypatch: pytest.MonkeyPatch):
-    def of_another(config: LinkConfig, frames: int, seed: int, tell: object) -> Report:
+    def of_another(config: LinkConfig, frames: int, seed: int, on_progress: object) -> CheckReport:
         asked = LinkConfig(up=OneWay(loss=0.2))
         given = LinkConfig(up=OneWay(loss=0.3))
         return check_link(asked, lambda _config, rngs: Channel(given, rngs), frames, seed)
