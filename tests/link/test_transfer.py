@@ -10,13 +10,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from farside.link import Blackout, LinkConfig, OneWay
-from farside.link.endpoint.segments import Report, Segment, decode, encode
-from farside.link.endpoint.transfer import (
-    ReliableReceiver,
-    ReliableSender,
-    TransferConfig,
-    TransferFullError,
-)
+from farside.link.endpoint.receiver import ReliableReceiver
+from farside.link.endpoint.segments import ReceptionReport, Segment, decode_part, encode_part
+from farside.link.endpoint.sender import ReliableSender, TransferFullError
+from farside.link.endpoint.transfer import TransferConfig
 from farside.link.endpoint.wire import FrameError
 from farside.link.profile.schedule import Schedule
 from farside.node import Direction, to_ns
@@ -85,8 +82,8 @@ class Pair:
 
     def _hear(self):
         while self._arriving and self._arriving[0][0] <= self.now_ns:
-            part = decode(heapq.heappop(self._arriving)[2])
-            if isinstance(part, Report):
+            part = decode_part(heapq.heappop(self._arriving)[2])
+            if isinstance(part, ReceptionReport):
                 self.sender.receive(part, self.now_ns)
             else:
                 self.delivered += self.receiver.receive(part, self.now_ns)
@@ -111,9 +108,9 @@ class Pair:
     def _expect_bounds(self):
         window = self.config.window
         assert len(self.sender._held) <= window
-        assert len(self.sender._again) <= window
+        assert len(self.sender._retransmit) <= window
         assert len(self.receiver._beyond) < window
-        assert self.receiver._parts_held <= 2 * window
+        assert self.receiver._segments_held <= 2 * window
 
 
 def message(number, size_byte=64):
@@ -162,7 +159,7 @@ def test_the_sender_keeps_to_the_rate():
     pair = Pair(link(rate_bit_s=800))
     pair.run([message(n) for n in range(5)])
     gaps = {later - sooner for (_, sooner), (_, later) in pairwise(pair.sent)}
-    size_byte = len(encode(Segment(0, 0, True, bytes(64))))
+    size_byte = len(encode_part(Segment(0, 0, True, bytes(64))))
     assert gaps == {to_ns(size_byte * 8 / 800)}
 
 
@@ -250,12 +247,12 @@ def test_heard_again_the_oldest_go_out_at_once_and_no_more_than_eight():
     pair.run([message(n) for n in range(16)], until_s=200)
     before = len(pair.sent)
     pair.sender.resume(pair.now_ns)
-    oldest = list(pair.sender._again)
+    oldest = list(pair.sender._retransmit)
     pair._say()
     assert pair.sent[before][1] == pair.now_ns, "the first without waiting, the next behind it"
     assert len(oldest) == 8
     pair.sender.resume(pair.now_ns)
-    assert len(pair.sender._again) <= 16
+    assert len(pair.sender._retransmit) <= 16
 
 
 def test_heard_in_time_nothing_is_sent_again():
@@ -360,7 +357,7 @@ def test_what_is_late_by_less_than_the_margin_is_not_sent_again(schedule, fates)
 @given(st.binary(max_size=80))
 def test_bytes_that_are_none_of_ours_are_refused(payload):
     with suppress(FrameError):
-        decode(payload)
+        decode_part(payload)
 
 
 SEGMENT = st.builds(
@@ -371,7 +368,7 @@ SEGMENT = st.builds(
     data=st.binary(max_size=3),
 )
 REPORT = st.builds(
-    Report,
+    ReceptionReport,
     made_ns=st.integers(0, 100),
     base=st.integers(0, 30),
     skipped=st.integers(0, 10),
@@ -388,7 +385,7 @@ def test_contradictory_segments_raise_one_error_and_take_bounded_memory(segments
             receiver.receive(segment, 0)
         except FrameError:
             continue
-        assert receiver._parts_held <= 2 * SMALL.window
+        assert receiver._segments_held <= 2 * SMALL.window
         assert len(receiver._beyond) < SMALL.window
 
 

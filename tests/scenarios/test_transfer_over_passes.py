@@ -14,8 +14,9 @@ import numpy as np
 import pytest
 
 from farside.link import Blackout, Channel, LinkConfig, OneWay
-from farside.link.endpoint.segments import Report, decode
-from farside.link.endpoint.transfer import ReliableReceiver, ReliableSender
+from farside.link.endpoint.receiver import ReliableReceiver
+from farside.link.endpoint.segments import ReceptionReport, decode_part
+from farside.link.endpoint.sender import ReliableSender
 from farside.link.profile.schedule import Schedule
 from farside.node import Direction, Frame, to_ns, to_s
 from farside.topics import Fate, FrameFate, OutageReason
@@ -58,7 +59,7 @@ class End:
             heapq.heappush(self._inbox, (frame.time_ns, frame.sequence, frame.payload))
         while self._now_ns < until_ns:
             while self._inbox and self._inbox[0][0] <= self._now_ns:
-                self._hear(decode(heapq.heappop(self._inbox)[2]))
+                self._hear(decode_part(heapq.heappop(self._inbox)[2]))
             for payload in self._say():
                 yield Frame(self._direction, self._sequence, self._now_ns, payload)
                 self._sequence += 1
@@ -70,7 +71,7 @@ class SendingEnd(End):
     """Sends the megabyte, and hears reports."""
 
     def _hear(self, report):
-        assert isinstance(report, Report)
+        assert isinstance(report, ReceptionReport)
         self._service.receive(report, self._now_ns)
         if self._service.is_done and self.done_ns is None:
             self.done_ns = self._now_ns
