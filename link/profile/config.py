@@ -18,7 +18,7 @@ from farside.topics import OutageReason
 
 
 class DropPolicy(StrEnum):
-    """Which frame is dropped from a full queue: the newest, the oldest, or the lowest priority's."""
+    """Which frame a full queue drops: the newest, the oldest, or one of the lowest priority."""
 
     NEWEST = "newest"
     OLDEST = "oldest"
@@ -182,7 +182,7 @@ class Blackout(Section, frozen=True):
 
 
 class Passes(Section, frozen=True):
-    """Periodic passes: the link is in service for `length_s` in every `period_s`, and out otherwise.
+    """Periodic passes: in service for `length_s` in every `period_s`, and out otherwise.
 
     Attributes:
         first_s: when the first pass begins.

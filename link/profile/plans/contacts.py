@@ -212,7 +212,7 @@ class _LightTime:
         return self._owlts_s[max(0, bisect_left(self._begins_s, time_s) - 1)]
 
     def table(self, duration_s: float) -> tuple[DelayPoint, ...]:
-        """The same as a table that a run of `duration_s` needs."""
+        """The light times as a delay table for a run of `duration_s`."""
         points = [DelayPoint(t_s=0.0, delay_s=self.from_s(0.0))]
         for begin_s, owlt_s in zip(self._begins_s, self._owlts_s, strict=True):
             last = points[-1]
