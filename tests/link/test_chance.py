@@ -1,14 +1,15 @@
 """What chance does: each process by its law, and none in the way of another."""
 
 import math
+from collections.abc import Sequence
 from itertools import accumulate, groupby
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy import stats
+from scipy import stats  # type: ignore[import-untyped]
 
 from farside.link import OneWay
 from farside.link.channel.chance import UNIMPAIRED, RandomImpairments
@@ -19,7 +20,7 @@ from farside.topics import Fate
 
 COUNT = 20_000
 GE = GilbertElliott(p=0.05, r=0.25, bad_loss=0.8, good_loss=0.01)
-EVERYTHING = {
+EVERYTHING: dict[str, Any] = {
     "loss": GE,
     "bit_error_rate": 1e-3,
     "bit_errors": BitErrorEffect.FLIP,
@@ -30,15 +31,15 @@ EVERYTHING = {
 }
 
 
-def frames(count=COUNT, size_byte=20):
+def frames(count: int = COUNT, size_byte: int = 20) -> list[Frame]:
     return [Frame(Direction.UP, n, n, bytes(size_byte)) for n in range(count)]
 
 
-def chance(seed=7, **impairments):
+def chance(seed: int = 7, **impairments: Any) -> RandomImpairments:
     return RandomImpairments(np.random.default_rng(seed), OneWay(**impairments))
 
 
-class Luck(NamedTuple):
+class Drawn(NamedTuple):
     """A frame's jitter and `farside.link.channel.chance.Impairment`."""
 
     loss: Fate | None
@@ -48,67 +49,69 @@ class Luck(NamedTuple):
     copy_ns: int | None
 
 
-def lucks(node, frames):
-    """The luck of each frame that `node` draws for."""
+def drawn(node: RandomImpairments, frames: Sequence[Frame]) -> list[Drawn]:
+    """The one of each frame that `node` draws for."""
     jitters_ns, others = node.draw(frames)
     assert len(jitters_ns) == len(frames)
     found = [others.get(index, UNIMPAIRED) for index in range(len(frames))]
     return [
-        Luck(luck.loss, luck.flips, jitter_ns, luck.hold_ns, luck.copy_ns)
-        for luck, jitter_ns in zip(found, jitters_ns, strict=True)
+        Drawn(one.loss, one.flips, jitter_ns, one.hold_ns, one.copy_ns)
+        for one, jitter_ns in zip(found, jitters_ns, strict=True)
     ]
 
 
-def draw(count=COUNT, size_byte=20, **impairments):
-    return lucks(chance(**impairments), frames(count, size_byte))
+def draw(count: int = COUNT, size_byte: int = 20, **impairments: Any) -> list[Drawn]:
+    return drawn(chance(**impairments), frames(count, size_byte))
 
 
-def losses(**impairments):
-    return [luck.loss is not None for luck in draw(**impairments)]
+def losses(**impairments: Any) -> list[bool]:
+    return [one.loss is not None for one in draw(**impairments)]
 
 
-def near(share, expected, count=COUNT, spread=1.0):
+def near(
+    share: float | np.floating, expected: float, count: int = COUNT, spread: float = 1.0
+) -> bool:
     """Within five standard deviations of a share of independent trials, `spread` times as wide."""
-    return abs(share - expected) < 5 * spread * math.sqrt(expected * (1 - expected) / count)
+    return abs(float(share) - expected) < 5 * spread * math.sqrt(expected * (1 - expected) / count)
 
 
-def mean_burst(lost):
+def mean_burst(lost: Sequence[bool]) -> float:
     runs = [len(list(run)) for was_lost, run in groupby(lost) if was_lost]
     return sum(runs) / len(runs)
 
 
-def test_random_losses_are_as_frequent_as_asked_for():
+def test_random_losses_are_as_frequent_as_asked_for() -> None:
     assert near(np.mean(losses(loss=0.2)), 0.2)
 
 
-def test_gilbert_elliott_loses_by_the_share_of_its_states():
+def test_gilbert_elliott_loses_by_the_share_of_its_states() -> None:
     bad = GE.p / (GE.p + GE.r)
     expected = bad * GE.bad_loss + (1 - bad) * GE.good_loss
     # Correlation widens the spread by √((1 + ρ)/(1 − ρ)) at most, with ρ = 1 − p − r.
     assert near(np.mean(losses(loss=GE)), expected, spread=math.sqrt(1.7 / 0.3))
 
 
-def test_gilbert_bursts_are_as_long_as_the_bad_state():
+def test_gilbert_bursts_are_as_long_as_the_bad_state() -> None:
     lost = losses(loss=GilbertElliott(p=0.05, r=0.25))
     bursts = sum(lost) * 0.25
     assert abs(mean_burst(lost) - 4.0) < 5 * math.sqrt(0.75) / 0.25 / math.sqrt(bursts)
 
 
-def test_four_states_stay_as_long_as_their_chain_says():
+def test_four_states_stay_as_long_as_their_chain_says() -> None:
     # p31 alone ends a loss, so that bursts are geometric with its mean.
     lost = losses(loss=FourState(p13=0.02, p31=0.2))
     assert mean_burst(lost) == pytest.approx(5.0, rel=0.2)
     assert np.mean(lost) == pytest.approx(0.02 / 0.22, rel=0.2)
 
 
-def test_four_states_with_p13_alone_lose_each_frame_on_its_own():
+def test_four_states_with_p13_alone_lose_each_frame_on_its_own() -> None:
     lost = np.array(losses(loss=FourState(p13=0.1)))
     assert near(lost.mean(), 0.1)
     after_loss = lost[1:][lost[:-1]]
     assert near(after_loss.mean(), 0.1, count=len(after_loss))
 
 
-def test_a_loss_alone_in_a_gap_is_never_followed_by_another():
+def test_a_loss_alone_in_a_gap_is_never_followed_by_another() -> None:
     lost = losses(loss=FourState(p13=0.0, p14=0.3))
     assert sum(lost) > 1000
     assert mean_burst(lost) == 1.0
@@ -116,82 +119,84 @@ def test_a_loss_alone_in_a_gap_is_never_followed_by_another():
 
 @pytest.mark.parametrize("correlation", [0.0, 0.7, -0.5])
 @pytest.mark.parametrize("shape", JitterShape)
-def test_jitter_has_its_shape_whatever_the_correlation(shape, correlation):
+def test_jitter_has_its_shape_whatever_the_correlation(
+    shape: JitterShape, correlation: float
+) -> None:
     jitter = Jitter(spread_s=0.01, shape=shape, correlation=correlation)
     # Far enough apart to be independent.
-    delays = np.array([luck.jitter_ns for luck in draw(jitter=jitter)])[::20] / 1e7
+    delays = np.array([one.jitter_ns for one in draw(jitter=jitter)])[::20] / 1e7
     law = stats.uniform() if shape is JitterShape.UNIFORM else stats.expon()
     assert stats.kstest(delays, law.cdf).pvalue > 1e-4
     assert delays.min() >= 0
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.7, -0.5])
-def test_jitter_is_correlated_as_asked_for(correlation):
+def test_jitter_is_correlated_as_asked_for(correlation: float) -> None:
     jitter = Jitter(spread_s=0.01, correlation=correlation)
-    delays = np.array([luck.jitter_ns for luck in draw(jitter=jitter)]) / 1e7
+    delays = np.array([one.jitter_ns for one in draw(jitter=jitter)]) / 1e7
     scores = stats.norm.ppf(np.clip(delays, 1e-9, 1 - 1e-9))
     assert np.corrcoef(scores[1:], scores[:-1])[0, 1] == pytest.approx(correlation, abs=0.03)
 
 
 @pytest.mark.parametrize("rate", [1e-4, 0.01, 0.5])
-def test_wrong_bits_are_as_many_as_a_binomial_says_and_anywhere(rate):
-    lucks = draw(4000, bit_error_rate=rate, bit_errors=BitErrorEffect.FLIP)
+def test_wrong_bits_are_as_many_as_a_binomial_says_and_anywhere(rate: float) -> None:
+    drawn = draw(4000, bit_error_rate=rate, bit_errors=BitErrorEffect.FLIP)
     bits = 20 * 8
-    counts = np.array([len(luck.flips) for luck in lucks])
+    counts = np.array([len(one.flips) for one in drawn])
     assert abs(counts.mean() - bits * rate) < 5 * math.sqrt(bits * rate * (1 - rate) / 4000)
     assert near(np.mean(counts == 0), (1 - rate) ** bits, count=4000)
-    places = [bit for luck in lucks for bit in luck.flips]
+    places = [bit for one in drawn for bit in one.flips]
     assert abs(np.mean(places) - (bits - 1) / 2) < 5 * bits / math.sqrt(12 * len(places))
-    assert all(len(set(luck.flips)) == len(luck.flips) for luck in lucks)
-    assert all(luck.loss is None for luck in lucks)
+    assert all(len(set(one.flips)) == len(one.flips) for one in drawn)
+    assert all(one.loss is None for one in drawn)
 
 
-def test_a_wrong_bit_in_the_overhead_loses_the_frame():
-    lucks = draw(
+def test_a_wrong_bit_in_the_overhead_loses_the_frame() -> None:
+    drawn = draw(
         4000, bit_error_rate=0.001, bit_errors=BitErrorEffect.FLIP, overhead_byte=20, size_byte=20
     )
-    lost = np.mean([luck.loss is Fate.BIT_ERROR for luck in lucks])
+    lost = np.mean([one.loss is Fate.BIT_ERROR for one in drawn])
     assert near(lost, 1 - 0.999**160, count=4000)
-    assert all(not luck.flips for luck in lucks if luck.loss)
+    assert all(not one.flips for one in drawn if one.loss)
 
 
-def test_bit_errors_lose_long_frames_more_often():
+def test_bit_errors_lose_long_frames_more_often() -> None:
     for size_byte in (10, 200):
         lost = np.mean(
-            [luck.loss is Fate.BIT_ERROR for luck in draw(4000, size_byte, bit_error_rate=5e-4)]
+            [one.loss is Fate.BIT_ERROR for one in draw(4000, size_byte, bit_error_rate=5e-4)]
         )
         assert near(lost, 1 - (1 - 5e-4) ** (8 * size_byte), count=4000)
 
 
-def test_when_every_bit_is_wrong_all_are_flipped():
-    (luck,) = draw(1, 3, bit_error_rate=1.0, bit_errors=BitErrorEffect.FLIP)
-    assert luck.flips == tuple(range(24))
+def test_when_every_bit_is_wrong_all_are_flipped() -> None:
+    (one,) = draw(1, 3, bit_error_rate=1.0, bit_errors=BitErrorEffect.FLIP)
+    assert one.flips == tuple(range(24))
 
 
-def test_corruption_flips_one_bit_anywhere():
-    lucks = draw(corrupt=0.1)
-    flips = [luck.flips for luck in lucks if luck.flips]
+def test_corruption_flips_one_bit_anywhere() -> None:
+    drawn = draw(corrupt=0.1)
+    flips = [one.flips for one in drawn if one.flips]
     assert near(len(flips) / COUNT, 0.1)
     assert {len(bits) for bits in flips} == {1}
     assert {bits[0] for bits in flips} == set(range(160))
 
 
-def test_an_empty_frame_has_nothing_to_corrupt():
-    assert all(not luck.flips for luck in draw(100, 0, corrupt=1.0))
+def test_an_empty_frame_has_nothing_to_corrupt() -> None:
+    assert all(not one.flips for one in draw(100, 0, corrupt=1.0))
 
 
-def test_as_many_are_held_back_and_doubled_as_asked_for():
-    lucks = draw(reorder=Reorder(share=0.2, hold_s=1.0), duplicate=0.3)
-    assert near(np.mean([luck.hold_ns > 0 for luck in lucks]), 0.2)
-    assert near(np.mean([luck.copy_ns is not None for luck in lucks]), 0.3)
+def test_as_many_are_held_back_and_doubled_as_asked_for() -> None:
+    drawn = draw(reorder=Reorder(share=0.2, hold_s=1.0), duplicate=0.3)
+    assert near(np.mean([one.hold_ns > 0 for one in drawn]), 0.2)
+    assert near(np.mean([one.copy_ns is not None for one in drawn]), 0.3)
 
 
 @given(st.lists(st.integers(0, 40), max_size=10))
-def test_how_frames_are_cut_into_blocks_does_not_show(sizes):
+def test_how_frames_are_cut_into_blocks_does_not_show(sizes: Sequence[int]) -> None:
     total = sum(sizes)
     blocks, node = [], chance(**EVERYTHING)
     for begin, size in zip(accumulate(sizes, initial=0), sizes, strict=False):
-        blocks += lucks(node, frames(total)[begin : begin + size])
+        blocks += drawn(node, frames(total)[begin : begin + size])
     assert blocks == draw(total, **EVERYTHING)
 
 
@@ -206,7 +211,7 @@ FIELDS = {
 
 
 @pytest.mark.parametrize("absent", FIELDS)
-def test_without_one_impairment_the_others_do_the_same(absent):
+def test_without_one_impairment_the_others_do_the_same(absent: str) -> None:
     fewer = {name: value for name, value in EVERYTHING.items() if name != absent}
     for one, other in zip(draw(2000, **EVERYTHING), draw(2000, **fewer), strict=True):
         for field in {"loss", "flips", "jitter_ns", "hold_ns", "copy_ns"} - {*FIELDS[absent]}:
@@ -214,12 +219,12 @@ def test_without_one_impairment_the_others_do_the_same(absent):
 
 
 @given(st.integers(0, 300))
-def test_an_impairment_that_begins_later_finds_its_draws_where_they_would_be(later):
+def test_an_impairment_that_begins_later_finds_its_draws_where_they_would_be(later: int) -> None:
     always = {name: EVERYTHING[name] for name in ("corrupt", "reorder", "duplicate")} | {
         "loss": 0.3
     }
     node = chance()
-    before = lucks(node, frames(300)[:later])
+    before = drawn(node, frames(300)[:later])
     node.configure(OneWay(**always))
-    assert lucks(node, frames(300)[later:]) == draw(300, **always)[later:]
-    assert all(luck.loss is None and not luck.flips for luck in before)
+    assert drawn(node, frames(300)[later:]) == draw(300, **always)[later:]
+    assert all(one.loss is None and not one.flips for one in before)

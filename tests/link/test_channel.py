@@ -1,5 +1,7 @@
 """What the channel does to frames, told frame by frame."""
 
+from collections.abc import Sequence
+
 import pytest
 from channels import DOWN, UP, channel, fates, frame, link, pass_through
 from hypothesis import given
@@ -10,7 +12,7 @@ from farside.node import Direction, Step, to_ns
 from farside.topics import Fate
 
 
-def test_a_frame_arrives_after_serialisation_and_propagation():
+def test_a_frame_arrives_after_serialisation_and_propagation() -> None:
     config = link(up=OneWay(delay_s=1.28, rate_bit_s=2000))
     step = pass_through(config, [frame(UP, 0, 10.0, size_byte=25)])
     (fate,) = fates(step.records)
@@ -19,7 +21,7 @@ def test_a_frame_arrives_after_serialisation_and_propagation():
     assert step.records[-1].log_time_ns == fate.arrival_ns
 
 
-def test_frames_wait_for_each_other_but_not_for_the_other_direction():
+def test_frames_wait_for_each_other_but_not_for_the_other_direction() -> None:
     slow = OneWay(delay_s=0.0, rate_bit_s=800)
     step = pass_through(
         link(up=slow, down=slow), [frame(UP, 0, 0), frame(UP, 1, 0), frame(DOWN, 0, 0)]
@@ -31,7 +33,7 @@ def test_frames_wait_for_each_other_but_not_for_the_other_direction():
     ]
 
 
-def test_a_full_queue_drops_the_newest_frame_and_says_so():
+def test_a_full_queue_drops_the_newest_frame_and_says_so() -> None:
     narrow = OneWay(delay_s=0.0, rate_bit_s=800, queue_byte=250)
     step = pass_through(link(up=narrow), [frame(UP, n, 0) for n in range(4)])
     by_sequence = {fate.sequence: fate for fate in fates(step.records)}
@@ -45,7 +47,7 @@ def test_a_full_queue_drops_the_newest_frame_and_says_so():
     assert by_sequence[3].sent_end_ns == by_sequence[3].queued_ns
 
 
-def test_the_queue_empties_as_frames_leave():
+def test_the_queue_empties_as_frames_leave() -> None:
     narrow = OneWay(delay_s=0.0, rate_bit_s=800, queue_byte=250)
     frames = [frame(UP, 0, 0.0), frame(UP, 1, 0.0), frame(UP, 2, 0.5), frame(UP, 3, 0.6)]
     kept = {f.sequence for f in pass_through(link(up=narrow), frames).frames}
@@ -65,13 +67,13 @@ def test_the_queue_empties_as_frames_leave():
         (DOWN, 20.0, Fate.DELIVERED),
     ],
 )
-def test_an_outage_is_at_the_rovers_end(direction, sent_s, fate):
+def test_an_outage_is_at_the_rovers_end(direction: Direction, sent_s: float, fate: Fate) -> None:
     config = link(blackouts=[Blackout(start_s=10.0, end_s=20.0)])
     (found,) = fates(pass_through(config, [frame(direction, 0, sent_s)]).records)
     assert found.fate is fate
 
 
-def test_a_downlink_frame_is_lost_if_any_of_it_is_sent_in_the_outage():
+def test_a_downlink_frame_is_lost_if_any_of_it_is_sent_in_the_outage() -> None:
     config = link(
         down=OneWay(delay_s=1.0, rate_bit_s=800),
         blackouts=[Blackout(start_s=10.0, end_s=20.0)],
@@ -83,13 +85,13 @@ def test_a_downlink_frame_is_lost_if_any_of_it_is_sent_in_the_outage():
     }
 
 
-def test_a_blackout_of_one_direction_leaves_the_other():
+def test_a_blackout_of_one_direction_leaves_the_other() -> None:
     config = link(blackouts=[Blackout(start_s=0.0, end_s=20.0, direction=Affected.UP)])
     step = pass_through(config, [frame(UP, 0, 5), frame(DOWN, 0, 5)])
     assert [f.direction for f in step.frames] == [DOWN]
 
 
-def test_overlapping_blackouts_are_one_outage_in_the_log():
+def test_overlapping_blackouts_are_one_outage_in_the_log() -> None:
     config = link(
         blackouts=[
             Blackout(start_s=15.0, end_s=30.0, direction=Affected.UP),
@@ -103,7 +105,7 @@ def test_overlapping_blackouts_are_one_outage_in_the_log():
     ]
 
 
-def test_losses_are_as_frequent_as_asked_for():
+def test_losses_are_as_frequent_as_asked_for() -> None:
     config = link(down=OneWay(delay_s=1.0, loss=0.2))
     frames = [frame(DOWN, n, n * 0.1) for n in range(5000)]
     lost = 5000 - len(pass_through(config, frames).frames)
@@ -111,7 +113,7 @@ def test_losses_are_as_frequent_as_asked_for():
     assert abs(lost - 1000) < 5 * (5000 * 0.2 * 0.8) ** 0.5
 
 
-def test_a_blackout_leaves_the_losses_of_other_frames_as_they_were():
+def test_a_blackout_leaves_the_losses_of_other_frames_as_they_were() -> None:
     lossy = OneWay(delay_s=1.0, loss=0.3)
     frames = [frame(UP, n, n) for n in range(200)]
     without = {f.sequence for f in pass_through(link(up=lossy), frames).frames}
@@ -120,7 +122,7 @@ def test_a_blackout_leaves_the_losses_of_other_frames_as_they_were():
     assert with_blackout == {n for n in without if not 50 <= n + 1 < 100}
 
 
-def test_a_frame_from_another_time_is_refused():
+def test_a_frame_from_another_time_is_refused() -> None:
     node = channel(link())
     node.advance(to_ns(5), [])
     with pytest.raises(ValueError, match=r"expected up frame 7 to be sent in the window"):
@@ -133,7 +135,9 @@ def test_a_frame_from_another_time_is_refused():
     ),
     cuts=st.lists(st.integers(1, 99), max_size=8),
 )
-def test_how_time_is_cut_into_windows_does_not_show(sends, cuts):
+def test_how_time_is_cut_into_windows_does_not_show(
+    sends: Sequence[tuple[Direction, int, int]], cuts: Sequence[int]
+) -> None:
     config = link(
         up=OneWay(delay_s=0.5, rate_bit_s=900, queue_byte=500, loss=0.2),
         down=OneWay(delay_s=3.0, loss=0.1),
@@ -157,7 +161,9 @@ def test_how_time_is_cut_into_windows_does_not_show(sends, cuts):
         st.tuples(st.sampled_from(Direction), st.integers(0, 99), st.integers(1, 300)), max_size=40
     )
 )
-def test_every_frame_has_one_fate_and_none_overtakes(sends):
+def test_every_frame_has_one_fate_and_none_overtakes(
+    sends: Sequence[tuple[Direction, int, int]],
+) -> None:
     config = link(
         up=OneWay(delay_s=1.0, rate_bit_s=900, queue_byte=500, loss=0.2),
         blackouts=[Blackout(start_s=20.0, end_s=40.0)],

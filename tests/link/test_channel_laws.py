@@ -1,6 +1,8 @@
 """What holds for every link and all traffic, and what chance and control do in the channel."""
 
+from collections.abc import Sequence
 from itertools import pairwise
+from typing import Any
 
 import msgspec
 import pytest
@@ -8,19 +10,18 @@ from channels import DOWN, UP, channel, fate_of, fates, frame, link, pass_throug
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.link import Affected, Blackout, OneWay
+from farside.link import Affected, Blackout, LinkConfig, OneWay
 from farside.link.profile.config import (
     BitErrorEffect,
     DelayPoint,
     DropPolicy,
     LinkChange,
-    OutageReason,
     RateStep,
     Trace,
 )
 from farside.link.profile.impairments import FourState, GilbertElliott, Jitter, JitterShape, Reorder
-from farside.node import Direction, Step, to_ns
-from farside.topics import Fate, LinkOutage
+from farside.node import Direction, Frame, Step, to_ns
+from farside.topics import Fate, LinkOutage, OutageReason
 
 END_S = 400.0
 
@@ -110,14 +111,18 @@ traffic = st.lists(
     max_size=40,
 ).map(
     lambda sends: [
-        frame(way, n, *rest)
-        for n, (way, *rest) in enumerate(sorted(sends, key=lambda send: send[1]))
+        frame(way, n, t_s, size_byte, priority, lifetime_s)
+        for n, (way, t_s, size_byte, priority, lifetime_s) in enumerate(
+            sorted(sends, key=lambda send: send[1])
+        )
     ]
 )
 
 
 @given(links, traffic, st.lists(st.integers(1, 4000), max_size=30))
-def test_how_time_is_cut_into_windows_does_not_show(config, frames, cuts):
+def test_how_time_is_cut_into_windows_does_not_show(
+    config: LinkConfig, frames: Sequence[Frame], cuts: Sequence[int]
+) -> None:
     # No window is longer than 2 s, the least delay.
     marks_ns = sorted({to_ns(c / 10) for c in cuts} | {to_ns(2.0 * n) for n in range(1, 201)})
     whole = pass_through(config, frames, END_S)
@@ -132,7 +137,9 @@ def test_how_time_is_cut_into_windows_does_not_show(config, frames, cuts):
 
 
 @given(links, traffic)
-def test_every_frame_has_one_fate_and_what_is_delivered_arrives(config, frames):
+def test_every_frame_has_one_fate_and_what_is_delivered_arrives(
+    config: LinkConfig, frames: Sequence[Frame]
+) -> None:
     step = pass_through(config, frames, 100_000.0)
     found = fates(step.records)
     ids = [fate.sequence for fate in found if fate.copy == 0]
@@ -145,7 +152,7 @@ def test_every_frame_has_one_fate_and_what_is_delivered_arrives(config, frames):
 
 
 @given(links, traffic)
-def test_bits_are_flipped_as_recorded(config, frames):
+def test_bits_are_flipped_as_recorded(config: LinkConfig, frames: Sequence[Frame]) -> None:
     step = pass_through(config, frames, END_S)
     sent = {f.sequence: f.payload for f in frames}
     wrong = {
@@ -160,7 +167,9 @@ def test_bits_are_flipped_as_recorded(config, frames):
 
 
 @given(ways, traffic)
-def test_nothing_overtakes_but_what_is_held_back_or_comes_twice(way, frames):
+def test_nothing_overtakes_but_what_is_held_back_or_comes_twice(
+    way: OneWay, frames: Sequence[Frame]
+) -> None:
     calm = msgspec.structs.replace(way, reorder=None, duplicate=0.0)
     arrivals = pass_through(link(calm, calm), frames, END_S).frames
     for direction in Direction:
@@ -169,19 +178,21 @@ def test_nothing_overtakes_but_what_is_held_back_or_comes_twice(way, frames):
 
 
 @given(ways, traffic, st.sampled_from(["rate", "loss", "reorder", "duplicate", "blackout"]))
-def test_another_rate_or_impairment_leaves_the_rest_as_it_was(way, frames, other):
+def test_another_rate_or_impairment_leaves_the_rest_as_it_was(
+    way: OneWay, frames: Sequence[Frame], other: str
+) -> None:
     """A frame that comes through either way has the same luck in both."""
-    free = {"rate_bit_s": None, "rate_table": (), "rate_trace": None}
+    free: dict[str, Any] = {"rate_bit_s": None, "rate_table": (), "rate_trace": None}
     way = msgspec.structs.replace(way, **free)
     there = [Blackout(start_s=30.0, end_s=50.0)] if other == "blackout" else []
-    new: dict[str, object] = {
+    changes: dict[str, dict[str, Any]] = {
         "rate": {"rate_bit_s": 300},
         "loss": {"loss": 0.5},
         "reorder": {"reorder": Reorder(share=0.5, hold_s=9.0)},
         "duplicate": {"duplicate": 0.9},
         "blackout": {},
-    }[other]
-    changed = msgspec.structs.replace(way, **new)
+    }
+    changed = msgspec.structs.replace(way, **changes[other])
     one = fate_of(link(way, way), frames, END_S)
     two = fate_of(link(changed, changed, blackouts=there), frames, END_S)
     queue, out = {Fate.QUEUE_FULL, Fate.EXPIRED}, {Fate.OUTAGE}
@@ -194,7 +205,7 @@ def test_another_rate_or_impairment_leaves_the_rest_as_it_was(way, frames, other
             assert new_fate.arrival_ns == fate.arrival_ns
 
 
-def test_held_frames_are_overtaken_and_hold_nothing_back():
+def test_held_frames_are_overtaken_and_hold_nothing_back() -> None:
     config = link(up=OneWay(delay_s=1.0, reorder=Reorder(share=0.3, hold_s=5.0)))
     found = fate_of(config, [frame(UP, n, n) for n in range(100)])
     late = {n: fate.arrival_ns - to_ns(n + 1.0) for n, fate in found.items()}
@@ -202,7 +213,7 @@ def test_held_frames_are_overtaken_and_hold_nothing_back():
     assert any(found[n].arrival_ns > found[n + 1].arrival_ns for n in range(99))
 
 
-def test_a_copy_has_a_fate_of_its_own():
+def test_a_copy_has_a_fate_of_its_own() -> None:
     jitter = Jitter(spread_s=0.5)
     config = link(up=OneWay(delay_s=1.0, duplicate=1.0, jitter=jitter))
     step = pass_through(config, [frame(UP, n, 10 * n) for n in range(20)])
@@ -216,7 +227,7 @@ def test_a_copy_has_a_fate_of_its_own():
     assert len(step.frames) == 40
 
 
-def test_jitter_never_overtakes_even_at_full_spread():
+def test_jitter_never_overtakes_even_at_full_spread() -> None:
     config = link(up=OneWay(delay_s=1.0, jitter=Jitter(spread_s=1.0)))
     times = [
         f.time_ns for f in pass_through(config, [frame(UP, n, n / 100) for n in range(300)]).frames
@@ -224,13 +235,13 @@ def test_jitter_never_overtakes_even_at_full_spread():
     assert all(a <= b for a, b in pairwise(times))
 
 
-def test_the_reason_of_an_outage_is_in_the_fate():
+def test_the_reason_of_an_outage_is_in_the_fate() -> None:
     outage = Blackout(start_s=5.0, end_s=9.0, reason=OutageReason.CONTACT)
     (fate,) = fates(pass_through(link(blackouts=(outage,)), [frame(DOWN, 0, 6.0)]).records)
     assert (fate.fate, fate.outage) == (Fate.OUTAGE, OutageReason.CONTACT)
 
 
-def test_outages_that_touch_end_and_begin_in_the_log():
+def test_outages_that_touch_end_and_begin_in_the_log() -> None:
     config = link(
         blackouts=(
             Blackout(start_s=5.0, end_s=9.0, direction=Affected.UP),
@@ -247,7 +258,7 @@ def test_outages_that_touch_end_and_begin_in_the_log():
     ]
 
 
-def test_a_direction_is_out_for_as_long_as_it_is_told():
+def test_a_direction_is_out_for_as_long_as_it_is_told() -> None:
     node = channel(link())
     node.advance(to_ns(10.0), [])
     node.set_out(DOWN, True)
@@ -266,14 +277,14 @@ def test_a_direction_is_out_for_as_long_as_it_is_told():
     assert fates(dark.records)[0].outage is OutageReason.CONTROL
 
 
-def test_a_downlink_frame_on_the_transmitter_is_lost_when_the_direction_is_told_to_be_out():
+def test_a_downlink_frame_on_the_transmitter_is_lost_when_the_direction_is_told_to_be_out() -> None:
     node = channel(link(down=OneWay(delay_s=1.0, rate_bit_s=800)))
     node.advance(to_ns(0.5), [frame(DOWN, 0, 0.0)])
     node.set_out(DOWN, True)
     assert not node.advance(to_ns(2.0), []).frames
 
 
-def test_a_shorter_delay_lets_what_follows_overtake():
+def test_a_shorter_delay_lets_what_follows_overtake() -> None:
     node = channel(link(up=OneWay(delay_s=100.0)))
     slow = node.advance(to_ns(1.0), [frame(UP, 0, 0.0)])
     node.change(UP, OneWay(delay_s=2.0))
@@ -284,7 +295,7 @@ def test_a_shorter_delay_lets_what_follows_overtake():
     assert [fate.sequence for fate in fates(records)] == [1, 0]
 
 
-def test_scheduled_changes_take_place_at_their_time():
+def test_scheduled_changes_take_place_at_their_time() -> None:
     change = LinkChange(at_s=50.0, direction=Affected.UP, loss=1.0)
     frames = [frame(way, n, n) for way in Direction for n in range(100)]
     arrived = pass_through(link(changes=(change,)), frames).frames
@@ -293,6 +304,6 @@ def test_scheduled_changes_take_place_at_their_time():
 
 
 @pytest.mark.parametrize("way", Direction)
-def test_a_frame_beyond_the_window_is_refused(way):
+def test_a_frame_beyond_the_window_is_refused(way: Direction) -> None:
     with pytest.raises(ValueError, match=f"expected {way} frame 3 to be sent in the window"):
         channel(link()).advance(to_ns(1.0), [frame(way, 3, 1.0)])

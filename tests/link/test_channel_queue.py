@@ -1,38 +1,43 @@
 """Who waits, who goes first and who goes without: the queue and the transmitter."""
 
+from collections.abc import Mapping, Sequence
+from typing import Any
+
 import pytest
 from channels import UP, channel, fate_of, fates, frame, link, pass_through
 
-from farside.link import OneWay
+from farside.link import LinkConfig, OneWay
 from farside.link.profile.config import AtEnd, DropPolicy, LinkChange, RateStep, Trace
-from farside.node import to_ns, to_s
+from farside.node import Frame, to_ns, to_s
 from farside.topics import Fate
 
 
-def slow(**rest):
+def slow(**rest: Any) -> LinkConfig:
     """A hundred bytes take a second."""
     return link(up=OneWay(delay_s=1.0, rate_bit_s=800, **rest))
 
 
-def traced(*times_ms, at_end=AtEnd.WRAP, **rest):
+def traced(*times_ms: int, at_end: AtEnd = AtEnd.WRAP, **rest: Any) -> LinkConfig:
     trace = Trace(times_ms=times_ms, at_end=at_end)
     return link(up=OneWay(delay_s=1.0, rate_trace=trace, queue_byte=10**6, **rest))
 
 
-def sending(config, frames, until_s=1000.0):
+def sending(
+    config: LinkConfig, frames: Sequence[Frame], until_s: float = 1000.0
+) -> dict[int, tuple[float, float]]:
     """When each frame began and ended to be sent, in seconds."""
     found = fate_of(config, frames, until_s)
     return {n: (to_s(fate.sent_ns), to_s(fate.sent_end_ns)) for n, fate in found.items()}
 
 
-def test_the_highest_priority_goes_first_and_the_oldest_of_it():
+def test_the_highest_priority_goes_first_and_the_oldest_of_it() -> None:
     frames = [frame(UP, n, 0.1 * n, priority=p) for n, p in enumerate([0, 0, 1, 2, 1])]
     step = pass_through(slow(), frames)
     assert [f.sequence for f in step.frames] == [0, 3, 2, 4, 1]
     assert [fate.priority for fate in fates(step.records)] == [0, 2, 1, 1, 0]
 
 
-def test_of_frames_handed_over_at_once_the_most_important_goes_first():
+def test_of_frames_handed_over_at_once_the_most_important_goes_first() -> None:
     step = pass_through(slow(), [frame(UP, 0, 0, priority=1), frame(UP, 1, 0, priority=2)])
     assert [f.sequence for f in step.frames] == [1, 0]
 
@@ -42,7 +47,9 @@ def test_of_frames_handed_over_at_once_the_most_important_goes_first():
     [(DropPolicy.NEWEST, {4, 5}), (DropPolicy.OLDEST, {1, 2}), (DropPolicy.LOWEST, {2, 3})],
 )
 @pytest.mark.parametrize("bound", [{"queue_frame": 3}, {"queue_byte": 300}])
-def test_a_full_queue_drops_by_its_policy(policy, dropped, bound):
+def test_a_full_queue_drops_by_its_policy(
+    policy: DropPolicy, dropped: set[int], bound: Mapping[str, int]
+) -> None:
     # 0 is on the transmitter; 3 is the newest of the least important, then 2.
     priorities = [9, 5, 1, 1, 7, 6]
     frames = [frame(UP, n, 0.1 * n, priority=p) for n, p in enumerate(priorities)]
@@ -50,26 +57,26 @@ def test_a_full_queue_drops_by_its_policy(policy, dropped, bound):
     assert {n for n, fate in found.items() if fate.fate is Fate.QUEUE_FULL} == dropped
 
 
-def test_the_least_important_may_be_the_one_that_comes():
+def test_the_least_important_may_be_the_one_that_comes() -> None:
     frames = [frame(UP, n, 0.1 * n, priority=p) for n, p in enumerate([1, 1, 0])]
     found = fate_of(slow(drop=DropPolicy.LOWEST, queue_frame=1), frames)
     assert found[2].fate is Fate.QUEUE_FULL
 
 
-def test_a_frame_too_large_for_any_queue_drives_nothing_out():
+def test_a_frame_too_large_for_any_queue_drives_nothing_out() -> None:
     config = slow(drop=DropPolicy.OLDEST, queue_byte=250)
     found = fate_of(config, [frame(UP, 0, 0), frame(UP, 1, 0.1), frame(UP, 2, 0.2, 300)])
     assert [found[n].fate for n in range(3)] == [Fate.DELIVERED, Fate.DELIVERED, Fate.QUEUE_FULL]
 
 
-def test_a_drop_is_recorded_when_the_queue_overflows():
+def test_a_drop_is_recorded_when_the_queue_overflows() -> None:
     config = slow(drop=DropPolicy.OLDEST, queue_frame=1)
     step = pass_through(config, [frame(UP, n, 0.25 * n) for n in range(3)])
     assert fates(step.records)[0].sequence == 1
     assert step.records[0].log_time_ns == to_ns(0.5)
 
 
-def test_a_frame_whose_turn_comes_too_late_has_expired():
+def test_a_frame_whose_turn_comes_too_late_has_expired() -> None:
     frames = [frame(UP, 0, 0), frame(UP, 1, 0.5), frame(UP, 2, 0.5), frame(UP, 3, 0.5, 100, 0, 9.0)]
     step = pass_through(slow(lifetime_s=1.0), frames)
     found = {fate.sequence: fate for fate in fates(step.records)}
@@ -84,16 +91,16 @@ def test_a_frame_whose_turn_comes_too_late_has_expired():
     assert found[3].sent_ns == to_ns(2.0)
 
 
-def test_without_a_limit_to_the_rate_nothing_waits():
+def test_without_a_limit_to_the_rate_nothing_waits() -> None:
     config = link(up=OneWay(delay_s=1.0, queue_byte=1, queue_frame=1, lifetime_s=1e-9))
     assert len(pass_through(config, [frame(UP, n, 0) for n in range(9)]).frames) == 9
 
 
-def test_the_overhead_takes_its_time():
+def test_the_overhead_takes_its_time() -> None:
     assert sending(slow(overhead_byte=50), [frame(UP, 0, 0)]) == {0: (0.0, 1.5)}
 
 
-def test_a_frame_still_waiting_has_no_fate_yet():
+def test_a_frame_still_waiting_has_no_fate_yet() -> None:
     node = channel(slow())
     assert not node.advance(to_ns(1.0), [frame(UP, 0, 0), frame(UP, 1, 0)]).frames
     step = node.advance(to_ns(2.5), [])
@@ -101,7 +108,7 @@ def test_a_frame_still_waiting_has_no_fate_yet():
     assert [fate.sequence for fate in fates(step.records)] == [0]
 
 
-def test_a_rate_table_is_integrated_over_its_steps():
+def test_a_rate_table_is_integrated_over_its_steps() -> None:
     steps = ((0.0, 800), (0.5, 0), (10.0, 1600), (20.0, 0))
     table = tuple(RateStep(t_s=t_s, rate_bit_s=rate) for t_s, rate in steps)
     config = link(up=OneWay(delay_s=1.0, rate_table=table))
@@ -110,7 +117,7 @@ def test_a_rate_table_is_integrated_over_its_steps():
     assert sending(config, frames) == {0: (0.0, 10.25), 1: (10.25, 10.75)}
 
 
-def test_what_waits_for_a_rate_to_come_goes_by_priority_and_lifetime():
+def test_what_waits_for_a_rate_to_come_goes_by_priority_and_lifetime() -> None:
     table = (RateStep(t_s=0.0, rate_bit_s=0), RateStep(t_s=100.0, rate_bit_s=800))
     config = link(up=OneWay(delay_s=1.0, rate_table=table))
     frames = [frame(UP, 0, 1.0), frame(UP, 1, 2.0, lifetime_s=50.0), frame(UP, 2, 3.0, priority=1)]
@@ -119,43 +126,43 @@ def test_what_waits_for_a_rate_to_come_goes_by_priority_and_lifetime():
     assert [to_s(found[n].sent_ns) for n in (2, 0)] == [100.0, 101.0]
 
 
-def test_frames_share_an_opportunity_and_a_large_one_takes_several():
+def test_frames_share_an_opportunity_and_a_large_one_takes_several() -> None:
     frames = [frame(UP, 0, 0, 1000), frame(UP, 1, 0, 2000), frame(UP, 2, 0, 1500)]
     # 1500 bytes at 10, 20, 30 … ms: 0 and a third of 1; the rest of 1 with 2 sharing its last.
     assert sending(traced(10), frames) == {0: (0.01, 0.01), 1: (0.01, 0.02), 2: (0.03, 0.03)}
 
 
-def test_what_an_opportunity_leaves_over_is_lost():
+def test_what_an_opportunity_leaves_over_is_lost() -> None:
     frames = [frame(UP, 0, 0, 100), frame(UP, 1, 0.0105, 100)]
     assert sending(traced(10), frames) == {0: (0.01, 0.01), 1: (0.02, 0.02)}
 
 
-def test_a_trace_wraps_at_the_time_of_its_last_line():
+def test_a_trace_wraps_at_the_time_of_its_last_line() -> None:
     frames = [frame(UP, n, 0, 1500) for n in range(6)]
     times = [start_s for start_s, _ in sending(traced(0, 3, 3), frames).values()]
     assert times == [0.0, 0.003, 0.003, 0.003, 0.006, 0.006]
 
 
-def test_after_the_end_of_a_trace_frames_wait_for_ever():
+def test_after_the_end_of_a_trace_frames_wait_for_ever() -> None:
     config = traced(1, 2, at_end=AtEnd.END)
     frames = [frame(UP, 0, 0, 1500), frame(UP, 1, 0, 1501), frame(UP, 2, 0, 1)]
     assert list(sending(config, frames)) == [0]
 
 
 @pytest.mark.parametrize("times_ms", [(), (0,), (2, 1)])
-def test_a_trace_that_cannot_be_played_is_refused(times_ms):
+def test_a_trace_that_cannot_be_played_is_refused(times_ms: tuple[int, ...]) -> None:
     with pytest.raises(ValueError, match="expected a trace of milliseconds in order"):
         channel(traced(*times_ms))
 
 
-def test_a_change_of_rate_holds_for_the_rest_of_the_frame_on_the_transmitter():
+def test_a_change_of_rate_holds_for_the_rest_of_the_frame_on_the_transmitter() -> None:
     config = link(
         up=OneWay(delay_s=1.0, rate_bit_s=800), changes=(LinkChange(at_s=0.75, rate_bit_s=80),)
     )
     assert sending(config, [frame(UP, 0, 0), frame(UP, 1, 0)]) == {0: (0.0, 3.25), 1: (3.25, 13.25)}
 
 
-def test_without_a_limit_any_more_all_that_waits_goes_at_once():
+def test_without_a_limit_any_more_all_that_waits_goes_at_once() -> None:
     node = channel(slow())
     node.advance(to_ns(0.5), [frame(UP, 0, 0), frame(UP, 1, 0), frame(UP, 2, 0, priority=1)])
     node.change(UP, OneWay(delay_s=1.0))
@@ -168,7 +175,7 @@ def test_without_a_limit_any_more_all_that_waits_goes_at_once():
     ]
 
 
-def test_at_twenty_minutes_delay_nothing_is_lost_to_a_hidden_limit():
+def test_at_twenty_minutes_delay_nothing_is_lost_to_a_hidden_limit() -> None:
     node = channel(link(up=OneWay(delay_s=1200.0)))
     count, window_s, arriving = 60_000, 100.0, []
     each = count // 12

@@ -1,5 +1,8 @@
 """What the tables of a link refuse, whoever makes them."""
 
+from collections.abc import Mapping
+from typing import Any
+
 import pytest
 
 from farside.link import OneWay
@@ -20,7 +23,7 @@ from farside.link.profile.impairments import FourState, Reorder
         ),
     ],
 )
-def test_a_direction_has_one_delay_and_one_rate(settings, words):
+def test_a_direction_has_one_delay_and_one_rate(settings: dict[str, Any], words: str) -> None:
     with pytest.raises(ValueError, match=words):
         OneWay(**settings)
 
@@ -36,12 +39,14 @@ def test_a_direction_has_one_delay_and_one_rate(settings, words):
         ),
     ],
 )
-def test_a_state_is_not_left_more_often_than_always(chances, words):
+def test_a_state_is_not_left_more_often_than_always(
+    chances: Mapping[str, float], words: str
+) -> None:
     with pytest.raises(ValueError, match=words):
         FourState(**chances)
 
 
-def test_a_change_holds_for_what_it_names_and_leaves_the_rest():
+def test_a_change_holds_for_what_it_names_and_leaves_the_rest() -> None:
     before = OneWay(delay_s=1.0, rate_table=(RateStep(t_s=0.0, rate_bit_s=80),), loss=0.1)
     reorder = Reorder(share=0.1, hold_s=0.5)
     change = LinkChange(at_s=3.0, rate_bit_s=800, reorder=reorder)

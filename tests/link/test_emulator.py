@@ -1,6 +1,7 @@
 """The stand-alone emulator without a clock and without Zenoh."""
 
 import json
+from typing import Any
 
 import pytest
 
@@ -11,18 +12,18 @@ from farside.link.profile.config import (
     LinkChange,
     LinkConfig,
     OneWay,
-    OutageReason,
     RateStep,
     Trace,
 )
 from farside.link.profile.impairments import Jitter
 from farside.node import Direction
+from farside.topics import OutageReason
 
 UP, DOWN = Direction.UP, Direction.DOWN
 MS = 1_000_000
 
 
-def emulator(**up: object) -> Emulator[str]:
+def emulator(**up: Any) -> Emulator[str]:
     return Emulator(LinkConfig(up=OneWay(**up)))
 
 
@@ -38,7 +39,7 @@ def test_a_message_arrives_with_its_cargo_after_its_delay() -> None:
 
 
 def test_arrivals_are_in_order_of_time_however_they_were_sent() -> None:
-    subject = Emulator(
+    subject: Emulator[str] = Emulator(
         LinkConfig(up=OneWay(delay_s=0.02), down=OneWay(jitter=Jitter(spread_s=0.01)))
     )
     arrived: list[Delivery[str]] = []
@@ -92,7 +93,7 @@ def test_it_asks_to_be_called_at_the_next_arrival_and_not_at_all_when_empty() ->
         {"rate_table": (RateStep(t_s=0.0, rate_bit_s=100), RateStep(t_s=0.3, rate_bit_s=800_000))},
     ],
 )
-def test_called_when_it_asks_to_be_it_is_never_late(up: dict[str, object]) -> None:
+def test_called_when_it_asks_to_be_it_is_never_late(up: dict[str, Any]) -> None:
     faster = LinkChange(at_s=0.2, rate_bit_s=16_000)
     subject: Emulator[str] = Emulator(LinkConfig(up=OneWay(**up), changes=(faster,)))
     for number in range(20):

@@ -1,5 +1,8 @@
 """Messages in, frames across, messages out."""
 
+from collections.abc import Callable, Sequence
+from typing import Any
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -21,28 +24,29 @@ from farside.messages import (
     Telemetry,
 )
 from farside.node import Direction, Frame, Journal, to_ns
-from farside.topics import FrameStage
+from farside.topics import FrameEvent, FrameStage
 
 SECOND = to_ns(1)
 
 
-def config(**changes):
+def config(**changes: Any) -> LinkConfig:
     return LinkConfig(up=OneWay(delay_s=1.0), down=OneWay(delay_s=1.0), **changes)
 
 
 class Pair:
     """Both ends, and a link of one second between them that loses what it is told to."""
 
-    def __init__(self, seed=1, **changes):
+    def __init__(self, seed: int = 1, **changes: Any) -> None:
         terms = LinkTerms.simulated(config(**changes), seed)
         self.journal = Journal()
         self.rover = rover_endpoint(terms, self.journal)
         self.ground = ground_endpoint(terms, self.journal)
         self.now_ns = 0
-        self.at_rover, self.at_ground = [], []
-        self._events = []
+        self.at_rover: list[Any] = []
+        self.at_ground: list[Any] = []
+        self._events: list[FrameEvent] = []
 
-    def live(self, time_s, loses=lambda _: False):
+    def live(self, time_s: float, loses: Callable[[Frame], bool] = lambda _: False) -> None:
         """Go on for some seconds, tenth by tenth."""
         for _ in range(round(10 * time_s)):
             for end, other, heard in (
@@ -55,19 +59,22 @@ class Pair:
             self.now_ns += SECOND // 10
 
     @property
-    def events(self):
-        self._events += [decode(record) for record in self.journal.take()]
+    def events(self) -> list[FrameEvent]:
+        for record in self.journal.take():
+            event = decode(record)
+            assert isinstance(event, FrameEvent)
+            self._events.append(event)
         return self._events
 
-    def stages(self, direction):
+    def stages(self, direction: Direction) -> list[FrameStage]:
         return [event.stage for event in self.events if event.direction is direction]
 
 
-def arriving(frame):
+def arriving(frame: Frame) -> Frame:
     return Frame(frame.direction, frame.sequence, frame.time_ns + SECOND, frame.payload)
 
 
-def telemetry(time_ns=0):
+def telemetry(time_ns: int = 0) -> Telemetry:
     return Telemetry(
         time_ns=time_ns,
         tokens=("at:A",),
@@ -83,7 +90,7 @@ def telemetry(time_ns=0):
     )
 
 
-def test_messages_come_out_as_they_went_in():
+def test_messages_come_out_as_they_went_in() -> None:
     pair = Pair()
     order = Command(1, 99, SetGoal(("at:A",), 2.0))
     pair.ground.send(order, 0)
@@ -92,7 +99,7 @@ def test_messages_come_out_as_they_went_in():
     assert pair.at_rover == [order, Heartbeat()]
 
 
-def test_nothing_is_read_before_it_arrives():
+def test_nothing_is_read_before_it_arrives() -> None:
     pair = Pair()
     pair.ground.send(Heartbeat(), 0)
     pair.live(1)
@@ -101,7 +108,7 @@ def test_nothing_is_read_before_it_arrives():
     assert pair.at_rover == [Heartbeat()]
 
 
-def test_commands_arrive_in_order_and_once_whatever_is_lost():
+def test_commands_arrive_in_order_and_once_whatever_is_lost() -> None:
     pair = Pair()
     commands = [Command(number, 99, Drive("N")) for number in range(1, 20)]
     for command in commands:
@@ -111,7 +118,7 @@ def test_commands_arrive_in_order_and_once_whatever_is_lost():
     assert pair.at_rover == commands
 
 
-def test_of_telemetry_and_heartbeats_nothing_is_sent_again():
+def test_of_telemetry_and_heartbeats_nothing_is_sent_again() -> None:
     pair = Pair()
     pair.rover.send(telemetry(), 0)
     pair.ground.send(Heartbeat(), 0)
@@ -120,7 +127,7 @@ def test_of_telemetry_and_heartbeats_nothing_is_sent_again():
     assert len(pair.events) == 2
 
 
-def test_a_message_longer_than_a_frame_is_cut_and_put_together():
+def test_a_message_longer_than_a_frame_is_cut_and_put_together() -> None:
     pair = Pair(mtu_byte=128)
     path = tuple(ProposedStep((f"at:{n},0",), "E", float(n)) for n in range(30))
     proposal = Proposal(1, 0, ("at:30,0",), "E", Chooser.GOAL_DIRECTED, path)
@@ -132,7 +139,7 @@ def test_a_message_longer_than_a_frame_is_cut_and_put_together():
     assert all(event.size_byte <= 128 for event in pair.events)
 
 
-def msg_with_many_goals():
+def msg_with_many_goals() -> Telemetry:
     values = telemetry()
     return Telemetry(
         **{name: getattr(values, name) for name in values.__struct_fields__ if name != "goals"},
@@ -140,7 +147,7 @@ def msg_with_many_goals():
     )
 
 
-def test_what_waited_for_the_link_arrives_marked_as_stored_oldest_first():
+def test_what_waited_for_the_link_arrives_marked_as_stored_oldest_first() -> None:
     pair = Pair()
     for number in range(5):
         pair.rover.store(telemetry(number), number)
@@ -151,7 +158,7 @@ def test_what_waited_for_the_link_arrives_marked_as_stored_oldest_first():
     assert {event.stored for event in pair.events} == {True}
 
 
-def test_the_store_gives_up_the_oldest_where_it_is_full():
+def test_the_store_gives_up_the_oldest_where_it_is_full() -> None:
     pair = Pair(store_byte=1000)
     dropped = [pair.rover.store(telemetry(number), number) for number in range(20)]
     assert sum(dropped) > 0
@@ -161,7 +168,7 @@ def test_the_store_gives_up_the_oldest_where_it_is_full():
     assert pair.at_ground[0].time_ns == sum(dropped)
 
 
-def test_in_terrain_shadow_nothing_goes_out_and_nothing_comes_in():
+def test_in_terrain_shadow_nothing_goes_out_and_nothing_comes_in() -> None:
     pair = Pair()
     pair.rover.in_shadow = True
     pair.rover.send(telemetry(), 0)
@@ -173,7 +180,7 @@ def test_in_terrain_shadow_nothing_goes_out_and_nothing_comes_in():
     assert pair.rover.heard_ns is None
 
 
-def test_an_event_from_the_shadow_arrives_after_it():
+def test_an_event_from_the_shadow_arrives_after_it() -> None:
     pair = Pair()
     pair.rover.in_shadow = True
     pair.rover.send(event := Event(1, 0, GoalReached(("at:A",))), 0)
@@ -183,27 +190,27 @@ def test_an_event_from_the_shadow_arrives_after_it():
     assert pair.at_ground == [event]
 
 
-def replayed(frame, _):
+def replayed(frame: Frame, _: Pair) -> Frame:
     return frame
 
 
-def turned_back(frame, pair):
+def turned_back(frame: Frame, pair: Pair) -> Frame:
     pair.rover.send(telemetry(), 0)
     (down,) = pair.rover.take_sent()
     return Frame(Direction.UP, 0, 0, down.payload)
 
 
-def flipped(frame, _):
+def flipped(frame: Frame, _: Pair) -> Frame:
     payload = bytearray(frame.payload)
     payload[5] ^= 4
     return Frame(Direction.UP, 0, 0, bytes(payload))
 
 
-def cut_short(frame, _):
+def cut_short(frame: Frame, _: Pair) -> Frame:
     return Frame(Direction.UP, 0, 0, frame.payload[:10])
 
 
-def of_another_mission(frame, _):
+def of_another_mission(frame: Frame, _: Pair) -> Frame:
     other = Pair(seed=2)
     other.ground.send(Heartbeat(), 0)
     return other.ground.take_sent()[0]
@@ -219,7 +226,9 @@ def of_another_mission(frame, _):
         (of_another_mission, "forged"),
     ],
 )
-def test_what_the_other_end_did_not_send_is_refused_and_written_down(attack, reason):
+def test_what_the_other_end_did_not_send_is_refused_and_written_down(
+    attack: Callable[[Frame, Pair], Frame], reason: str
+) -> None:
     pair = Pair()
     pair.ground.send(Heartbeat(), 0)
     (frame,) = pair.ground.take_sent()
@@ -231,7 +240,7 @@ def test_what_the_other_end_did_not_send_is_refused_and_written_down(attack, rea
 
 
 @given(st.lists(st.binary(max_size=80), max_size=5))
-def test_no_bytes_whatever_stop_an_end(payloads):
+def test_no_bytes_whatever_stop_an_end(payloads: Sequence[bytes]) -> None:
     pair = Pair()
     pair.rover.expect(Frame(Direction.UP, n, 0, payload) for n, payload in enumerate(payloads))
     assert list(pair.rover.received(0)) == []

@@ -1,11 +1,13 @@
 """Messages larger than a frame, in pieces."""
 
 import struct
+from collections.abc import Sequence
 from contextlib import suppress
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from hypothesis.strategies._internal.random import ArtificialRandom
 
 from farside.link.endpoint.fragments import FRAGMENT_OVERHEAD_BYTE, Fragmenter, Reassembler
 from farside.link.endpoint.keys import simulated_key
@@ -16,17 +18,17 @@ HOUR_NS = 3600 * 10**9
 LEAST_MTU_BYTE = OVERHEAD_BYTE + FRAGMENT_OVERHEAD_BYTE + 1
 
 
-def fragment(number, index, count, chunk=b"x"):
+def fragment(number: int, index: int, count: int, chunk: bytes = b"x") -> bytes:
     return struct.pack(">IHH", number, index, count) + chunk
 
 
-def refusal(reassembler, body):
+def refusal(reassembler: Reassembler, body: bytes) -> Refusal:
     with pytest.raises(FrameError) as caught:
         reassembler.add(body, 0)
     return caught.value.reason
 
 
-def test_a_message_that_fits_goes_as_it_is():
+def test_a_message_that_fits_goes_as_it_is() -> None:
     message = bytes(100 - OVERHEAD_BYTE)
 
     assert Fragmenter(100).cut(message, 0) == [message]
@@ -36,11 +38,11 @@ def test_a_message_that_fits_goes_as_it_is():
 @given(
     st.binary(max_size=3000), st.integers(LEAST_MTU_BYTE, 300), st.integers(0, SEQUENCE_LIMIT - 1)
 )
-def test_no_frame_is_longer_than_the_mtu(message, mtu_byte, number):
+def test_no_frame_is_longer_than_the_mtu(message: bytes, mtu_byte: int, number: int) -> None:
     class Last:
         first = SEQUENCE_LIMIT - 4000
 
-        def reserve(self, sequence):
+        def reserve(self, sequence: int) -> int:
             return sequence + 4000
 
     sealer = Sealer(simulated_key(1), Direction.UP, Last())
@@ -52,7 +54,9 @@ def test_no_frame_is_longer_than_the_mtu(message, mtu_byte, number):
 
 
 @given(st.lists(st.binary(min_size=60, max_size=400), min_size=1, max_size=4), st.randoms())
-def test_fragments_in_any_order_and_more_than_once_give_each_message_once(messages, chance):
+def test_fragments_in_any_order_and_more_than_once_give_each_message_once(
+    messages: Sequence[bytes], chance: ArtificialRandom
+) -> None:
     bodies = [
         body
         for number, message in enumerate(messages)
@@ -69,7 +73,7 @@ def test_fragments_in_any_order_and_more_than_once_give_each_message_once(messag
     assert reassembler.held_byte == 0
 
 
-def test_a_lost_fragment_leaves_the_message_incomplete_until_it_is_too_old():
+def test_a_lost_fragment_leaves_the_message_incomplete_until_it_is_too_old() -> None:
     reassembler = Reassembler(HOUR_NS)
     bodies = Fragmenter(70).cut(bytes(200), 5)
     for body in bodies[:-1]:
@@ -83,7 +87,7 @@ def test_a_lost_fragment_leaves_the_message_incomplete_until_it_is_too_old():
     assert (reassembler.surplus, reassembler.held_byte) == (1, 0)
 
 
-def test_age_counts_from_the_first_fragment():
+def test_age_counts_from_the_first_fragment() -> None:
     reassembler = Reassembler(HOUR_NS)
     reassembler.add(fragment(1, 0, 3), 0)
     reassembler.add(fragment(1, 1, 3), HOUR_NS - 1)
@@ -92,7 +96,7 @@ def test_age_counts_from_the_first_fragment():
     assert reassembler.expired == 1
 
 
-def test_with_too_many_messages_the_oldest_incomplete_one_goes():
+def test_with_too_many_messages_the_oldest_incomplete_one_goes() -> None:
     reassembler = Reassembler(HOUR_NS, max_messages=2)
     for number in (1, 2, 3):
         reassembler.add(fragment(number, 0, 2), 0)
@@ -101,7 +105,7 @@ def test_with_too_many_messages_the_oldest_incomplete_one_goes():
     assert [reassembler.add(fragment(n, 1, 2), 0) for n in (1, 2, 3)] == [None, b"xx", b"xx"]
 
 
-def test_with_too_many_bytes_the_oldest_incomplete_one_goes():
+def test_with_too_many_bytes_the_oldest_incomplete_one_goes() -> None:
     reassembler = Reassembler(HOUR_NS, max_byte=4000)
     for number in (1, 2, 3):
         reassembler.add(fragment(number, 0, 2, bytes(1500)), 0)
@@ -111,7 +115,7 @@ def test_with_too_many_bytes_the_oldest_incomplete_one_goes():
     assert reassembler.add(fragment(2, 1, 2, b"end"), 0) == bytes(1500) + b"end"
 
 
-def test_a_message_that_could_never_be_whole_displaces_nobody():
+def test_a_message_that_could_never_be_whole_displaces_nobody() -> None:
     reassembler = Reassembler(HOUR_NS, max_byte=4000)
     reassembler.add(fragment(1, 0, 2), 0)
 
@@ -123,7 +127,7 @@ def test_a_message_that_could_never_be_whole_displaces_nobody():
 @pytest.mark.parametrize(
     "other", [fragment(1, 0, 2, b"y"), fragment(1, 0, 3), fragment(1, 2, 3)], ids=str
 )
-def test_a_fragment_that_contradicts_another_is_refused_and_harms_nothing(other):
+def test_a_fragment_that_contradicts_another_is_refused_and_harms_nothing(other: bytes) -> None:
     reassembler = Reassembler(HOUR_NS)
     reassembler.add(fragment(1, 0, 2), 0)
 
@@ -144,7 +148,7 @@ def test_a_fragment_that_contradicts_another_is_refused_and_harms_nothing(other)
     ],
     ids=str,
 )
-def test_what_is_no_fragment_is_malformed(body):
+def test_what_is_no_fragment_is_malformed(body: bytes) -> None:
     assert refusal(Reassembler(HOUR_NS), body) is Refusal.MALFORMED
 
 
@@ -162,7 +166,9 @@ fragments = st.builds(
     st.integers(1, 3),
     st.integers(0, 1500),
 )
-def test_nothing_raises_anything_else_or_takes_more_memory(arrivals, max_messages, max_byte):
+def test_nothing_raises_anything_else_or_takes_more_memory(
+    arrivals: Sequence[tuple[bytes, int]], max_messages: int, max_byte: int
+) -> None:
     reassembler = Reassembler(100, max_messages, max_byte)
     now_ns = 0
     for body, wait_ns in arrivals:
@@ -174,13 +180,13 @@ def test_nothing_raises_anything_else_or_takes_more_memory(arrivals, max_message
     assert reassembler.held_byte == 0
 
 
-def test_an_mtu_that_holds_no_fragment_is_refused():
+def test_an_mtu_that_holds_no_fragment_is_refused() -> None:
     Fragmenter(LEAST_MTU_BYTE)
     with pytest.raises(ValueError, match="expected an MTU of 35 bytes or more, found 34"):
         Fragmenter(LEAST_MTU_BYTE - 1)
 
 
-def test_a_message_of_too_many_fragments_is_refused():
+def test_a_message_of_too_many_fragments_is_refused() -> None:
     fragmenter = Fragmenter(LEAST_MTU_BYTE)
 
     assert len(fragmenter.cut(bytes(65_535), 0)) == 65_535

@@ -4,14 +4,16 @@ import os
 import subprocess
 import sys
 import tempfile
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
+from cryptography.hazmat.primitives.ciphers.aead import AESGCM
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from farside.link.endpoint import keys, wire
+from farside.link.endpoint import wire
 from farside.link.endpoint.keys import (
     KeyFileError,
     SequenceFile,
@@ -34,7 +36,7 @@ KEY = simulated_key(7)
 
 
 @pytest.fixture
-def path(tmp_path):
+def path(tmp_path: Path) -> Path:
     """A file of sequence numbers for a key that has not been used yet."""
     path = tmp_path / "up.sent"
     SequenceFile.create(path, KEY, UP, Use.SENT)
@@ -44,12 +46,12 @@ def path(tmp_path):
 # --- keys --------------------------------------------------------------------------------------
 
 
-def test_a_seed_always_gives_the_same_key():
+def test_a_seed_always_gives_the_same_key() -> None:
     assert simulated_key(7).hex().startswith("fa78cebf3768538f")
     assert len({simulated_key(seed) for seed in (0, 1, 7, 2**80)}) == 4
 
 
-def test_a_key_file_is_for_its_owner_alone_and_read_as_written(tmp_path):
+def test_a_key_file_is_for_its_owner_alone_and_read_as_written(tmp_path: Path) -> None:
     path = tmp_path / "mission.key"
     key = create_key(path)
 
@@ -59,7 +61,7 @@ def test_a_key_file_is_for_its_owner_alone_and_read_as_written(tmp_path):
     assert create_key(tmp_path / "other.key") != key
 
 
-def test_a_key_file_is_never_written_over(tmp_path):
+def test_a_key_file_is_never_written_over(tmp_path: Path) -> None:
     path = tmp_path / "mission.key"
     key = create_key(path)
 
@@ -69,7 +71,7 @@ def test_a_key_file_is_never_written_over(tmp_path):
 
 
 @pytest.mark.parametrize("mode", [0o640, 0o604, 0o620, 0o644, 0o777])
-def test_a_key_that_others_may_read_is_refused(tmp_path, mode):
+def test_a_key_that_others_may_read_is_refused(tmp_path: Path, mode: int) -> None:
     path = tmp_path / "mission.key"
     create_key(path)
     path.chmod(mode)
@@ -90,7 +92,7 @@ def test_a_key_that_others_may_read_is_refused(tmp_path, mode):
     ],
     ids=["empty", "short", "more", "version", "binary", "long"],
 )
-def test_what_is_no_key_file_is_refused_without_showing_it(tmp_path, content):
+def test_what_is_no_key_file_is_refused_without_showing_it(tmp_path: Path, content: bytes) -> None:
     path = tmp_path / "mission.key"
     path.write_bytes(content)
     path.chmod(0o600)
@@ -100,7 +102,7 @@ def test_what_is_no_key_file_is_refused_without_showing_it(tmp_path, content):
 
 
 @pytest.mark.parametrize(("name", "found"), [("none", "No such file"), (".", "Is a directory")])
-def test_a_key_file_that_is_not_there_is_named(tmp_path, name, found):
+def test_a_key_file_that_is_not_there_is_named(tmp_path: Path, name: str, found: str) -> None:
     with pytest.raises(KeyFileError, match=found):
         read_key(tmp_path / name)
 
@@ -108,7 +110,7 @@ def test_a_key_file_that_is_not_there_is_named(tmp_path, name, found):
 # --- files of sequence numbers -----------------------------------------------------------------
 
 
-def test_the_file_says_what_it_counts_and_from_where_it_is_free(path):
+def test_the_file_says_what_it_counts_and_from_where_it_is_free(path: Path) -> None:
     with SequenceFile(path, KEY, UP, Use.SENT, ahead=10) as numbers:
         assert numbers.first == 0
         assert numbers.reserve(0) == 10
@@ -118,7 +120,7 @@ def test_the_file_says_what_it_counts_and_from_where_it_is_free(path):
         assert numbers.first == 10
 
 
-def test_a_new_key_needs_its_file_made_and_only_once(tmp_path, path):
+def test_a_new_key_needs_its_file_made_and_only_once(tmp_path: Path, path: Path) -> None:
     with pytest.raises(KeyFileError, match="if it has, make a new key"):
         SequenceFile(tmp_path / "lost", KEY, UP, Use.SENT)
     with pytest.raises(KeyFileError, match="expected no sequence file there yet"):
@@ -129,13 +131,15 @@ def test_a_new_key_needs_its_file_made_and_only_once(tmp_path, path):
     ("key", "direction", "use"),
     [(simulated_key(8), UP, Use.SENT), (KEY, DOWN, Use.SENT), (KEY, UP, Use.HEARD)],
 )
-def test_the_file_of_another_key_direction_or_use_is_refused(path, key, direction, use):
+def test_the_file_of_another_key_direction_or_use_is_refused(
+    path: Path, key: bytes, direction: Direction, use: Use
+) -> None:
     with pytest.raises(KeyFileError, match="found 'farside sequence 1 sent up"):
         SequenceFile(path, key, direction, use)
 
 
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"farside sequence 1 sent up"])
-def test_a_damaged_file_is_refused_and_can_be_given_another_try(path, content):
+def test_a_damaged_file_is_refused_and_can_be_given_another_try(path: Path, content: bytes) -> None:
     whole = path.read_bytes()
     path.write_bytes(content)
     with pytest.raises(KeyFileError, match="expected 'farside sequence 1 sent up"):
@@ -146,14 +150,14 @@ def test_a_damaged_file_is_refused_and_can_be_given_another_try(path, content):
         assert numbers.first == 0
 
 
-def test_a_file_in_use_is_refused_to_others(path):
+def test_a_file_in_use_is_refused_to_others(path: Path) -> None:
     in_use = pytest.raises(KeyFileError, match="found it in use: end the other process first")
     with SequenceFile(path, KEY, UP, Use.SENT), in_use:
         SequenceFile(path, KEY, UP, Use.SENT)
     SequenceFile(path, KEY, UP, Use.SENT).close()
 
 
-def test_a_file_that_was_given_back_takes_no_more_numbers(path):
+def test_a_file_that_was_given_back_takes_no_more_numbers(path: Path) -> None:
     numbers = SequenceFile(path, KEY, UP, Use.SENT)
     numbers.close()
 
@@ -161,7 +165,7 @@ def test_a_file_that_was_given_back_takes_no_more_numbers(path):
         Sealer(KEY, UP, numbers).seal(b"")
 
 
-def test_numbers_end_at_the_limit_for_good(path):
+def test_numbers_end_at_the_limit_for_good(path: Path) -> None:
     with SequenceFile(path, KEY, UP, Use.SENT) as numbers:
         assert numbers.reserve(SEQUENCE_LIMIT - 3) == SEQUENCE_LIMIT
     for _ in range(2):
@@ -170,7 +174,7 @@ def test_numbers_end_at_the_limit_for_good(path):
             Sealer(KEY, UP, numbers).seal(b"")
 
 
-def test_a_receiver_that_restarts_refuses_what_it_heard(tmp_path):
+def test_a_receiver_that_restarts_refuses_what_it_heard(tmp_path: Path) -> None:
     path = tmp_path / "up.heard"
     SequenceFile.create(path, KEY, UP, Use.HEARD)
     ground = Sealer(KEY, UP)
@@ -195,12 +199,12 @@ class PowerCutError(Exception):
 
 
 @contextmanager
-def power_cut(step):
+def power_cut(step: int) -> Iterator[None]:
     """End the process at the `step`th change of the disk, before or after it is made."""
     changes = iter(range(2 * step + 2))
 
-    def risky(change):
-        def wrapped(*args):
+    def risky(change: Callable[..., object]) -> Callable[..., object]:
+        def wrapped(*args: int | Path) -> object:
             if next(changes) == step:
                 raise PowerCutError
             result = change(*args)
@@ -211,7 +215,7 @@ def power_cut(step):
         return wrapped
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(keys.os, "fsync", risky(os.fsync))
+        patch.setattr(os, "fsync", risky(os.fsync))
         patch.setattr(Path, "replace", risky(Path.replace))
         yield
 
@@ -223,18 +227,17 @@ lives = st.lists(
 
 @given(lives)
 @settings(deadline=None)
-def test_no_restart_or_crash_repeats_a_nonce(lives):
+def test_no_restart_or_crash_repeats_a_nonce(lives: Sequence[tuple[int | None, ...]]) -> None:
     used = []
 
     class Spying:
-        def __init__(self, key):
+        def __init__(self, key: bytes) -> None:
             self._key, self._aead = key, AESGCM(key)
 
-        def encrypt(self, nonce, body, header):
+        def encrypt(self, nonce: bytes, body: bytes, header: bytes) -> bytes:
             used.append((self._key, nonce))
             return self._aead.encrypt(nonce, body, header)
 
-    AESGCM = wire.AESGCM  # noqa: N806
     with tempfile.TemporaryDirectory() as folder, pytest.MonkeyPatch.context() as patch:
         patch.setattr(wire, "AESGCM", Spying)
         path = Path(folder) / "up.sent"
@@ -266,7 +269,7 @@ while True:
 
 
 @pytest.mark.processes
-def test_a_killed_process_never_repeats_a_number(path):
+def test_a_killed_process_never_repeats_a_number(path: Path) -> None:
     sent = []
     for frames in (1, 20, 7):
         with subprocess.Popen(  # noqa: S603 - ourselves

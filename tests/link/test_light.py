@@ -23,7 +23,7 @@ BEGIN = datetime(2021, 2, 18, tzinfo=UTC)
 MARS = Ephemeris(body="mars", epoch=BEGIN.isoformat(), conjunction_deg=2.2)
 
 
-def after(time_s, begin=BEGIN):
+def after(time_s: float, begin: datetime = BEGIN) -> str:
     """The epoch that much later, as people write it."""
     return (begin + timedelta(seconds=time_s)).isoformat()
 
@@ -37,11 +37,11 @@ def after(time_s, begin=BEGIN):
         ("2021-02-18", 678.047),
     ],
 )
-def test_the_downlink_from_mars_takes_what_horizons_says(epoch, horizons_s):
+def test_the_downlink_from_mars_takes_what_horizons_says(epoch: str, horizons_s: float) -> None:
     assert light_time("mars", epoch).downlink_s == pytest.approx(horizons_s, abs=0.05)
 
 
-def test_uplink_and_downlink_differ_by_what_the_distance_grows_in_between():
+def test_uplink_and_downlink_differ_by_what_the_distance_grows_in_between() -> None:
     # Mars recedes: the distance is that of half a light time later, or earlier.
     now, later = light_time("mars", after(0)), light_time("mars", after(678))
 
@@ -53,7 +53,7 @@ def test_uplink_and_downlink_differ_by_what_the_distance_grows_in_between():
 
 
 @pytest.mark.parametrize("body", BODIES)
-def test_every_body_is_as_far_as_it_can_be(body):
+def test_every_body_is_as_far_as_it_can_be(body: str) -> None:
     least_s, greatest_s = {
         "moon": (1.18, 1.36),
         "sun": (490, 508),
@@ -72,7 +72,7 @@ def test_every_body_is_as_far_as_it_can_be(body):
     assert 0 <= found.sun_earth_target_deg <= 180
 
 
-def test_a_body_may_be_written_large_and_a_date_stands_for_its_midnight_in_utc():
+def test_a_body_may_be_written_large_and_a_date_stands_for_its_midnight_in_utc() -> None:
     midnight = light_time("mars", "2021-02-18T00:00:00Z")
 
     assert light_time("Mars", "2021-02-18") == midnight
@@ -80,14 +80,14 @@ def test_a_body_may_be_written_large_and_a_date_stands_for_its_midnight_in_utc()
     assert light_time("mars", "2021-02-18T00:00:00+05:30") != midnight
 
 
-def test_the_angle_is_small_in_an_eclipse_and_large_at_opposition():
+def test_the_angle_is_small_in_an_eclipse_and_large_at_opposition() -> None:
     assert light_time("moon", "2024-04-08T18:17Z").sun_earth_target_deg < 0.5
     assert light_time("mars", "2018-07-27").sun_earth_target_deg > 170
     assert light_time("sun", "2018-07-27").sun_earth_target_deg == 0
 
 
 @pytest.mark.processes
-def test_when_all_tables_of_leap_seconds_are_old_nothing_is_fetched_and_nobody_is_warned():
+def test_when_all_tables_of_leap_seconds_are_old_nothing_is_fetched_and_nobody_is_warned() -> None:
     script = """
 import sys
 from astropy.time import Time
@@ -108,7 +108,7 @@ assert iers.conf.auto_download
 
 
 @pytest.mark.parametrize("body", ["mars", "moon", "mercury"])
-def test_the_tables_hold_the_light_time_of_what_is_sent_at_each_time(body):
+def test_the_tables_hold_the_light_time_of_what_is_sent_at_each_time(body: str) -> None:
     tables = delay_tables(Ephemeris(body=body, epoch=BEGIN.isoformat()), 5 * 3600)
 
     for up, down in zip(*tables, strict=True):
@@ -120,14 +120,16 @@ def test_the_tables_hold_the_light_time_of_what_is_sent_at_each_time(body):
 @pytest.mark.parametrize(
     ("duration_s", "last_s"), [(0.5, 3600), (3600, 3600), (3601, 7200), (DAY_S, DAY_S)]
 )
-def test_the_tables_reach_from_the_begin_of_a_run_to_its_end(duration_s, last_s):
+def test_the_tables_reach_from_the_begin_of_a_run_to_its_end(
+    duration_s: float, last_s: float
+) -> None:
     for table in delay_tables(MARS, duration_s):
         assert (table[0].t_s, table[-1].t_s) == (0, last_s)
         assert all(later.t_s - sooner.t_s == 3600 for sooner, later in pairwise(table))
 
 
 @pytest.mark.parametrize("body", BODIES)
-def test_between_its_points_a_table_is_within_a_millisecond(body):
+def test_between_its_points_a_table_is_within_a_millisecond(body: str) -> None:
     # Three moments, half a step apart, everywhere in 139 years.
     sky = light._Sky(body, "1960-01-01")
     begins_s = np.linspace(0, 139 * 365.25 * DAY_S, 251)
@@ -137,7 +139,7 @@ def test_between_its_points_a_table_is_within_a_millisecond(body):
         assert np.abs((begin + end) / 2 - middle).max() < 1e-3
 
 
-def test_a_table_interpolated_gives_the_light_time_in_between():
+def test_a_table_interpolated_gives_the_light_time_in_between() -> None:
     up, _ = delay_tables(Ephemeris(body="mercury", epoch=BEGIN.isoformat()), 3600)
     between_s = np.interp(1800, [p.t_s for p in up], [p.delay_s for p in up])
 
@@ -153,7 +155,9 @@ def test_a_table_interpolated_gives_the_light_time_in_between():
         ("2023-11-11", "2023-11-25"),
     ],
 )
-def test_conjunctions_of_mars_are_the_published_moratoria_to_two_days(first, last):
+def test_conjunctions_of_mars_are_the_published_moratoria_to_two_days(
+    first: str, last: str
+) -> None:
     begin = datetime.fromisoformat(first).replace(tzinfo=UTC) - timedelta(days=60)
     ephemeris = Ephemeris(body="mars", epoch=begin.isoformat(), conjunction_deg=2.2)
     ((start_s, end_s),) = conjunctions(ephemeris, 200 * DAY_S)
@@ -163,7 +167,7 @@ def test_conjunctions_of_mars_are_the_published_moratoria_to_two_days(first, las
         assert abs(found - datetime.fromisoformat(published).date()) <= timedelta(days=2)
 
 
-def test_within_a_conjunction_the_angle_is_below_the_limit_and_outside_it_is_not():
+def test_within_a_conjunction_the_angle_is_below_the_limit_and_outside_it_is_not() -> None:
     ephemeris = Ephemeris(body="mars", epoch="2021-09-01", conjunction_deg=2.2)
     ((start_s, end_s),) = conjunctions(ephemeris, 90 * DAY_S)
     begin = datetime(2021, 9, 1, tzinfo=UTC)
@@ -174,7 +178,7 @@ def test_within_a_conjunction_the_angle_is_below_the_limit_and_outside_it_is_not
         assert inside.sun_earth_target_deg < 2.2 < outside.sun_earth_target_deg
 
 
-def test_a_run_that_begins_or_ends_in_a_conjunction_has_its_part_of_it():
+def test_a_run_that_begins_or_ends_in_a_conjunction_has_its_part_of_it() -> None:
     (whole,) = conjunctions(Ephemeris(body="mars", epoch="2021-09-01", conjunction_deg=2.2), 9e6)
     late = Ephemeris(body="mars", epoch="2021-10-08", conjunction_deg=2.2)
 
@@ -184,7 +188,7 @@ def test_a_run_that_begins_or_ends_in_a_conjunction_has_its_part_of_it():
     assert end_s == pytest.approx(whole[1] - 37 * DAY_S, abs=60)
 
 
-def test_a_run_that_ends_just_before_a_conjunction_or_begins_just_after_it_has_none():
+def test_a_run_that_ends_just_before_a_conjunction_or_begins_just_after_it_has_none() -> None:
     september = datetime(2021, 9, 1, tzinfo=UTC)
     ephemeris = Ephemeris(body="mars", epoch=september.isoformat(), conjunction_deg=2.2)
     ((start_s, end_s),) = conjunctions(ephemeris, 90 * DAY_S)
@@ -194,7 +198,7 @@ def test_a_run_that_ends_just_before_a_conjunction_or_begins_just_after_it_has_n
     assert conjunctions(later, DAY_S) == []
 
 
-def test_a_pass_by_the_sun_much_shorter_than_the_scan_is_found():
+def test_a_pass_by_the_sun_much_shorter_than_the_scan_is_found() -> None:
     # In 2024 the Moon came within 0.36 degrees of the Sun twice: at the two eclipses.
     year = Ephemeris(body="moon", epoch="2024-01-01", conjunction_deg=0.36)
     found = conjunctions(year, 366 * DAY_S)
@@ -204,7 +208,7 @@ def test_a_pass_by_the_sun_much_shorter_than_the_scan_is_found():
     assert all(60 < end_s - start_s < 3 * 3600 for start_s, end_s in found)
 
 
-def test_a_pass_by_the_sun_is_found_wherever_a_run_begins_and_ends_around_it():
+def test_a_pass_by_the_sun_is_found_wherever_a_run_begins_and_ends_around_it() -> None:
     begin = datetime(2024, 4, 8, 12, tzinfo=UTC)
     for hours in range(6):
         epoch = after(hours * 3600, begin)
@@ -214,7 +218,7 @@ def test_a_pass_by_the_sun_is_found_wherever_a_run_begins_and_ends_around_it():
         assert end_s < (8 - hours) * 3600
 
 
-def test_without_a_limit_or_far_from_the_sun_there_is_no_conjunction():
+def test_without_a_limit_or_far_from_the_sun_there_is_no_conjunction() -> None:
     assert conjunctions(Ephemeris(body="mars", epoch="2021-10-08"), 20 * DAY_S) == []
     assert conjunctions(MARS, 20 * DAY_S) == []
 
@@ -228,7 +232,7 @@ def test_without_a_limit_or_far_from_the_sun_there_is_no_conjunction():
         ("", "found ''"),
     ],
 )
-def test_a_body_that_is_none_is_refused(body, told):
+def test_a_body_that_is_none_is_refused(body: str, told: str) -> None:
     with pytest.raises(EphemerisError) as refused:
         light_time(body, "2021-02-18")
     assert str(refused.value) == f"body: expected one of {', '.join(BODIES)}, {told}"
@@ -243,7 +247,7 @@ def test_a_body_that_is_none_is_refused(body, told):
         ("", "found ''"),
     ],
 )
-def test_an_epoch_that_is_none_is_refused(epoch, told):
+def test_an_epoch_that_is_none_is_refused(epoch: str, told: str) -> None:
     with pytest.raises(EphemerisError) as refused:
         light_time("mars", epoch)
     assert str(refused.value) == (
@@ -253,12 +257,12 @@ def test_an_epoch_that_is_none_is_refused(epoch, told):
 
 
 @pytest.mark.parametrize("epoch", ["1959-12-31", "2100-01-02", "0001-01-01T00:00+05:00"])
-def test_a_time_that_the_ephemeris_does_not_cover_is_refused(epoch):
+def test_a_time_that_the_ephemeris_does_not_cover_is_refused(epoch: str) -> None:
     with pytest.raises(EphemerisError, match="from 1960-01-01 to 2100-01-01, found '"):
         light_time("mars", epoch)
 
 
-def test_a_run_that_outlasts_the_ephemeris_is_refused():
+def test_a_run_that_outlasts_the_ephemeris_is_refused() -> None:
     late = Ephemeris(body="mars", epoch="2099-12-31", conjunction_deg=2.2)
 
     assert delay_tables(late, DAY_S).up[-1].t_s == DAY_S
@@ -267,7 +271,7 @@ def test_a_run_that_outlasts_the_ephemeris_is_refused():
             compute(late, DAY_S + 1)
 
 
-def test_without_astropy_people_are_told_what_to_install(monkeypatch):
+def test_without_astropy_people_are_told_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
     for module in ("astropy", "astropy.utils"):
         monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(EphemerisError, match=r"found no astropy.*pip install 'farside\[astropy\]'"):
@@ -275,6 +279,6 @@ def test_without_astropy_people_are_told_what_to_install(monkeypatch):
 
 
 @pytest.mark.processes
-def test_whatever_needs_no_light_time_does_not_import_astropy():
+def test_whatever_needs_no_light_time_does_not_import_astropy() -> None:
     script = "import sys, farside.missions.commands.main; sys.exit('astropy' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0  # noqa: S603

@@ -1,5 +1,7 @@
 """What both ends know beforehand, held against the channel that does it."""
 
+from collections.abc import Sequence
+
 import msgspec
 import numpy as np
 import pytest
@@ -8,15 +10,15 @@ from hypothesis import strategies as st
 
 from farside.link import Blackout, Channel, LinkConfig, OneWay
 from farside.link.profile.config import DelayPoint, RateStep, Trace
-from farside.link.profile.schedule import NEVER_NS, Schedule
-from farside.node import Direction, Frame, to_ns
+from farside.link.profile.schedule import Schedule
+from farside.node import NEVER_NS, Direction, Frame, to_ns
 from farside.topics import Fate, FrameFate, OutageReason
 
 UP, DOWN = Direction.UP, Direction.DOWN
 PASS, BLACKOUT = OutageReason.PASS, OutageReason.BLACKOUT
 
 
-def link(*outages, way=None):
+def link(*outages: tuple[float, float, OutageReason], way: OneWay | None = None) -> LinkConfig:
     way = way or OneWay(delay_s=5.0, rate_bit_s=800)
     return LinkConfig(
         up=way,
@@ -25,7 +27,7 @@ def link(*outages, way=None):
     )
 
 
-def test_a_contact_up_is_a_light_time_before_that_at_the_rover():
+def test_a_contact_up_is_a_light_time_before_that_at_the_rover() -> None:
     schedule = Schedule(link((10, 20, PASS)))
     assert schedule.opens_ns(DOWN, to_ns(12)) == to_ns(20)
     assert schedule.opens_ns(UP, to_ns(7)) == to_ns(15)
@@ -34,32 +36,32 @@ def test_a_contact_up_is_a_light_time_before_that_at_the_rover():
     assert schedule.closes_ns(DOWN, to_ns(20)) == NEVER_NS
 
 
-def test_nobody_knows_of_a_blackout_beforehand():
+def test_nobody_knows_of_a_blackout_beforehand() -> None:
     schedule = Schedule(link((10, 20, BLACKOUT)))
     assert schedule.opens_ns(DOWN, to_ns(12)) == to_ns(12)
     assert schedule.closes_ns(DOWN, 0) == NEVER_NS
 
 
-def test_what_a_blackout_overlaps_is_known_all_the_same():
+def test_what_a_blackout_overlaps_is_known_all_the_same() -> None:
     schedule = Schedule(link((5, 100, BLACKOUT), (10, 20, PASS)))
     assert schedule.opens_ns(DOWN, to_ns(12)) == to_ns(20)
 
 
-def test_a_frame_waits_for_a_contact_that_it_fits_into():
+def test_a_frame_waits_for_a_contact_that_it_fits_into() -> None:
     schedule = Schedule(link((10, 20, PASS), (20.5, 30, PASS)))
     assert schedule.sends_ns(DOWN, to_ns(8), 100) == (to_ns(8), to_ns(9))
     assert schedule.sends_ns(DOWN, to_ns(9.5), 100) == (to_ns(30), to_ns(31))
     assert schedule.sends_ns(DOWN, to_ns(9.5), 20) == (to_ns(9.5), to_ns(9.7))
 
 
-def test_a_rate_of_nothing_is_no_contact():
+def test_a_rate_of_nothing_is_no_contact() -> None:
     steps = (RateStep(t_s=0, rate_bit_s=800), RateStep(t_s=10, rate_bit_s=0))
     schedule = Schedule(link(way=OneWay(delay_s=5.0, rate_table=steps)))
     assert schedule.sends_ns(DOWN, to_ns(9.5), 100)[0] >= NEVER_NS
     assert schedule.opens_ns(UP, to_ns(10)) == NEVER_NS
 
 
-def test_a_trace_counts_with_its_mean_rate():
+def test_a_trace_counts_with_its_mean_rate() -> None:
     way = OneWay(rate_trace=Trace(times_ms=(250, 500, 1000)))
     assert Schedule(link(way=way)).sends_ns(DOWN, 0, 4500) == (0, to_ns(1))
 
@@ -86,7 +88,13 @@ TIMES = st.integers(0, 150)
 
 
 @given(SPANS, WAYS, st.sampled_from(Direction), TIMES, TIMES)
-def test_open_time_adds_up(spans, way, direction, one_s, other_s):
+def test_open_time_adds_up(
+    spans: Sequence[tuple[int, int, OutageReason]],
+    way: OneWay,
+    direction: Direction,
+    one_s: int,
+    other_s: int,
+) -> None:
     schedule = Schedule(link(*spans, way=way))
     begin_ns, end_ns = sorted((to_ns(one_s), to_ns(other_s)))
     open_ns = schedule.open_ns_between(direction, begin_ns, end_ns)
@@ -103,8 +111,12 @@ def test_open_time_adds_up(spans, way, direction, one_s, other_s):
 
 @given(SPANS, WAYS, st.sampled_from(Direction), TIMES, st.integers(1, 1500))
 def test_the_channel_delivers_what_the_schedule_lets_out_at_the_time_it_says(
-    spans, way, direction, time_s, size_byte
-):
+    spans: Sequence[tuple[int, int, OutageReason]],
+    way: OneWay,
+    direction: Direction,
+    time_s: int,
+    size_byte: int,
+) -> None:
     known = [span for span in spans if span[2] is PASS]
     config = link(*known, way=way)
     schedule = Schedule(config)
@@ -117,7 +129,9 @@ def test_the_channel_delivers_what_the_schedule_lets_out_at_the_time_it_says(
 
 @pytest.mark.parametrize("direction", Direction)
 @given(SPANS, WAYS, TIMES)
-def test_what_is_sent_while_it_says_closed_is_lost(direction, spans, way, time_s):
+def test_what_is_sent_while_it_says_closed_is_lost(
+    direction: Direction, spans: Sequence[tuple[int, int, OutageReason]], way: OneWay, time_s: int
+) -> None:
     known = [span for span in spans if span[2] is PASS]
     config = link(*known, way=way)
     if Schedule(config).opens_ns(direction, to_ns(time_s)) == to_ns(time_s):

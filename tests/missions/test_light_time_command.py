@@ -2,6 +2,7 @@
 
 import json
 import sys
+from collections.abc import Callable, Sequence
 
 import pytest
 
@@ -9,10 +10,12 @@ from farside.missions.commands import main as cli
 
 
 @pytest.fixture
-def farside(monkeypatch, capsys):
+def farside(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> Callable[..., tuple[int, str, str]]:
     """Runs `farside link light-time ...`: exit status, standard output, standard error."""
 
-    def run(*arguments):
+    def run(*arguments: str) -> tuple[int, str, str]:
         monkeypatch.setattr(sys, "argv", ["farside", "link", "light-time", *arguments])
         with pytest.raises(SystemExit) as end:
             cli.main()
@@ -21,7 +24,7 @@ def farside(monkeypatch, capsys):
     return run
 
 
-def test_json_is_one_object_of_three_numbers(farside):
+def test_json_is_one_object_of_three_numbers(farside: Callable[..., tuple[int, str, str]]) -> None:
     status, out, err = farside("mars", "2021-02-18T00:00:00Z", "--json")
 
     assert (status, err) == (0, "")
@@ -32,7 +35,9 @@ def test_json_is_one_object_of_three_numbers(farside):
     }
 
 
-def test_people_read_seconds_minutes_and_the_angle(farside):
+def test_people_read_seconds_minutes_and_the_angle(
+    farside: Callable[..., tuple[int, str, str]],
+) -> None:
     status, out, err = farside("mars", "2021-02-18")
     lines = [line.split() for line in out.splitlines()]
 
@@ -42,12 +47,14 @@ def test_people_read_seconds_minutes_and_the_angle(farside):
     assert lines[2] == ["from", "the", "Sun", "82.356°"]
 
 
-def test_less_than_a_minute_is_told_as_a_part_of_one(farside):
+def test_less_than_a_minute_is_told_as_a_part_of_one(
+    farside: Callable[..., tuple[int, str, str]],
+) -> None:
     _, out, _ = farside("moon", "2021-02-18")
     assert " 0:01." in out
 
 
-def test_people_are_told_of_a_conjunction(farside):
+def test_people_are_told_of_a_conjunction(farside: Callable[..., tuple[int, str, str]]) -> None:
     _, within, _ = farside("mars", "2021-10-08")
     _, before, _ = farside("mars", "2021-09-08")
 
@@ -64,7 +71,9 @@ def test_people_are_told_of_a_conjunction(farside):
         (["mars", "1900-01-01", "--json"], ["epoch: expected times from 1960", "1900-01-01"]),
     ],
 )
-def test_bad_input_is_status_2_and_one_line(farside, arguments, named):
+def test_bad_input_is_status_2_and_one_line(
+    farside: Callable[..., tuple[int, str, str]], arguments: Sequence[str], named: Sequence[str]
+) -> None:
     status, out, err = farside(*arguments)
 
     assert (status, out) == (2, "")
@@ -74,7 +83,9 @@ def test_bad_input_is_status_2_and_one_line(farside, arguments, named):
         assert words in err
 
 
-def test_without_astropy_it_is_status_2_and_says_what_to_install(farside, monkeypatch):
+def test_without_astropy_it_is_status_2_and_says_what_to_install(
+    farside: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
     for module in ("astropy", "astropy.utils"):
         monkeypatch.setitem(sys.modules, module, None)
     status, _, err = farside("mars", "2021-02-18")
@@ -83,7 +94,7 @@ def test_without_astropy_it_is_status_2_and_says_what_to_install(farside, monkey
     assert "pip install 'farside[astropy]'" in err
 
 
-def test_help_shows_what_to_type(farside):
+def test_help_shows_what_to_type(farside: Callable[..., tuple[int, str, str]]) -> None:
     status, out, _ = farside("--help")
 
     assert status == 0

@@ -1,9 +1,10 @@
 """`farside link check` as a person or a pipeline sees it."""
 
 import json
+from pathlib import Path
 
 import pytest
-from typer.testing import CliRunner
+from typer.testing import CliRunner, Result
 
 from farside.link.channel.node import Channel
 from farside.link.check import CheckReport, check_link
@@ -12,7 +13,7 @@ from farside.missions.commands import link_check as link_check_cli
 from farside.missions.commands.main import app
 
 
-def link_check(*arguments: str):
+def link_check(*arguments: str) -> Result:
     return CliRunner().invoke(
         app, ["link", "check", *arguments], env={"COLUMNS": "140"}, catch_exceptions=True
     )
@@ -26,7 +27,7 @@ def rows(output: str) -> list[list[str]]:
     ]
 
 
-def test_a_preset_is_proven_in_a_table_for_each_direction():
+def test_a_preset_is_proven_in_a_table_for_each_direction() -> None:
     result = link_check("moon", "--frames", "2000")
     assert result.exit_code == 0
     assert "Up, from the ground" in result.output
@@ -39,7 +40,7 @@ def test_a_preset_is_proven_in_a_table_for_each_direction():
     assert "nothing outside" in result.output
 
 
-def test_one_json_object_says_the_same(tmp_path):
+def test_one_json_object_says_the_same(tmp_path: Path) -> None:
     profile = tmp_path / "mine.toml"
     profile.write_text("[up]\ndelay_s = 1.0\nloss = 0.5\n[down]\ndelay_s = 2.0\n", encoding="utf-8")
     result = link_check(str(profile), "--frames", "1000", "--seed", "5", "--json")
@@ -52,7 +53,7 @@ def test_one_json_object_says_the_same(tmp_path):
     assert loss["verdict"] == "inside"
 
 
-def test_a_value_outside_is_exit_status_one(monkeypatch: pytest.MonkeyPatch):
+def test_a_value_outside_is_exit_status_one(monkeypatch: pytest.MonkeyPatch) -> None:
     def of_another(config: LinkConfig, frames: int, seed: int, on_progress: object) -> CheckReport:
         asked = LinkConfig(up=OneWay(loss=0.2))
         given = LinkConfig(up=OneWay(loss=0.3))
@@ -64,7 +65,7 @@ def test_a_value_outside_is_exit_status_one(monkeypatch: pytest.MonkeyPatch):
     assert "outside" in result.output
 
 
-def test_a_profile_that_is_none_is_refused(tmp_path):
+def test_a_profile_that_is_none_is_refused(tmp_path: Path) -> None:
     profile = tmp_path / "mine.toml"
     profile.write_text("[up]\nlos = 0.5\n", encoding="utf-8")
     result = link_check(str(profile))

@@ -6,7 +6,8 @@ and 1 of 8,000 would be lost in all of them if it were sent once in each.
 """
 
 import heapq
-from collections.abc import Iterator
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import msgspec
@@ -15,10 +16,10 @@ import pytest
 
 from farside.link import Blackout, Channel, LinkConfig, OneWay
 from farside.link.endpoint.receiver import ReliableReceiver
-from farside.link.endpoint.segments import ReceptionReport, decode_part
+from farside.link.endpoint.segments import ReceptionReport, Segment, decode_part
 from farside.link.endpoint.sender import ReliableSender
 from farside.link.profile.schedule import Schedule
-from farside.node import Direction, Frame, to_ns, to_s
+from farside.node import Direction, Frame, Record, to_ns, to_s
 from farside.topics import Fate, FrameFate, OutageReason
 
 UP, DOWN = Direction.UP, Direction.DOWN
@@ -31,7 +32,7 @@ WINDOW_S = 60
 decode_fate = msgspec.json.Decoder(FrameFate).decode
 
 
-def passes(count, *blackouts):
+def passes(count: int, *blackouts: tuple[float, float]) -> LinkConfig:
     """The link with so many passes; unforeseen blackouts on top."""
     between = (
         Blackout(start_s=n * PERIOD_S + PASS_S, end_s=(n + 1) * PERIOD_S, reason=OutageReason.PASS)
@@ -45,16 +46,16 @@ def passes(count, *blackouts):
     )
 
 
-class End:
+class End(ABC):
     """One end of the transfer, as a node would hold it: the sender's or the receiver's."""
 
-    def __init__(self, direction, service):
-        self._direction, self._service = direction, service
+    def __init__(self, direction: Direction) -> None:
+        self._direction = direction
         self._now_ns, self._sequence = 0, 0
         self._inbox: list[tuple[int, int, bytes]] = []
         self.done_ns: int | None = None
 
-    def advance(self, until_ns, arrivals) -> Iterator[Frame]:
+    def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Iterator[Frame]:
         for frame in arrivals:
             heapq.heappush(self._inbox, (frame.time_ns, frame.sequence, frame.payload))
         while self._now_ns < until_ns:
@@ -66,37 +67,55 @@ class End:
             due = [self._due_ns(), *(entry[0] for entry in self._inbox[:1])]
             self._now_ns = min([until_ns, *(time_ns for time_ns in due if time_ns is not None)])
 
+    @abstractmethod
+    def _hear(self, heard: Segment | ReceptionReport) -> None: ...
+
+    @abstractmethod
+    def _say(self) -> Iterable[bytes]: ...
+
+    @abstractmethod
+    def _due_ns(self) -> int | None: ...
+
 
 class SendingEnd(End):
     """Sends the megabyte, and hears reports."""
 
-    def _hear(self, report):
-        assert isinstance(report, ReceptionReport)
-        self._service.receive(report, self._now_ns)
+    def __init__(self, direction: Direction, service: ReliableSender) -> None:
+        super().__init__(direction)
+        self._service = service
+
+    def _hear(self, heard: Segment | ReceptionReport) -> None:
+        assert isinstance(heard, ReceptionReport)
+        self._service.receive(heard, self._now_ns)
         if self._service.is_done and self.done_ns is None:
             self.done_ns = self._now_ns
 
-    def _say(self):
+    def _say(self) -> Iterator[bytes]:
         while sending := self._service.take(self._now_ns):
             yield sending.payload
 
-    def _due_ns(self):
+    def _due_ns(self) -> int | None:
         return self._service.next_ns(self._now_ns)
 
 
 class ReceivingEnd(End):
     """Hears segments, and reports."""
 
-    def _hear(self, segment):
-        for message in self._service.receive(segment, self._now_ns):
+    def __init__(self, direction: Direction, service: ReliableReceiver) -> None:
+        super().__init__(direction)
+        self._service = service
+
+    def _hear(self, heard: Segment | ReceptionReport) -> None:
+        assert isinstance(heard, Segment)
+        for message in self._service.receive(heard, self._now_ns):
             assert message == MEGABYTE
             assert self.done_ns is None, "it comes once"
             self.done_ns = self._now_ns
 
-    def _say(self):
+    def _say(self) -> list[bytes]:
         return self._service.take(self._now_ns)
 
-    def _due_ns(self):
+    def _due_ns(self) -> int | None:
         return self._service.next_ns()
 
 
@@ -113,11 +132,11 @@ class Outcome(NamedTuple):
         """Data frames for each one that an all-knowing sender would need."""
         return len(self.data) / ALL_KNOWING
 
-    def count(self, fate):
+    def count(self, fate: Fate) -> int:
         return sum(one.fate is fate for one in self.data)
 
 
-def transfer(config, seed, until_s=4 * PERIOD_S) -> Outcome:
+def transfer(config: LinkConfig, seed: int, until_s: float = 4 * PERIOD_S) -> Outcome:
     """Send the megabyte down over the real channel."""
     schedule = Schedule(config)
     sender, receiver = ReliableSender(DOWN, schedule), ReliableReceiver(DOWN, schedule)
@@ -125,7 +144,7 @@ def transfer(config, seed, until_s=4 * PERIOD_S) -> Outcome:
     rover, ground = SendingEnd(DOWN, sender), ReceivingEnd(UP, receiver)
     rngs = np.random.default_rng(seed).spawn(2)
     channel = Channel(config, dict(zip((DOWN, UP), rngs, strict=True)))
-    arrivals, records = [], []
+    arrivals, records = list[Frame](), list[Record]()
     for time_s in range(0, int(until_s), WINDOW_S):
         until_ns = to_ns(time_s + WINDOW_S)
         frames = [
@@ -145,7 +164,7 @@ def transfer(config, seed, until_s=4 * PERIOD_S) -> Outcome:
 
 
 @pytest.mark.parametrize("seed", range(10))
-def test_a_megabyte_arrives_whole_in_three_passes(seed):
+def test_a_megabyte_arrives_whole_in_three_passes(seed: int) -> None:
     """And with fewer than 1.3 times the frames that an all-knowing sender would need."""
     found = transfer(passes(4), seed)
     assert found.whole_s < 2 * PERIOD_S + PASS_S + LIGHT_S
@@ -155,7 +174,7 @@ def test_a_megabyte_arrives_whole_in_three_passes(seed):
     assert max(report.size_byte for report in found.reports) <= 1000
 
 
-def test_nothing_is_sent_while_the_schedule_says_closed():
+def test_nothing_is_sent_while_the_schedule_says_closed() -> None:
     found = transfer(passes(4), seed=1)
     assert found.count(Fate.OUTAGE) == 0
     assert found.count(Fate.QUEUE_FULL) == 0
@@ -164,7 +183,9 @@ def test_nothing_is_sent_while_the_schedule_says_closed():
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("number", [0, 1, 2])
-def test_an_unforeseen_blackout_in_a_pass_costs_what_was_sent_into_it(number, seed):
+def test_an_unforeseen_blackout_in_a_pass_costs_what_was_sent_into_it(
+    number: int, seed: int
+) -> None:
     """Nobody can know of it before the next pass; then it is made good without a storm."""
     middle_s = number * PERIOD_S + 200
     found = transfer(passes(6, (middle_s, middle_s + 120)), seed, 6 * PERIOD_S)
@@ -174,14 +195,14 @@ def test_an_unforeseen_blackout_in_a_pass_costs_what_was_sent_into_it(number, se
 
 
 @pytest.mark.parametrize("number", [0, 1, 2])
-def test_a_pass_that_is_lost_as_a_whole_is_made_good_in_those_after_it(number):
+def test_a_pass_that_is_lost_as_a_whole_is_made_good_in_those_after_it(number: int) -> None:
     start_s = number * PERIOD_S
     found = transfer(passes(6, (start_s, start_s + PASS_S + 1)), seed=0, until_s=6 * PERIOD_S)
     assert found.known_s is not None
     assert (len(found.data) - found.count(Fate.OUTAGE)) / ALL_KNOWING < 1.3
 
 
-def test_into_silence_goes_new_data_while_there_is_some_and_then_little():
+def test_into_silence_goes_new_data_while_there_is_some_and_then_little() -> None:
     """Both ends are cut off for good: everything is sent once, and then a few in each pass."""
     found = transfer(passes(6, (1, 6 * PERIOD_S)), seed=0, until_s=6 * PERIOD_S)
     in_passes = [
