@@ -38,10 +38,10 @@ def link(
 
 
 class Pair:
-    """A sender and a receiver, and between them a link that does as it is told.
+    """A sender and a receiver, and between them a link that the test controls.
 
     Each frame takes the next of `fates`: the seconds by which its copies are late, none if it is
-    lost. When they are used up, all goes well.
+    lost. When they are used up, every frame arrives in time.
     """
 
     def __init__(
@@ -64,7 +64,7 @@ class Pair:
         self._count = 0
 
     def run(self, messages: Sequence[bytes] = (), until_s: float = 1e6) -> None:
-        """Offer the messages as there is room, and go on until nothing is left to do."""
+        """Offer the messages as there is room, until nothing is left to do."""
         waiting = list(reversed(messages))
         while self.now_ns < to_ns(until_s):
             self._hear()
@@ -83,7 +83,7 @@ class Pair:
             self.now_ns = min(due)
 
     def again(self) -> list[int]:
-        """The time between one sending of a segment and the next, for all of them."""
+        """The times between successive transmissions of the same segment, for all segments."""
         times: dict[int, list[int]] = {}
         for number, time_ns in self.sent:
             times.setdefault(number, []).append(time_ns)

@@ -1,4 +1,4 @@
-"""What chance does: each process by its law, and none in the way of another."""
+"""Random impairments: each has its distribution, and none affects another."""
 
 import math
 from collections.abc import Sequence
@@ -50,7 +50,7 @@ class Drawn(NamedTuple):
 
 
 def drawn(node: RandomImpairments, frames: Sequence[Frame]) -> list[Drawn]:
-    """The one of each frame that `node` draws for."""
+    """What each frame draws from `node`."""
     jitters_ns, others = node.draw(frames)
     assert len(jitters_ns) == len(frames)
     found = [others.get(index, UNIMPAIRED) for index in range(len(frames))]
@@ -104,7 +104,7 @@ def test_four_states_stay_as_long_as_their_chain_says() -> None:
     assert np.mean(lost) == pytest.approx(0.02 / 0.22, rel=0.2)
 
 
-def test_four_states_with_p13_alone_lose_each_frame_on_its_own() -> None:
+def test_four_states_with_p13_alone_lose_each_frame_independently() -> None:
     lost = np.array(losses(loss=FourState(p13=0.1)))
     assert near(lost.mean(), 0.1)
     after_loss = lost[1:][lost[:-1]]
@@ -119,7 +119,7 @@ def test_a_loss_alone_in_a_gap_is_never_followed_by_another() -> None:
 
 @pytest.mark.parametrize("correlation", [0.0, 0.7, -0.5])
 @pytest.mark.parametrize("shape", JitterShape)
-def test_jitter_has_its_shape_whatever_the_correlation(
+def test_jitter_has_its_distribution_for_any_correlation(
     shape: JitterShape, correlation: float
 ) -> None:
     jitter = Jitter(spread_s=0.01, shape=shape, correlation=correlation)
@@ -139,7 +139,7 @@ def test_jitter_is_correlated_as_asked_for(correlation: float) -> None:
 
 
 @pytest.mark.parametrize("rate", [1e-4, 0.01, 0.5])
-def test_wrong_bits_are_as_many_as_a_binomial_says_and_anywhere(rate: float) -> None:
+def test_wrong_bits_are_binomial_in_number_and_uniform_in_position(rate: float) -> None:
     drawn = draw(4000, bit_error_rate=rate, bit_errors=BitErrorEffect.FLIP)
     bits = 20 * 8
     counts = np.array([len(one.flips) for one in drawn])
@@ -185,14 +185,14 @@ def test_an_empty_frame_has_nothing_to_corrupt() -> None:
     assert all(not one.flips for one in draw(100, 0, corrupt=1.0))
 
 
-def test_as_many_are_held_back_and_doubled_as_asked_for() -> None:
+def test_as_many_frames_are_held_back_and_duplicated_as_asked_for() -> None:
     drawn = draw(reorder=Reorder(share=0.2, hold_s=1.0), duplicate=0.3)
     assert near(np.mean([one.hold_ns > 0 for one in drawn]), 0.2)
     assert near(np.mean([one.copy_ns is not None for one in drawn]), 0.3)
 
 
 @given(st.lists(st.integers(0, 40), max_size=10))
-def test_how_frames_are_cut_into_blocks_does_not_show(sizes: Sequence[int]) -> None:
+def test_how_frames_are_split_into_blocks_makes_no_difference(sizes: Sequence[int]) -> None:
     total = sum(sizes)
     blocks, node = [], chance(**EVERYTHING)
     for begin, size in zip(accumulate(sizes, initial=0), sizes, strict=False):
@@ -211,7 +211,7 @@ FIELDS = {
 
 
 @pytest.mark.parametrize("absent", FIELDS)
-def test_without_one_impairment_the_others_do_the_same(absent: str) -> None:
+def test_removing_one_impairment_leaves_the_others_unchanged(absent: str) -> None:
     fewer = {name: value for name, value in EVERYTHING.items() if name != absent}
     for one, other in zip(draw(2000, **EVERYTHING), draw(2000, **fewer), strict=True):
         for field in {"loss", "flips", "jitter_ns", "hold_ns", "copy_ns"} - {*FIELDS[absent]}:
@@ -219,7 +219,7 @@ def test_without_one_impairment_the_others_do_the_same(absent: str) -> None:
 
 
 @given(st.integers(0, 300))
-def test_an_impairment_that_begins_later_finds_its_draws_where_they_would_be(later: int) -> None:
+def test_an_impairment_that_begins_later_draws_as_if_it_had_always_been_on(later: int) -> None:
     always = {name: EVERYTHING[name] for name in ("corrupt", "reorder", "duplicate")} | {
         "loss": 0.3
     }

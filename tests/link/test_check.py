@@ -1,4 +1,4 @@
-"""The proof: right emulators pass it, and wrong ones do not."""
+"""The check: right emulators pass, and wrong ones do not."""
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
@@ -72,7 +72,7 @@ def measured(report: CheckReport, direction: Direction, impairment: str) -> Meas
 
 
 @pytest.mark.parametrize("name", preset_names())
-def test_every_preset_gets_what_it_asks_for(name: str) -> None:
+def test_every_preset_passes_its_check(name: str) -> None:
     report = check_link(load_profile(name, DAYS_S))
     assert outside(report) == set()
     assert {one.direction for one in report.measurements} == {*Direction}
@@ -136,7 +136,7 @@ def test_a_check_is_the_same_every_time() -> None:
     assert check_link(BAD, frames=1000, seed=3) != check_link(BAD, frames=1000, seed=4)
 
 
-def test_what_was_too_rare_to_be_seen_is_said_to_be_so() -> None:
+def test_what_was_too_rare_to_be_measured_is_reported_so() -> None:
     report = check_link(one_way(loss=1e-9), frames=100)
     assert measured(report, Direction.UP, "mean loss burst").verdict is CheckVerdict.UNKNOWN
     assert report.passed
@@ -157,7 +157,7 @@ Tamper = Callable[[list[Frame]], list[Frame]]
 
 
 def given_else(**keys: Any) -> Callable[[LinkConfig, Rngs], Channel]:
-    """An emulator that takes the profile for another one: in the direction up."""
+    """An emulator that uses other settings for the uplink than the profile."""
 
     def make(config: LinkConfig, rngs: Rngs) -> Channel:
         up = msgspec.structs.replace(config.up, **keys)
@@ -243,7 +243,7 @@ def test_jitter_without_its_correlation_is_caught() -> None:
     ],
     ids=["Gilbert", "Gilbert-Elliott", "4-state"],
 )
-def test_bursts_of_a_wrong_length_are_caught(
+def test_a_wrong_burst_length_is_caught(
     asked: GilbertElliott | FourState, wrong: GilbertElliott | FourState
 ) -> None:
     report = check_link(one_way(loss=asked), given_else(loss=wrong))
@@ -282,7 +282,7 @@ def test_an_outage_that_is_off_by_a_second_is_caught() -> None:
 
 @dataclasses.dataclass
 class Tampering:
-    """A right channel whose steps go through other hands."""
+    """A right channel with its outgoing frames tampered with."""
 
     channel: Channel
     tamper: Callable[[list[Frame]], list[Frame]]

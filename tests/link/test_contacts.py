@@ -42,7 +42,7 @@ def both_ways(*contacts: tuple[int, int], rate: int = 1000) -> str:
     )
 
 
-def test_the_uplink_is_out_a_light_time_after_the_contacts_and_the_downlink_at_once() -> None:
+def test_the_uplink_goes_out_a_light_time_after_a_contact_and_the_downlink_at_once() -> None:
     plan = parse_ion(both_ways((100, 200), (300, 400)) + "\na range +0 +400 1 2 20", "plan")
     assert outages(plan, Affected.UP, 1000) == [(0, 120), (220, 320), (420, 1000)]
     assert outages(plan, Affected.DOWN, 1000) == [(0, 100), (200, 300), (400, 1000)]
@@ -65,7 +65,7 @@ def test_a_frame_may_be_sent_when_the_contact_begins_and_not_after_it_ends(
     assert opens == [to_ns(time_s) for time_s in (100, 150, 199.9, 300, 350)]
 
 
-def test_the_last_frame_of_a_contact_takes_the_light_time_before_the_range_changes() -> None:
+def test_the_last_frame_of_a_contact_has_the_light_time_before_the_range_changes() -> None:
     plan = parse_ion(
         both_ways((100, 200), (200, 300)) + "\na range +0 +200 1 2 20\na range +200 +300 1 2 30",
         "plan",
@@ -98,7 +98,7 @@ def test_rates_change_when_contacts_begin() -> None:
     )
 
 
-def test_what_was_before_time_zero_leaves_only_what_goes_on() -> None:
+def test_of_entries_before_time_zero_only_those_still_in_force_count() -> None:
     text = "@ 2024/01/01-00:01:00\n@ 2024/01/01-00:00:00\n" + "".join(
         f"a contact +{begin} +{end} {pair} {rate}\n"
         for begin, end, rate in ((0, 10, 1), (20, 70, 2), (80, 90, 3))
@@ -111,7 +111,7 @@ def test_what_was_before_time_zero_leaves_only_what_goes_on() -> None:
     assert outages(plan, Affected.UP, 25) == [(12, 22)]
 
 
-def test_nodes_without_contacts_are_told_the_pairs_that_have_some() -> None:
+def test_for_nodes_without_contacts_the_error_lists_the_pairs_that_have_some() -> None:
     plan = parse_ion("a contact +0 +5 1 3 1\na contact +0 +5 3 2 1\na range +0 +5 1 3 1", "plan")
     with pytest.raises(ContactPlanError) as refusal:
         link_tables(plan, 1, 2, 100)
@@ -132,7 +132,7 @@ def test_a_contact_without_any_range_is_named() -> None:
     st.lists(st.integers(0, 9), min_size=1, max_size=5),
     st.integers(0, 600),
 )
-def test_a_frame_reaches_the_rover_outside_outages_just_if_it_was_sent_in_a_contact(
+def test_a_frame_reaches_the_rover_outside_outages_exactly_if_it_was_sent_in_a_contact(
     steps: Sequence[int], owlts: Sequence[int], sent: int
 ) -> None:
     """Ranges of 100 s that grow, as falling ones let frames of two contacts arrive at once."""

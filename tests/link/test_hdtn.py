@@ -44,7 +44,9 @@ def test_hdtn_rates_are_bits_per_second_and_light_times_come_with_the_contacts()
         ('"startTime": 0', '"startTime": 30', "overlaps another, found 30 s to 60 s beside 0 s"),
     ],
 )
-def test_a_bad_contact_of_hdtn_is_refused_by_its_line(found: str, put: str, words: str) -> None:
+def test_an_invalid_contact_of_hdtn_is_refused_with_its_line(
+    found: str, put: str, words: str
+) -> None:
     with pytest.raises(ContactPlanError) as refusal:
         parse_hdtn(hdtn(CONTACT, CONTACT.replace(found, put)), "plan.json")
     assert str(refusal.value).startswith("plan.json, line 5: contacts[1]: ")
@@ -71,7 +73,7 @@ def test_json_that_is_no_plan_is_refused(text: str, words: str) -> None:
     assert words in str(refusal.value)
 
 
-def test_each_format_knows_the_other() -> None:
+def test_each_format_recognises_the_other() -> None:
     with pytest.raises(ContactPlanError, match="found JSON; a plan of HDTN has a name that ends"):
         parse_ion(hdtn(CONTACT), "plan.ionrc")
     with pytest.raises(ContactPlanError, match="found the commands of an ION contact plan"):

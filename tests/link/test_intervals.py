@@ -9,23 +9,23 @@ from farside.link.check.intervals import clustered_interval, share_interval
 from farside.link.profile.impairments import FourState, GilbertElliott
 from farside.link.profile.statistics import loss_statistics
 
-chances = st.floats(0.01, 0.99)
+probabilities = st.floats(0.01, 0.99)
 
 
 @settings(max_examples=40, deadline=None)
-@given(chances, chances, chances, st.floats(0, 0.5), st.integers(0, 2**32))
-def test_the_statistics_of_gilbert_and_elliott_are_those_of_a_long_run(
+@given(probabilities, probabilities, probabilities, st.floats(0, 0.5), st.integers(0, 2**32))
+def test_the_statistics_of_gilbert_elliott_match_the_closed_form(
     p: float, r: float, bad: float, good: float, seed: int
 ) -> None:
-    """Against the closed form, and against a chain moved on one by one."""
+    """Rate and burst length."""
     found = loss_statistics(GilbertElliott(p=p, r=r, bad_loss=bad, good_loss=good))
     assert found.rate == pytest.approx((p * bad + r * good) / (p + r))
     simple = loss_statistics(GilbertElliott(p=p, r=r))
     assert simple.burst_length == pytest.approx(1 / r)
 
 
-def test_four_states_with_the_first_alone_are_independent_losses() -> None:
-    """As the manual page of tc-netem has it."""
+def test_four_states_with_p13_alone_have_the_statistics_of_independent_losses() -> None:
+    """As in the manual page of tc-netem."""
     found = loss_statistics(FourState(p13=0.05))
     assert found.rate == pytest.approx(0.05)
     assert found.burst_length == pytest.approx(1 / 0.95)
@@ -40,7 +40,7 @@ def test_an_interval_misses_as_rarely_as_it_says() -> None:
     assert missed < 0.06 * 2000
 
 
-def test_an_interval_for_bursts_is_wider_than_one_that_takes_them_for_independent() -> None:
+def test_an_interval_for_bursts_is_wider_than_one_that_assumes_independence() -> None:
     rng = np.random.default_rng(0)
     missed = naive = 0
     for _ in range(400):

@@ -32,7 +32,7 @@ def test_the_first_date_of_a_plan_is_time_zero() -> None:
     assert [c[:2] for c in plan.contacts] == [(-50, -30), (0, 10), (86410, 86411)]
 
 
-def test_what_a_plan_says_beside_its_contacts_is_passed_over() -> None:
+def test_commands_that_plan_nothing_are_ignored() -> None:
     plan = parse_ion(
         "1 9 ''\ns\nm horizon +0\n# a contact +0 +5 1 2 1\n\n^ 1\ne 1\n"
         "a contact -1 -1 9 9 0\n"
@@ -60,13 +60,13 @@ def test_a_range_from_the_lower_number_holds_both_ways() -> None:
     assert plan.ranges == (Range(0, 5, 1, 2, 324), Range(0, 5, 2, 1, 324))
 
 
-def test_a_range_from_the_higher_number_says_nothing_of_the_way_back() -> None:
+def test_a_range_from_the_higher_number_holds_one_way() -> None:
     plan = parse_ion("a contact +0 +5 1 2 1\na range +0 +5 2 1 324", "plan")
     assert plan.ranges == (Range(0, 5, 2, 1, 324),)
 
 
 @pytest.mark.parametrize("order", [1, -1])
-def test_a_stated_way_back_beats_the_implied_one(order: int) -> None:
+def test_an_explicit_opposite_range_replaces_the_implied_one(order: int) -> None:
     lines = ["a range +0 +5 1 2 324", "a range +0 +5 2 1 300"][::order]
     plan = parse_ion("\n".join(["a contact +0 +5 1 2 1", *lines]), "plan")
     assert plan.ranges == (Range(0, 5, 1, 2, 324), Range(0, 5, 2, 1, 300))
@@ -118,7 +118,7 @@ def test_a_stated_way_back_beats_the_implied_one(order: int) -> None:
         ("c contact +0 2 1 4", "expected one from 2 to 1 that starts at 0 s, found none so far"),
     ],
 )
-def test_a_bad_line_of_ion_is_refused_by_its_number(line: str, words: str) -> None:
+def test_an_invalid_line_of_ion_is_refused_with_its_number(line: str, words: str) -> None:
     before = "a contact +0 +10 1 2 1\na contact +20 +30 2 1 1\na range +0 +5 1 2 1"
     text = f"{before}\n{line}\na contact +10 +15 1 2 1\n"
     with pytest.raises(ContactPlanError) as refusal:
@@ -128,7 +128,7 @@ def test_a_bad_line_of_ion_is_refused_by_its_number(line: str, words: str) -> No
 
 
 @given(st.text(alphabet="acdm@+-# \n.:/0129*'contacrange", max_size=80))
-def test_ion_text_gives_a_plan_or_the_one_error(text: str) -> None:
+def test_any_ion_text_is_a_plan_or_refused(text: str) -> None:
     try:
         plan = parse_ion(text, "plan")
     except ContactPlanError:

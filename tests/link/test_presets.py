@@ -53,7 +53,7 @@ def test_models_of_different_kinds_are_not_mixed() -> None:
     assert merged(below, {"loss": 0.1})["loss"] == 0.1
 
 
-def test_a_table_wins_over_the_preset_it_names(presets: Callable[..., None]) -> None:
+def test_a_table_overrides_the_preset_it_names(presets: Callable[..., None]) -> None:
     presets("tin", "seed = 1\n[up]\ndelay_s = 1\nrate_bit_s = 8\n[down]\ndelay_s = 1")
     assert with_preset({"preset": "tin", "up": {"delay_s": 2}}) == {
         "seed": 1,
@@ -72,7 +72,7 @@ def test_a_table_wins_over_the_preset_it_names(presets: Callable[..., None]) -> 
         ({"up": 3}, {"up": 3}),
     ],
 )
-def test_what_is_said_in_another_way_replaces_what_the_preset_says(
+def test_a_key_replaces_the_alternatives_to_it_in_the_preset(
     presets: Callable[..., None], own: dict[str, Any], expected: dict[str, Any]
 ) -> None:
     presets("tin", "[up]\ndelay_s = 1\nrate_bit_s = 8\nloss = 0.1")
@@ -88,7 +88,7 @@ def test_what_is_said_in_another_way_replaces_what_the_preset_says(
         ({"contacts": {}}, False),
     ],
 )
-def test_the_ephemeris_of_a_preset_goes_where_other_delays_come(
+def test_other_delays_replace_the_ephemeris_of_a_preset(
     presets: Callable[..., None], own: Mapping[str, Mapping[str, str | float]], is_left: bool
 ) -> None:
     presets("far", '[ephemeris]\nbody = "mars"\nepoch = "2021-02-18"')
@@ -103,7 +103,9 @@ def test_a_table_without_a_preset_is_left_to_the_schema() -> None:
     assert with_preset({"preset": 3}) == {"preset": 3}
 
 
-def test_an_unknown_preset_is_told_with_the_known_ones(presets: Callable[..., None]) -> None:
+def test_an_unknown_preset_is_refused_with_a_list_of_the_known_ones(
+    presets: Callable[..., None],
+) -> None:
     presets("moon", "")
     presets("tether", "")
     with pytest.raises(LinkConfigError) as refusal:
@@ -146,7 +148,7 @@ def test_a_profile_may_be_the_name_of_a_preset_but_a_file_comes_first(
         ("preset = 3", ": preset: expected "),
     ],
 )
-def test_a_bad_profile_is_refused_by_file_and_key(
+def test_an_invalid_profile_is_refused_with_file_and_key(
     tmp_path: Path, presets: Callable[..., None], text: str, words: str
 ) -> None:
     presets("tin", "")

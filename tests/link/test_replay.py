@@ -43,14 +43,14 @@ def test_an_attacker_cannot_replay_to_a_rover_that_restarted() -> None:
     assert restarted.open(sealer(first=30).seal(b"new")).body == b"new"
 
 
-def test_an_attacker_cannot_turn_a_frame_back() -> None:
+def test_an_attacker_cannot_reflect_a_frame() -> None:
     wire = Sealer(KEY, UP).seal(b"drive")
 
     assert refusal(Opener(KEY, DOWN), wire) is Refusal.FORGED
 
 
 @given(st.data())
-def test_an_attacker_who_mends_the_crc_cannot_change_a_byte(data: DataObject) -> None:
+def test_an_attacker_who_recomputes_the_crc_cannot_change_a_byte(data: DataObject) -> None:
     wire = sealer(first=70_000).seal(b"drive north", Flag.RELIABLE)
     changed = bytearray(wire[:-4])
     changed[data.draw(st.integers(1, len(changed) - 1))] ^= data.draw(st.integers(1, 255))
@@ -59,7 +59,7 @@ def test_an_attacker_who_mends_the_crc_cannot_change_a_byte(data: DataObject) ->
 
 
 @given(st.integers(0, 40))
-def test_an_attacker_who_mends_the_crc_cannot_cut_or_lengthen_a_frame(length: int) -> None:
+def test_an_attacker_who_recomputes_the_crc_cannot_shorten_or_extend_a_frame(length: int) -> None:
     wire = sealer().seal(b"drive north")
     rover = Opener(KEY, UP)
 
@@ -118,7 +118,7 @@ def test_a_frame_from_before_the_window_is_refused() -> None:
     assert refusal(rover, sealer(first=0).seal(b"")) is Refusal.REPLAYED
 
 
-def test_a_leap_to_the_last_number_costs_no_memory() -> None:
+def test_a_jump_to_the_last_sequence_number_takes_no_memory() -> None:
     rover = Opener(KEY, UP)
     for sequence in (0, SEQUENCE_LIMIT - 1):
         rover.open(sealer(first=sequence).seal(b""))
@@ -127,7 +127,7 @@ def test_a_leap_to_the_last_number_costs_no_memory() -> None:
 
 
 @given(st.lists(st.integers(0, 60)), st.integers(1, 20))
-def test_the_window_is_that_of_a_receiver_with_a_perfect_memory(
+def test_the_window_decides_as_a_receiver_that_remembers_everything(
     sequences: Sequence[int], window: int
 ) -> None:
     rover, taken = Opener(KEY, UP, window=window), set[int]()
@@ -163,7 +163,7 @@ def test_nothing_is_sealed_with_a_number_that_could_not_be_reserved() -> None:
     assert ground.next_sequence == 5
 
 
-def test_after_the_last_number_a_new_key_is_asked_for() -> None:
+def test_after_the_last_number_a_new_key_is_due() -> None:
     ground = sealer(first=SEQUENCE_LIMIT - 1)
     ground.seal(b"")
 

@@ -1,4 +1,4 @@
-"""From what is written of a link to plain tables: presets, files, passes and ephemerides."""
+"""A link resolved to plain tables: files, passes and ephemerides."""
 
 from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime, timedelta
@@ -40,7 +40,7 @@ def resolved(folder: Path, duration_s: float = 100.0, **tables: Any) -> LinkConf
 
 
 def refusal_of(folder: Path, duration_s: float = 100.0, **tables: Any) -> str:
-    """In which words these tables are refused."""
+    """The message with which these tables are refused."""
     with pytest.raises(LinkConfigError) as refusal:
         resolved(folder, duration_s, **tables)
     return str(refusal.value)
@@ -57,7 +57,7 @@ def outages(link: LinkConfig, direction: Direction) -> list[tuple[float, float, 
 # --- files
 
 
-def test_a_trace_is_read_beside_the_file_that_names_it(tmp_path: Path) -> None:
+def test_a_trace_is_read_relative_to_the_file_that_names_it(tmp_path: Path) -> None:
     (tmp_path / "lte.trace").write_text("0\n4\n4\n")
     trace = {"file": "lte.trace", "at_end": "end"}
     link = resolved(tmp_path, up={"delay_s": 1, "rate_trace": trace}, down={"delay_s": 1})
@@ -79,7 +79,7 @@ def test_a_trace_is_read_beside_the_file_that_names_it(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_a_trace_that_cannot_be_read_is_told_by_its_key(
+def test_a_trace_that_cannot_be_read_is_refused_with_its_key(
     tmp_path: Path, trace: Mapping[str, str | Sequence[int]], words: str
 ) -> None:
     (tmp_path / "bad.trace").write_text("0\nx\n")
@@ -125,7 +125,7 @@ def test_a_plan_whose_name_ends_in_json_is_one_of_hdtn(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_a_plan_that_does_not_fit_the_link_is_told_by_its_key(
+def test_a_plan_that_does_not_fit_the_link_is_refused_with_its_key(
     tmp_path: Path, tables: dict[str, Any], words: str
 ) -> None:
     (tmp_path / "relay").write_text(PLAN)
@@ -160,14 +160,14 @@ def test_each_direction_has_one_delay(tmp_path: Path, tables: dict[str, Any], wo
     assert words in refusal_of(tmp_path, **tables)
 
 
-def test_a_link_of_plain_tables_stays_as_it_is(tmp_path: Path) -> None:
+def test_a_link_of_plain_tables_is_left_as_it_is(tmp_path: Path) -> None:
     link = resolved(tmp_path, **NEAR, seed=3, blackouts=[{"start_s": 1, "end_s": 2}])
     assert link == msgspec.convert(
         NEAR | {"seed": 3, "blackouts": [{"start_s": 1, "end_s": 2}]}, LinkConfig
     )
 
 
-def test_a_preset_that_nobody_put_in_is_refused(tmp_path: Path) -> None:
+def test_a_preset_not_yet_merged_is_refused(tmp_path: Path) -> None:
     words = refusal_of(tmp_path, preset="moon", **NEAR)
     assert words == 'preset: expected none left to read, found "moon"'
 
@@ -219,7 +219,7 @@ def test_an_ephemeris_gives_both_delays(tmp_path: Path, mars: dict[str, float | 
     assert (link.blackouts, link.changes) == ((), ())
 
 
-def test_at_conjunction_commands_are_out_and_the_downlink_is_worse(
+def test_at_conjunction_the_uplink_is_out_and_the_downlink_loses_more(
     tmp_path: Path, mars: dict[str, float | str]
 ) -> None:
     link = resolved(tmp_path, 30 * DAY_S, ephemeris=mars, down={"loss": 0.01})
@@ -265,14 +265,14 @@ def test_other_changes_go_on_through_a_conjunction(
     assert up == [0.0, 0.0, 0.0, worst, 0.2, 0.3, 0.3]
 
 
-def test_a_downlink_that_is_worse_anyway_stays_so_at_conjunction(
+def test_a_downlink_that_already_loses_more_stays_so_at_conjunction(
     tmp_path: Path, mars: dict[str, float | str]
 ) -> None:
     link = resolved(tmp_path, 30 * DAY_S, ephemeris=mars, down={"loss": 0.9})
     assert {loss_at(link, day * DAY_S, Direction.DOWN) for day in range(30)} == {0.9}
 
 
-def test_an_ephemeris_of_no_body_is_told_by_its_key(tmp_path: Path) -> None:
+def test_an_ephemeris_of_an_unknown_body_is_refused_with_its_key(tmp_path: Path) -> None:
     words = refusal_of(tmp_path, ephemeris={"body": "marz", "epoch": "2021-02-18"})
     assert words.startswith("ephemeris: ")
     assert "mars" in words

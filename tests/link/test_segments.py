@@ -1,4 +1,4 @@
-"""Reports of what has arrived: nothing is said of what another report tells."""
+"""Reception reports: a part says nothing about what another part covers."""
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from farside.link.endpoint.segments import Coverage, ReceptionReport, encode_part, reception_reports
 
 
-def test_a_report_that_goes_on_elsewhere_says_nothing_of_the_rest() -> None:
+def test_a_partial_report_says_nothing_about_the_rest() -> None:
     cut, last = (
         ReceptionReport(0, base=4, skipped=0, runs=(2, 1), rest=rest) for rest in (False, True)
     )
@@ -22,7 +22,7 @@ def test_a_report_that_goes_on_elsewhere_says_nothing_of_the_rest() -> None:
 
 
 @given(st.integers(0, 1000), st.sets(st.integers(1, 400)), st.integers(64, 200))
-def test_of_each_segment_one_part_tells_the_truth_and_the_others_nothing(
+def test_the_parts_of_a_report_together_tell_the_truth_about_every_segment(
     base: int, gaps: set[int], size_byte: int
 ) -> None:
     beyond = {base + gap for gap in gaps}

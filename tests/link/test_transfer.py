@@ -27,7 +27,7 @@ def test_an_empty_message_arrives_too() -> None:
     assert pair.delivered == [b"", b"x"]
 
 
-def test_only_what_was_lost_is_sent_again() -> None:
+def test_only_lost_segments_are_retransmitted() -> None:
     pair = Pair(link(), fates=[GOOD, LOST, GOOD, LOST])
     pair.run([message(n) for n in range(6)])
     assert [number for number, _ in pair.sent] == [0, 1, 2, 3, 4, 5, 1, 3]
@@ -45,7 +45,7 @@ def test_out_of_order_it_does_not() -> None:
     assert pair.delivered == [message(1), message(0)]
 
 
-def test_a_lost_report_is_made_good_by_the_next_one() -> None:
+def test_the_repeat_makes_up_for_a_lost_report() -> None:
     pair = Pair(link(), fates=[GOOD, GOOD, LOST])
     pair.run([message(0), message(1)])
     assert len(pair.sent) == 2
@@ -59,7 +59,7 @@ def test_the_sender_keeps_to_the_rate() -> None:
     assert gaps == {to_ns(size_byte * 8 / 800)}
 
 
-def test_what_is_offered_beyond_the_window_is_refused() -> None:
+def test_a_message_beyond_the_window_is_refused() -> None:
     sender = ReliableSender(DOWN, link(), SMALL)
     assert list(sender.offer(bytes(15 * 64))) == list(range(15))
     assert sender.room == 1
@@ -68,18 +68,18 @@ def test_what_is_offered_beyond_the_window_is_refused() -> None:
 
 
 def test_no_timer_runs_between_contacts() -> None:
-    """All is lost in the first pass: the next thing to do is in the second one, not before."""
+    """Everything in the first pass is lost; nothing more happens before the second."""
     pair = Pair(link(delay_s=30, passes=50), fates=[LOST] * 16)
     pair.run([message(n) for n in range(16)])
     first_pass = [time_ns for _, time_ns in pair.sent if time_ns < to_ns(20)]
     second_pass = [time_ns for _, time_ns in pair.sent[16:] if time_ns < to_ns(120)]
     assert len(first_pass) == 16
-    assert second_pass, "it does not stall"
+    assert second_pass, "it must not stall"
     assert min(second_pass) >= to_ns(100)
     assert pair.delivered == [message(n) for n in range(16)]
 
 
-def test_into_silence_go_single_segments_at_intervals_that_double() -> None:
+def test_during_silence_single_probes_are_sent_at_intervals_that_double() -> None:
     pair = Pair(link(), fates=[LOST] * 1000)
     pair.run([message(n) for n in range(30)], until_s=300)
     probes = [time_ns for _, time_ns in pair.sent[16:]]
@@ -89,7 +89,7 @@ def test_into_silence_go_single_segments_at_intervals_that_double() -> None:
     assert [number for number, _ in pair.sent[16:22]] == [0, 1, 2, 3, 4, 5], "oldest first"
 
 
-def test_nothing_new_goes_into_silence_if_an_answer_can_come_before_the_contact_ends() -> None:
+def test_nothing_new_is_sent_during_silence_if_a_reply_can_come_within_the_contact() -> None:
     config = TransferConfig(segment_byte=64, window=200)
     pair = Pair(link(rate_bit_s=800), fates=[LOST] * 1000, config=config)
     pair.run([message(n) for n in range(200)], until_s=60)
@@ -99,7 +99,7 @@ def test_nothing_new_goes_into_silence_if_an_answer_can_come_before_the_contact_
 
 
 def test_a_report_ends_the_silence() -> None:
-    """In a second silence the intervals start anew."""
+    """In a second silence the intervals start over."""
     pair = Pair(link(), fates=[LOST] * 21)
     pair.run([message(n) for n in range(16)])
     first = len(pair.sent)
@@ -121,14 +121,14 @@ def test_the_intervals_count_open_time_only() -> None:
     assert set(open_s[4:]) == {16}
 
 
-def test_after_an_unforeseen_blackout_all_goes_on_at_once() -> None:
+def test_after_an_unforeseen_blackout_everything_resumes_at_once() -> None:
     pair = Pair(link(), fates=[LOST] * 40)
     pair.run([message(n) for n in range(60)])
     assert pair.delivered == [message(n) for n in range(60)]
     assert len(pair.sent) < 60 + 40 + 16
 
 
-def test_news_goes_out_once_though_answers_are_overdue_where_that_is_asked_for() -> None:
+def test_with_keeps_on_new_segments_are_sent_once_though_replies_are_overdue() -> None:
     config = TransferConfig(segment_byte=64, window=200, keeps_on=True)
     pair = Pair(link(), fates=[LOST] * 1000, config=config)
     pair.run([message(0)], until_s=100)
@@ -138,7 +138,7 @@ def test_news_goes_out_once_though_answers_are_overdue_where_that_is_asked_for()
     assert max(pair.again()) >= to_ns(15), "what was sent before still backs off"
 
 
-def test_heard_again_the_oldest_go_out_at_once_and_no_more_than_eight() -> None:
+def test_when_heard_again_the_oldest_eight_at_most_are_retransmitted_at_once() -> None:
     pair = Pair(link(), fates=[LOST] * 1000)
     pair.run([message(n) for n in range(16)], until_s=200)
     before = len(pair.sent)
@@ -151,7 +151,7 @@ def test_heard_again_the_oldest_go_out_at_once_and_no_more_than_eight() -> None:
     assert len(pair.sender._retransmit) <= 16
 
 
-def test_heard_in_time_nothing_is_sent_again() -> None:
+def test_when_no_reply_is_overdue_resuming_retransmits_nothing() -> None:
     pair = Pair(link())
     pair.sender.offer(message(0))
     pair._say()
@@ -175,7 +175,7 @@ def test_messages_that_never_end_fill_no_more_than_two_windows() -> None:
 
 
 @pytest.mark.parametrize(("spare", "copies"), [(0.0, 1), (0.15, 2), (0.25, 3), (10.0, 4)])
-def test_what_is_lost_on_a_long_way_is_sent_in_copies_as_far_as_the_spare_goes(
+def test_over_long_light_times_lost_segments_are_sent_in_as_many_copies_as_the_spare_allows(
     spare: float, copies: int
 ) -> None:
     config = TransferConfig(segment_byte=64, window=100, spare=spare)
@@ -184,7 +184,7 @@ def test_what_is_lost_on_a_long_way_is_sent_in_copies_as_far_as_the_spare_goes(
     assert [n for n, _ in pair.sent if n < 3] == [0, 1, 2] * (1 + copies), "round after round"
 
 
-def test_a_long_report_comes_in_parts_that_fit() -> None:
+def test_a_long_report_is_split_into_parts_that_fit() -> None:
     config = TransferConfig(segment_byte=64, window=400, margin_s=0.0)
     pair = Pair(link(rate_bit_s=80_000), fates=[GOOD, LOST] * 100, config=config)
     pair.run([message(n) for n in range(200)])

@@ -56,7 +56,7 @@ def test_whatever_happens_everything_arrives_exactly_once(
 
 @settings(deadline=None)
 @given(SCHEDULES, st.integers(1, 60), st.lists(FATE, max_size=120))
-def test_nothing_is_sent_again_before_its_answer_could_have_come(
+def test_nothing_is_retransmitted_before_its_reply_could_have_come(
     schedule: Schedule, count: int, fates: Sequence[tuple[float, ...]]
 ) -> None:
     pair = Pair(schedule, fates)
@@ -75,7 +75,7 @@ def test_where_nothing_is_lost_nothing_is_sent_twice(schedule: Schedule, count: 
 
 @settings(deadline=None)
 @given(SCHEDULES, st.lists(st.floats(0, 0.9).map(lambda late_s: (late_s,)), max_size=60))
-def test_what_is_late_by_less_than_the_margin_is_not_sent_again(
+def test_what_is_late_by_less_than_the_margin_is_not_retransmitted(
     schedule: Schedule, fates: Sequence[tuple[float, ...]]
 ) -> None:
     pair = Pair(schedule, fates)
@@ -84,7 +84,7 @@ def test_what_is_late_by_less_than_the_margin_is_not_sent_again(
 
 
 @given(st.binary(max_size=80))
-def test_bytes_that_are_none_of_ours_are_refused(payload: bytes) -> None:
+def test_arbitrary_bytes_are_decoded_or_refused(payload: bytes) -> None:
     with suppress(FrameError):
         decode_part(payload)
 
@@ -107,7 +107,7 @@ REPORT = st.builds(
 
 
 @given(st.lists(SEGMENT, max_size=200), st.booleans())
-def test_contradictory_segments_raise_one_error_and_take_bounded_memory(
+def test_contradictory_segments_raise_only_frame_error_and_take_bounded_memory(
     segments: Sequence[Segment], in_order: bool
 ) -> None:
     receiver = ReliableReceiver(DOWN, link(), SMALL, in_order=in_order)
@@ -121,7 +121,7 @@ def test_contradictory_segments_raise_one_error_and_take_bounded_memory(
 
 
 @given(st.lists(REPORT, max_size=30))
-def test_contradictory_reports_raise_one_error(reports: Sequence[ReceptionReport]) -> None:
+def test_contradictory_reports_raise_only_frame_error(reports: Sequence[ReceptionReport]) -> None:
     sender = ReliableSender(DOWN, link(), SMALL)
     sender.offer(bytes(64 * 10))
     for now_ns, report in enumerate(reports):

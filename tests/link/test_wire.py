@@ -37,7 +37,7 @@ flags = st.integers(0, 15).map(Flag)
 @given(
     st.binary(max_size=2000), flags, st.integers(0, SEQUENCE_LIMIT - 1), st.sampled_from(Direction)
 )
-def test_what_is_sealed_is_opened_as_it_was(
+def test_opening_restores_what_was_sealed(
     body: bytes, flag: Flag, sequence: int, direction: Direction
 ) -> None:
     wire = sealer(direction, first=sequence).seal(body, flag)
@@ -83,9 +83,7 @@ def test_a_key_of_another_length_is_refused() -> None:
 
 
 @given(st.binary(max_size=200), st.data())
-def test_up_to_three_flipped_bits_are_noise_whichever_they_are(
-    body: bytes, data: DataObject
-) -> None:
+def test_up_to_three_flipped_bits_anywhere_are_noise(body: bytes, data: DataObject) -> None:
     rover, wire = Opener(KEY, UP), sealer().seal(body)
     bits = data.draw(st.sets(st.integers(0, 8 * len(wire) - 1), min_size=1, max_size=3))
     noisy = bytearray(wire)
@@ -107,7 +105,7 @@ def test_a_frame_cut_short_is_refused(length: int) -> None:
 # --- strangers ---------------------------------------------------------------------------------
 
 
-def test_a_frame_of_any_other_version_is_named_so() -> None:
+def test_a_frame_of_any_other_version_is_refused_as_such() -> None:
     wire = sealer().seal(b"12345")
     others = [version for version in range(256) if version != WIRE_VERSION]
 
@@ -142,7 +140,7 @@ def test_a_refusal_says_what_was_found_and_is_counted() -> None:
 
 @st.composite
 def near_misses(draw: st.DrawFn) -> bytes:
-    """Bytes that were a frame once."""
+    """Frames changed in a few places."""
     wire = bytearray(sealer(first=draw(st.integers(0, 70_000))).seal(draw(st.binary(max_size=40))))
     for _ in range(draw(st.integers(0, 4))):
         at = draw(st.integers(0, len(wire)))
@@ -161,7 +159,7 @@ arrivals = st.lists(
 
 
 @given(arrivals)
-def test_no_bytes_raise_anything_but_the_one_error(frames: list[bytes]) -> None:
+def test_no_bytes_raise_anything_but_frame_error(frames: list[bytes]) -> None:
     rover = Opener(KEY, UP)
     pairs = [first + second for first, second in pairwise(frames)]
     opened = 0
@@ -223,7 +221,7 @@ tags = ["command", "heartbeat", "proposal", "telemetry", "drive", "goal", "mode"
     st.binary(max_size=3),
 )
 @settings(deadline=None, suppress_health_check=[HealthCheck.too_slow])
-def test_no_body_raises_anything_but_the_one_error(
+def test_no_body_raises_anything_but_frame_error(
     body: bytes, decoder: msgspec.msgpack.Decoder[Any], tail: bytes
 ) -> None:
     with suppress(FrameError):

@@ -65,7 +65,7 @@ def test_a_value_outside_is_exit_status_one(monkeypatch: pytest.MonkeyPatch) -> 
     assert "outside" in result.output
 
 
-def test_a_profile_that_is_none_is_refused(tmp_path: Path) -> None:
+def test_an_invalid_profile_is_refused(tmp_path: Path) -> None:
     profile = tmp_path / "mine.toml"
     profile.write_text("[up]\nlos = 0.5\n", encoding="utf-8")
     result = link_check(str(profile))
