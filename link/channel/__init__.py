@@ -1,1 +1,1 @@
-"""What happens to frames between the endpoints: queue, transmitter, chance and outages."""
+"""What happens to frames between the endpoints: transmit queue, random impairments, outages."""

@@ -1,4 +1,4 @@
-"""What will come to be known of one direction of the channel, and when."""
+"""Records of one direction that are already decided but not yet due."""
 
 import heapq
 from bisect import bisect_left
@@ -12,39 +12,39 @@ from farside.topics import FrameFate, LinkOutage
 _time = attrgetter("time_ns")
 
 
-class Entry(msgspec.Struct, frozen=True, order=True, gc=False):
-    """When something comes to be known, what orders it among others of that time, and what."""
+class PendingRecord(msgspec.Struct, frozen=True, order=True, gc=False):
+    """A message, when it is to be recorded, and what orders it among others of that time."""
 
     time_ns: int
     direction: Direction
     sequence: int
     copy: int
-    what: FrameFate | LinkOutage
+    message: FrameFate | LinkOutage
 
 
 class Agenda:
-    """What will come to be known of one direction, and when."""
+    """The pending records of one direction, by time."""
 
     def __init__(self) -> None:
-        # Each part in order, and how far it has been read: first the one with the next entry.
-        self._parts: list[tuple[int, int, list[Entry], int]] = []
+        # Sorted batches as (time of the next record, tie-breaker, records, index of the next one).
+        self._batches: list[tuple[int, int, list[PendingRecord], int]] = []
         self._added = 0
 
-    def add(self, entries: list[Entry]) -> None:
-        """Keep `entries` until their times; the list is the agenda's from now on."""
-        if entries:
-            entries.sort()
+    def add(self, records: list[PendingRecord]) -> None:
+        """Keep `records` until they are due. The list belongs to the agenda from then on."""
+        if records:
+            records.sort()
             self._added += 1
-            heapq.heappush(self._parts, (entries[0].time_ns, self._added, entries, 0))
+            heapq.heappush(self._batches, (records[0].time_ns, self._added, records, 0))
 
-    def due(self, until_ns: int) -> list[Entry]:
-        """What comes to be known before `until_ns`."""
-        due: list[Entry] = []
-        parts = self._parts
-        while parts and parts[0][0] < until_ns:
-            _, added, entries, begin = heapq.heappop(parts)
-            end = bisect_left(entries, until_ns, lo=begin, key=_time)
-            due += entries[begin:end]
-            if end < len(entries):
-                heapq.heappush(parts, (entries[end].time_ns, added, entries, end))
+    def due(self, until_ns: int) -> list[PendingRecord]:
+        """Take the records due before `until_ns`, in order within each batch alone."""
+        due: list[PendingRecord] = []
+        batches = self._batches
+        while batches and batches[0][0] < until_ns:
+            _, added, records, begin = heapq.heappop(batches)
+            end = bisect_left(records, until_ns, lo=begin, key=_time)
+            due += records[begin:end]
+            if end < len(records):
+                heapq.heappush(batches, (records[end].time_ns, added, records, end))
         return due

@@ -1,14 +1,14 @@
-"""What chance does to frames: loss, bit errors, jitter, reordering and duplication.
+"""Random impairments: loss, bit errors, jitter, reordering and duplication.
 
-Every purpose has a random stream of its own, with one draw for every frame in the order in which
-frames are handed over, needed or not. So no impairment moves the luck of another, and neither does
-what becomes of the frames before.
+Every purpose has a random stream of its own, with one draw per frame in the order in which frames
+are handed over, whether it is needed or not. So neither another impairment nor the fate of earlier
+frames changes what a frame draws.
 """
 
 import math
 from collections import defaultdict
 from collections.abc import Callable, Sequence
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import Any, NamedTuple
 
 import msgspec
@@ -17,29 +17,24 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from farside.link.profile.config import BitErrorEffect, OneWay
-from farside.link.profile.impairments import (
-    FourState,
-    GilbertElliott,
-    Jitter,
-    JitterShape,
-    LossModel,
-)
+from farside.link.profile.impairments import Jitter, JitterShape, LossModel
+from farside.link.profile.loss import LossChain
 from farside.node import Frame, to_ns
 from farside.topics import Fate
 
 _NO_FLIPS: tuple[int, ...] = ()
-_CATCH_UP = 1 << 16
+_SKIP_BLOCK = 1 << 16
 _SQRT_HALF = math.sqrt(0.5)
 
 
-class Luck(msgspec.Struct, gc=False):
-    """What chance has in store for a frame, if it is sent, besides jitter.
+class Impairment(msgspec.Struct, gc=False):
+    """What happens to one frame, if it is sent, besides jitter.
 
     Attributes:
-        loss: `LOST` or `BIT_ERROR`, if either comes over it.
-        flips: the bits of its payload that will be wrong, counted from 0, least significant first.
-        hold_ns: for how long it is held back.
-        copy_ns: jitter of its copy, if it arrives twice.
+        loss: `LOST` or `BIT_ERROR` if the frame is lost to either.
+        flips: indices of the payload's bits that will be wrong, from 0, least significant first.
+        hold_ns: for how long the frame is held back.
+        copy_ns: jitter of its duplicate; `None` without one.
     """
 
     loss: Fate | None = None
@@ -48,133 +43,112 @@ class Luck(msgspec.Struct, gc=False):
     copy_ns: int | None = None
 
 
-CALM = Luck()
-"""The luck of most frames: nothing happens to them."""
+UNIMPAIRED = Impairment()
+"""What happens to most frames: nothing."""
 
 
 class Draw(NamedTuple):
-    """What chance has in store for the next frames, in order of hand-over.
+    """What the next frames draw, in order of hand-over.
 
     Attributes:
-        jitters_ns: for each frame, its delay on top of the propagation.
-        lucks: by place, the frames that meet with anything else: few as a rule.
+        jitters_ns: the delay of each frame on top of the propagation.
+        impairments: of the frames that meet with anything else, few as a rule, by index.
     """
 
     jitters_ns: list[int]
-    lucks: dict[int, Luck]
+    impairments: dict[int, Impairment]
 
 
 class Stream:
-    """One purpose's random numbers. A number that nobody needs is drawn when the next one is."""
+    """The random numbers of one purpose, one per frame.
+
+    Numbers that nobody needs are skipped only when the next ones are drawn.
+    """
 
     def __init__(self, draw: Callable[[int], Any]) -> None:
         self._draw = draw
-        self._missed = 0
+        self._skipped = 0
 
     def take(self, count: int) -> NDArray[Any]:
         """The numbers of the next `count` frames."""
-        while self._missed:
-            burnt = min(self._missed, _CATCH_UP)
-            self._draw(burnt)
-            self._missed -= burnt
+        while self._skipped:
+            block = min(self._skipped, _SKIP_BLOCK)
+            self._draw(block)
+            self._skipped -= block
         numbers: NDArray[Any] = self._draw(count)
         return numbers
 
-    def miss(self, count: int) -> None:
-        """The next `count` frames do without."""
-        self._missed += count
+    def skip(self, count: int) -> None:
+        """Pass over the numbers of the next `count` frames."""
+        self._skipped += count
 
 
-class Chain(NamedTuple):
-    """A Markov chain that moves with every frame, and then may lose it.
+class LossProcess:
+    """Which frames are lost, by a loss model with or without memory."""
 
-    Attributes:
-        moves: for each state, chances to go elsewhere: (sum of them so far, next state).
-        losses: for each state, the chance to lose a frame.
-    """
-
-    moves: tuple[tuple[tuple[float, int], ...], ...]
-    losses: tuple[float, ...]
-
-    @classmethod
-    def of(cls, model: LossModel) -> "Chain":
-        """The chain of a loss model; it starts in state 0, the good one or the gap."""
-        match model:
-            case GilbertElliott():
-                return cls((((model.p, 1),), ((model.r, 0),)), (model.good_loss, model.bad_loss))
-            case FourState():
-                p31 = 1.0 - model.p13 if model.p31 is None else model.p31
-                return cls(
-                    (
-                        ((model.p14, 3), (model.p14 + model.p13, 2)),
-                        ((model.p23, 2),),
-                        ((model.p32, 1), (model.p32 + p31, 0)),
-                        ((1.0, 0),),
-                    ),
-                    (0.0, 0.0, 1.0, 1.0),
-                )
-            case chance:
-                return cls(((),), (chance,))
-
-
-class Loss:
-    """Which frames are lost on the way, by a model with or without a memory."""
-
-    def __init__(self, moves: Generator, losses: Generator) -> None:
-        self._move = Stream(moves.random)
-        self._lose = Stream(losses.random)
-        self._model: LossModel = 0.0
-        self._chain = Chain.of(self._model)
-        self._state = 0
+    def __init__(self, steps: Generator, losses: Generator) -> None:
+        self._steps = Stream(steps.random)
+        self._losses = Stream(losses.random)
+        self._start(0.0)
 
     def configure(self, model: LossModel) -> None:
-        """Go by `model` from the next frame on, from its first state if it is another."""
+        """Use `model` from the next frame on; a different one starts in its first state."""
         if model != self._model:
-            self._model, self._chain, self._state = model, Chain.of(model), 0
+            self._start(model)
+
+    def _start(self, model: LossModel) -> None:
+        self._model = model
+        exits, self._probabilities = LossChain.of(model)
+        # For each state: below which number it is left, and for which state.
+        self._thresholds = [
+            list(zip(accumulate(p for p, _ in leaving), (to for _, to in leaving), strict=True))
+            for leaving in exits
+        ]
+        self._state = 0
 
     def draw(self, count: int) -> list[int]:
-        """The places among the next `count` frames of those that are lost."""
-        moves, losses = self._chain
-        if len(moves) == 1:
-            self._move.miss(count)
-            return _hits(self._lose, losses[0], count)
-        moving, losing = self._move.take(count), self._lose.take(count)
-        # Only where the number would move some state can the chain move at all.
-        restless = _places(moving < max(leaving[-1][0] for leaving in moves))
-        state, places, chances = self._state, [0], [losses[self._state]]
-        for place, move in zip(restless, moving[restless].tolist(), strict=True):
-            for below, following in moves[state]:
-                if move < below:
+        """Indices of the next `count` frames that are lost."""
+        thresholds, probabilities = self._thresholds, self._probabilities
+        if len(thresholds) == 1:
+            self._steps.skip(count)
+            return _hits(self._losses, probabilities[0], count)
+        steps, losses = self._steps.take(count), self._losses.take(count)
+        # The chain can only leave its state where the number is low enough for some state.
+        candidates = _indices(steps < max(leaving[-1][0] for leaving in thresholds))
+        state, begins, in_force = self._state, [0], [probabilities[self._state]]
+        for index, step in zip(candidates, steps[candidates].tolist(), strict=True):
+            for below, following in thresholds[state]:
+                if step < below:
                     state = following
-                    places.append(place)
-                    chances.append(losses[state])
+                    begins.append(index)
+                    in_force.append(probabilities[state])
                     break
         self._state = state
-        if len(chances) == 1:
-            return _places(losing < chances[0])
-        runs = [end - begin for begin, end in pairwise((*places, count))]
-        return _places(losing < np.array(chances).repeat(runs))
+        if len(in_force) == 1:
+            return _indices(losses < in_force[0])
+        runs = [end - begin for begin, end in pairwise((*begins, count))]
+        return _indices(losses < np.array(in_force).repeat(runs))
 
 
-class Delays:
-    """Jitter: correlated from frame to frame, of any shape (a Gaussian copula)."""
+class JitterProcess:
+    """Jitter: correlated from frame to frame, of either shape (a Gaussian copula)."""
 
     def __init__(self, rng: Generator) -> None:
         self._noise = Stream(rng.standard_normal)
         self._score: float | None = None
 
     def draw(
-        self, jitter: Jitter | None, count: int, places: Sequence[int] | None = None
+        self, jitter: Jitter | None, count: int, indices: Sequence[int] | None = None
     ) -> list[int]:
-        """The delays of the next `count` frames in nanoseconds, or of those at `places` alone."""
+        """Jitter of the next `count` frames in nanoseconds, or only of those at `indices`."""
         if jitter is None:
-            self._noise.miss(count)
+            self._noise.skip(count)
             self._score = None
-            return [0] * (count if places is None else len(places))
+            return [0] * (count if indices is None else len(indices))
         spread_ns, erfc, log = to_ns(jitter.spread_s), math.erfc, math.log
         scores = self._scores(jitter.correlation, count)
-        if places is not None:
-            scores = [scores[place] for place in places]
+        if indices is not None:
+            scores = [scores[index] for index in indices]
         if jitter.shape is JitterShape.UNIFORM:
             # spread · Φ(x)
             half_ns, scale = spread_ns * 0.5, -_SQRT_HALF
@@ -197,7 +171,7 @@ class Delays:
 
 
 class BitErrors:
-    """Which bits are wrong on arrival, each on its own, and one of the payload's now and then."""
+    """Which bits arrive wrong: each independently, and one per frame by corruption."""
 
     def __init__(self, rngs: Sequence[Generator]) -> None:
         first, rest, corrupt, where = rngs
@@ -207,13 +181,13 @@ class BitErrors:
         self._where = Stream(where.random)
 
     def draw(self, config: OneWay, sizes_byte: Sequence[int]) -> dict[int, tuple[int, ...] | None]:
-        """The wrong bits by the place in `sizes_byte` of the frames concerned; `None` if lost."""
+        """Wrong bits of the frames that have any, by index in `sizes_byte`; `None` if lost."""
         wrong = self._by_rate(config, sizes_byte)
-        for place, bit in self._corrupted(config.corrupt, sizes_byte).items():
-            found = wrong.get(place, _NO_FLIPS)
+        for index, bit in self._corrupted(config.corrupt, sizes_byte).items():
+            found = wrong.get(index, _NO_FLIPS)
             if found is not None:
-                # The same bit wrong twice is right again.
-                wrong[place] = tuple(sorted({*found} ^ {bit}))
+                # A bit flipped twice is right again.
+                wrong[index] = tuple(sorted({*found} ^ {bit}))
         return wrong
 
     def _by_rate(
@@ -221,44 +195,45 @@ class BitErrors:
     ) -> dict[int, tuple[int, ...] | None]:
         count, rate = len(sizes_byte), config.bit_error_rate
         if not rate:
-            self._first.miss(count)
-            self._rest.miss(count)
+            self._first.skip(count)
+            self._rest.skip(count)
             return {}
-        # A geometric variable: how many bits are right before the first wrong one.
+        # How many bits are right before the first wrong one is geometrically distributed.
         log_right = math.log1p(-min(rate, 1 - 2**-53))
         bits = {size: (size + config.overhead_byte) * 8 for size in set(sizes_byte)}
-        chances = {size: -math.expm1(count * log_right) for size, count in bits.items()}
+        any_wrong = {size: -math.expm1(count * log_right) for size, count in bits.items()}
         draws, seeds = self._first.take(count), self._rest.take(count)
-        near = _places(draws < max(chances.values()))
+        candidates = _indices(draws < max(any_wrong.values()))
         wrong: dict[int, tuple[int, ...] | None] = {}
-        for place, first in zip(near, draws[near].tolist(), strict=True):
-            size, found = sizes_byte[place], None
-            if first >= chances[size]:
+        for index, first in zip(candidates, draws[candidates].tolist(), strict=True):
+            size, found = sizes_byte[index], None
+            if first >= any_wrong[size]:
                 continue
             if config.bit_errors is BitErrorEffect.FLIP:
                 right = min(int(math.log1p(-first) / log_right), bits[size] - 1)
-                found = _wrong_bits(right, bits[size], rate, int(seeds[place]))
+                found = _wrong_bits(right, bits[size], rate, int(seeds[index]))
                 if found[-1] >= size * 8:
                     found = None
-            wrong[place] = found
+            wrong[index] = found
         return wrong
 
-    def _corrupted(self, chance: float, sizes_byte: Sequence[int]) -> dict[int, int]:
+    def _corrupted(self, probability: float, sizes_byte: Sequence[int]) -> dict[int, int]:
+        """The one bit that is flipped, by index of the frames concerned."""
         count = len(sizes_byte)
-        if not chance:
-            self._corrupt.miss(count)
-            self._where.miss(count)
+        if not probability:
+            self._corrupt.skip(count)
+            self._where.skip(count)
             return {}
         where = self._where.take(count)
         return {
-            place: int(where[place] * sizes_byte[place] * 8)
-            for place in _hits(self._corrupt, chance, count)
-            if sizes_byte[place]
+            index: int(where[index] * sizes_byte[index] * 8)
+            for index in _hits(self._corrupt, probability, count)
+            if sizes_byte[index]
         }
 
 
 def _wrong_bits(first: int, bits: int, rate: float, seed: int) -> tuple[int, ...]:
-    """The first wrong bit and those that follow it, in order."""
+    """Indices of the wrong bits in ascending order, of which `first` is the first."""
     rng = np.random.default_rng(seed)
     after = bits - first - 1
     count = int(rng.binomial(after, rate))
@@ -266,73 +241,73 @@ def _wrong_bits(first: int, bits: int, rate: float, seed: int) -> tuple[int, ...
     return first, *(first + 1 + rest).tolist()
 
 
-def _hits(stream: Stream, chance: float, count: int) -> list[int]:
-    """The places among the next `count` frames of those that an event of this chance comes over."""
-    if not chance:
-        stream.miss(count)
+def _hits(stream: Stream, probability: float, count: int) -> list[int]:
+    """Indices of the next `count` frames that are hit, each with this probability."""
+    if not probability:
+        stream.skip(count)
         return []
-    return _places(stream.take(count) < chance)
+    return _indices(stream.take(count) < probability)
 
 
-def _places(hit: NDArray[np.bool_]) -> list[int]:
-    places: list[int] = hit.nonzero()[0].tolist()
-    return places
+def _indices(hit: NDArray[np.bool_]) -> list[int]:
+    indices: list[int] = hit.nonzero()[0].tolist()
+    return indices
 
 
-class Chance:
-    """All that chance does in one direction.
+class RandomImpairments:
+    """All random impairments of one direction.
 
     Args:
-        rng: the direction's generator, from which each purpose's is spawned.
+        rng: the direction's generator, from which one per purpose is spawned.
         config: the direction.
     """
 
     def __init__(self, rng: Generator, config: OneWay) -> None:
-        # The order says which child is whose, and so is part of what a seed means.
-        move, lose, hold, repeat, jitter, copy, *bits = rng.spawn(10)
-        self._loss = Loss(move, lose)
+        # The order says which child serves which purpose, so it is part of what a seed means.
+        steps, losses, hold, duplicate, jitter, copy, *bits = rng.spawn(10)
+        self._loss = LossProcess(steps, losses)
         self._hold = Stream(hold.random)
-        self._repeat = Stream(repeat.random)
-        self._jitter = Delays(jitter)
-        self._copy = Delays(copy)
+        self._duplicate = Stream(duplicate.random)
+        self._jitter = JitterProcess(jitter)
+        self._copy = JitterProcess(copy)
         self._bits = BitErrors(bits)
         self.configure(config)
 
     def configure(self, config: OneWay) -> None:
-        """Go by `config` from the next frame on."""
+        """Use `config` from the next frame on."""
         self._config = config
         self._loss.configure(config.loss)
 
     def draw(self, frames: Sequence[Frame]) -> Draw:
-        """The luck of the next frames, in order of hand-over."""
+        """What happens to the next frames, in order of hand-over."""
         if not frames:
             return Draw([], {})
         config, count = self._config, len(frames)
-        lucks: defaultdict[int, Luck] = defaultdict(Luck)
-        for place in self._loss.draw(count):
-            lucks[place].loss = Fate.LOST
-        for place, wrong in self._bits.draw(config, [len(f.payload) for f in frames]).items():
-            luck = lucks[place]
+        found: defaultdict[int, Impairment] = defaultdict(Impairment)
+        for index in self._loss.draw(count):
+            found[index].loss = Fate.LOST
+        for index, wrong in self._bits.draw(config, [len(f.payload) for f in frames]).items():
+            impairment = found[index]
             if wrong is not None:
-                luck.flips = wrong
-            elif luck.loss is None:
-                luck.loss = Fate.BIT_ERROR
-        self._hold_back(lucks, count)
-        self._copy_some(lucks, count)
-        return Draw(self._jitter.draw(config.jitter, count), lucks)
+                impairment.flips = wrong
+            elif impairment.loss is None:
+                impairment.loss = Fate.BIT_ERROR
+        self._hold_back(found, count)
+        self._duplicate_some(found, count)
+        return Draw(self._jitter.draw(config.jitter, count), found)
 
-    def _hold_back(self, lucks: defaultdict[int, Luck], count: int) -> None:
+    def _hold_back(self, found: defaultdict[int, Impairment], count: int) -> None:
         reorder = self._config.reorder
         if reorder is None:
-            self._hold.miss(count)
+            self._hold.skip(count)
             return
         hold_ns = to_ns(reorder.hold_s)
-        for place in _hits(self._hold, reorder.share, count):
-            lucks[place].hold_ns = hold_ns
+        for index in _hits(self._hold, reorder.share, count):
+            found[index].hold_ns = hold_ns
 
-    def _copy_some(self, lucks: defaultdict[int, Luck], count: int) -> None:
-        repeats = _hits(self._repeat, self._config.duplicate, count)
+    def _duplicate_some(self, found: defaultdict[int, Impairment], count: int) -> None:
+        duplicated = _hits(self._duplicate, self._config.duplicate, count)
         jitter = self._config.jitter if self._config.duplicate else None
-        delays_ns = self._copy.draw(jitter, count, repeats)
-        for place, delay_ns in zip(repeats, delays_ns, strict=True):
-            lucks[place].copy_ns = delay_ns
+        jitters_ns = self._copy.draw(jitter, count, duplicated)
+        for index, jitter_ns in zip(duplicated, jitters_ns, strict=True):
+            found[index].copy_ns = jitter_ns

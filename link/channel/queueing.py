@@ -1,4 +1,4 @@
-"""What comes before the way: the queue of one direction, and its transmitter."""
+"""Transmit queue and transmitter of one direction."""
 
 from collections import deque
 from collections.abc import Sequence
@@ -6,27 +6,27 @@ from typing import NamedTuple
 
 import msgspec
 
-from farside.link.channel.chance import CALM, Draw, Luck
+from farside.link.channel.chance import UNIMPAIRED, Draw, Impairment
 from farside.link.profile.config import DropPolicy, OneWay
-from farside.link.profile.pace import Pace, Unlimited, pace_of
+from farside.link.profile.rate import Rate, Unlimited, transmit_rate
 from farside.node import NEVER_NS, NS_PER_S, Frame, to_ns
 from farside.topics import Fate
 
 
-class Passage(msgspec.Struct, gc=False):
-    """A frame between hand-over and its last bit leaving.
+class Transmission(msgspec.Struct, gc=False):
+    """A frame from hand-over until its last bit leaves.
 
     Attributes:
         frame: the frame.
-        jitter_ns, luck: what chance has in store for it.
-        priority, size_byte: the frame's, and its payload's.
-        latest_ns: when it must start to be sent at the latest.
-        start_ns, end_ns: first and last bit leaving; the hand-over while it waits.
+        jitter_ns, impairment: what it has drawn.
+        priority, size_byte: the frame's priority, and the size of its payload.
+        latest_ns: when its first bit must leave at the latest.
+        start_ns, end_ns: when its first and last bit leave; the hand-over while it waits.
     """
 
     frame: Frame
     jitter_ns: int
-    luck: Luck
+    impairment: Impairment
     priority: int
     size_byte: int
     latest_ns: int
@@ -34,221 +34,221 @@ class Passage(msgspec.Struct, gc=False):
     end_ns: int
 
 
-class Queue:
-    """Frames that wait: a line for each priority, in order of hand-over.
+class TransmitQueue:
+    """Frames that wait: one FIFO per priority, in order of hand-over.
 
-    The transmitter, which has to be quick, puts and takes by itself.
+    For speed, the transmitter puts into the FIFOs and takes from them by itself.
 
     Attributes:
-        lines: the lines by priority; one that was needed once stays.
-        ordered: the same lines, highest priority first.
+        fifos: the FIFOs by priority; one that was needed once stays.
+        ordered: the same FIFOs, highest priority first.
         frames, bytes: how much waits.
     """
 
     def __init__(self) -> None:
-        self.lines: dict[int, deque[Passage]] = {}
-        self.ordered: list[deque[Passage]] = []
+        self.fifos: dict[int, deque[Transmission]] = {}
+        self.ordered: list[deque[Transmission]] = []
         self.frames = 0
         self.bytes = 0
 
-    def line(self, priority: int) -> deque[Passage]:
-        """The line of a priority."""
-        if priority not in self.lines:
-            self.lines[priority] = deque()
-            self.ordered = [self.lines[each] for each in sorted(self.lines, reverse=True)]
-        return self.lines[priority]
+    def fifo(self, priority: int) -> deque[Transmission]:
+        """The FIFO of a priority."""
+        if priority not in self.fifos:
+            self.fifos[priority] = deque()
+            self.ordered = [self.fifos[each] for each in sorted(self.fifos, reverse=True)]
+        return self.fifos[priority]
 
-    def put(self, passage: Passage) -> None:
-        """Let a frame wait; the newest of all."""
-        self.line(passage.priority).append(passage)
+    def put(self, transmission: Transmission) -> None:
+        """Enqueue a frame that is newer than all others."""
+        self.fifo(transmission.priority).append(transmission)
         self.frames += 1
-        self.bytes += passage.size_byte
+        self.bytes += transmission.size_byte
 
-    def drop(self, policy: DropPolicy) -> Passage:
-        """The frame that has to go."""
-        waiting = [line for line in self.ordered if line]
+    def drop(self, policy: DropPolicy) -> Transmission:
+        """Remove and give back the frame that `policy` drops."""
+        waiting = [fifo for fifo in self.ordered if fifo]
         match policy:
             case DropPolicy.NEWEST:
-                passage = max(waiting, key=lambda line: _age(line[-1])).pop()
+                dropped = max(waiting, key=lambda fifo: _age(fifo[-1])).pop()
             case DropPolicy.OLDEST:
-                passage = min(waiting, key=lambda line: _age(line[0])).popleft()
+                dropped = min(waiting, key=lambda fifo: _age(fifo[0])).popleft()
             case DropPolicy.LOWEST:
-                passage = waiting[-1].pop()
+                dropped = waiting[-1].pop()
         self.frames -= 1
-        self.bytes -= passage.size_byte
-        return passage
+        self.bytes -= dropped.size_byte
+        return dropped
 
 
-def _age(passage: Passage) -> tuple[int, int]:
-    return passage.frame.time_ns, passage.frame.sequence
+def _age(transmission: Transmission) -> tuple[int, int]:
+    return transmission.frame.time_ns, transmission.frame.sequence
 
 
 class Dropped(NamedTuple):
-    """A frame that never left: why, and when that was clear."""
+    """A frame that was never sent: why, and when that was decided."""
 
-    passage: Passage
+    transmission: Transmission
     fate: Fate
     time_ns: int
 
 
 class Transmitter:
-    """Sends one frame after the other, and drops what the queue does not hold or time overtakes.
+    """Sends one frame at a time; drops those that do not fit into the queue or have expired.
 
-    Without a limit to its rate it sends each frame at once, and none ever waits.
+    Without a rate limit it sends each frame at once, and none ever waits.
     """
 
     def __init__(self, config: OneWay) -> None:
         self._config = config
-        self._pace = pace_of(config)
-        self._queue = Queue()
-        self._sending: Passage | None = None
-        # Since when it sends at this pace, and how much was then still to be done.
+        self._rate = transmit_rate(config)
+        self._queue = TransmitQueue()
+        self._sending: Transmission | None = None
+        # Since when it sends at this rate, and how much work was then left of the frame.
         self._work = 0, 0
         self._free_ns = 0
-        self._sent: list[Passage] = []
+        self._sent: list[Transmission] = []
         self._dropped: list[Dropped] = []
 
-    def take(self) -> tuple[list[Passage], list[Dropped]]:
-        """What has left since the last call, in order, and what never will."""
+    def take(self) -> tuple[list[Transmission], list[Dropped]]:
+        """The frames that have left since the last call, in order, and those dropped."""
         taken = self._sent, self._dropped
         self._sent, self._dropped = [], []
         return taken
 
     @property
     def next_ns(self) -> int | None:
-        """When the next last bit leaves at the earliest; `None` if nothing waits or is sent.
+        """When the last bit of a frame leaves next, at the earliest; `None` if the queue is idle.
 
-        Holds as long as nothing else is handed over or changed.
+        Holds until something is handed over or changed.
         """
         if self._sending is not None:
             return self._free_ns
-        if self._pace is not None and self._queue.frames:
-            return self._pace.opens_ns(self._free_ns)
+        if self._rate is not None and self._queue.frames:
+            return self._rate.opens_ns(self._free_ns)
         return None
 
     def run(self, until_ns: int, frames: Sequence[Frame], draw: Draw) -> None:
-        """Take the frames handed over up to `until_ns`, in order, and send what can be by then."""
-        passages = self._passages(frames, draw)
-        if self._pace is None:
-            self._sent += passages
+        """Take the frames handed over before `until_ns`, in order, and send what leaves by then."""
+        handed_over = self._transmissions(frames, draw)
+        if self._rate is None:
+            self._sent += handed_over
             return
-        begun = self._serve(self._pace, until_ns, passages)
-        for passage in passages[begun:]:
-            self._queue.put(passage)
-            self._fit(passage)
+        enqueued = self._serve(self._rate, until_ns, handed_over)
+        for transmission in handed_over[enqueued:]:
+            self._queue.put(transmission)
+            self._drop_excess(transmission)
 
     def change(self, now_ns: int, config: OneWay) -> None:
-        """From `now_ns` on, go by `config`; so does the rest of the frame that is being sent."""
+        """Use `config` from `now_ns` on, also for the rest of the frame that is being sent."""
         before, self._config = self._config, config
-        if _rate_of(config) == _rate_of(before):
+        if _rate_settings(config) == _rate_settings(before):
             return
-        if self._pace is not None:
-            left = self._pace.left(*self._work, now_ns) if self._sending else 0
+        if self._rate is not None:
+            left = self._rate.remaining(*self._work, now_ns) if self._sending else 0
             self._work = now_ns, left
-        self._pace = pace_of(config)
-        if self._pace is None:
+        self._rate = transmit_rate(config)
+        if self._rate is None:
             self._flush(now_ns)
         elif self._sending:
-            self._free_ns = self._pace.end_ns(*self._work)
+            self._free_ns = self._rate.end_ns(*self._work)
         else:
             self._free_ns = max(self._free_ns, now_ns)
 
-    def _passages(self, frames: Sequence[Frame], draw: Draw) -> list[Passage]:
-        lucks = [CALM] * len(frames)
-        for place, luck in draw.lucks.items():
-            lucks[place] = luck
+    def _transmissions(self, frames: Sequence[Frame], draw: Draw) -> list[Transmission]:
+        impairments = [UNIMPAIRED] * len(frames)
+        for index, impairment in draw.impairments.items():
+            impairments[index] = impairment
         priorities = [frame.priority for frame in frames]
         sizes_byte = [len(frame.payload) for frame in frames]
         times_ns = [frame.time_ns for frame in frames]
         lifetime_s = self._config.lifetime_s
-        usual_ns = NEVER_NS if lifetime_s is None else to_ns(lifetime_s)
+        default_ns = NEVER_NS if lifetime_s is None else to_ns(lifetime_s)
         latest_ns = [
-            frame.time_ns + (usual_ns if frame.lifetime_ns is None else frame.lifetime_ns)
+            frame.time_ns + (default_ns if frame.lifetime_ns is None else frame.lifetime_ns)
             for frame in frames
         ]
-        waits = priorities, sizes_byte, latest_ns, times_ns, times_ns
-        return list(map(Passage, frames, draw.jitters_ns, lucks, *waits))
+        waiting = priorities, sizes_byte, latest_ns, times_ns, times_ns
+        return list(map(Transmission, frames, draw.jitters_ns, impairments, *waiting))
 
-    def _serve(  # noqa: C901, PLR0912, PLR0915 - a call in this loop takes as long as the rest of it
-        self, pace: Pace, until_ns: int, passages: Sequence[Passage]
+    def _serve(  # noqa: C901, PLR0912, PLR0915 - a call in this loop would double its time
+        self, rate: Rate, until_ns: int, handed_over: Sequence[Transmission]
     ) -> int:
-        """Send what can be; gives back how many of `passages` were in the queue by then."""
-        queue, config, lines = self._queue, self._config, self._queue.lines
-        most_byte, most_frame = config.queue_byte, config.queue_frame or NEVER_NS
-        overhead_byte, work_of_byte = config.overhead_byte, 8 * NS_PER_S
-        constant, takes_ns = pace.constant_bit_s, dict[int, int]()
+        """Send what starts before `until_ns`; returns how many of `handed_over` were enqueued."""
+        queue, config, fifos = self._queue, self._config, self._queue.fifos
+        max_bytes, max_frames = config.queue_byte, config.queue_frame or NEVER_NS
+        overhead_byte, work_per_byte = config.overhead_byte, 8 * NS_PER_S
+        constant, sending_ns = rate.constant_bit_s, dict[int, int]()
         leaves = self._sent.append
         sending, free_ns = self._sending, self._free_ns
         waiting, waiting_byte = queue.frames, queue.bytes
-        place, count = 0, len(passages)
-        next_ns = passages[0].start_ns if passages else NEVER_NS
+        enqueued, count = 0, len(handed_over)
+        next_ns = handed_over[0].start_ns if handed_over else NEVER_NS
         while free_ns < until_ns:
             if sending is not None:
                 sending.end_ns = free_ns
                 leaves(sending)
                 sending = None
             if not waiting:
-                if place == count:
+                if enqueued == count:
                     break
                 free_ns = max(free_ns, next_ns)
-            opens_ns = free_ns if constant else pace.opens_ns(free_ns)
+            opens_ns = free_ns if constant else rate.opens_ns(free_ns)
             if opens_ns >= until_ns:
                 break
             free_ns = opens_ns
-            # All that is handed over by then is there to choose from.
+            # Whatever has been handed over by then competes for the transmitter.
             while next_ns <= opens_ns:
-                passage = passages[place]
-                place += 1
-                next_ns = passages[place].start_ns if place < count else NEVER_NS
-                priority = passage.priority
-                (lines[priority] if priority in lines else queue.line(priority)).append(passage)
+                newest = handed_over[enqueued]
+                enqueued += 1
+                next_ns = handed_over[enqueued].start_ns if enqueued < count else NEVER_NS
+                priority = newest.priority
+                (fifos[priority] if priority in fifos else queue.fifo(priority)).append(newest)
                 waiting += 1
-                waiting_byte += passage.size_byte
-                if waiting_byte > most_byte or waiting > most_frame:
+                waiting_byte += newest.size_byte
+                if waiting_byte > max_bytes or waiting > max_frames:
                     queue.frames, queue.bytes = waiting, waiting_byte
-                    self._fit(passage)
+                    self._drop_excess(newest)
                     waiting, waiting_byte = queue.frames, queue.bytes
-            for line in queue.ordered:
-                if line:
+            for fifo in queue.ordered:
+                if fifo:
                     break
             else:
                 continue
-            passage = line.popleft()
-            size_byte = passage.size_byte
+            chosen = fifo.popleft()
+            size_byte = chosen.size_byte
             waiting -= 1
             waiting_byte -= size_byte
-            if opens_ns > passage.latest_ns:
-                self._dropped.append(Dropped(passage, Fate.EXPIRED, opens_ns))
+            if opens_ns > chosen.latest_ns:
+                self._dropped.append(Dropped(chosen, Fate.EXPIRED, opens_ns))
             else:
-                sending = passage
+                sending = chosen
                 sending.start_ns = opens_ns
-                if size_byte in takes_ns:
-                    free_ns = opens_ns + takes_ns[size_byte]
+                if size_byte in sending_ns:
+                    free_ns = opens_ns + sending_ns[size_byte]
                     continue
-                work = (size_byte + overhead_byte) * work_of_byte
-                free_ns = pace.end_ns(opens_ns, work)
+                work = (size_byte + overhead_byte) * work_per_byte
+                free_ns = rate.end_ns(opens_ns, work)
                 if constant:
-                    takes_ns[size_byte] = free_ns - opens_ns
+                    sending_ns[size_byte] = free_ns - opens_ns
         if sending is not None and sending is not self._sending:
-            self._work = sending.start_ns, (sending.size_byte + overhead_byte) * work_of_byte
+            self._work = sending.start_ns, (sending.size_byte + overhead_byte) * work_per_byte
         queue.frames, queue.bytes = waiting, waiting_byte
         self._sending, self._free_ns = sending, free_ns
-        return place
+        return enqueued
 
-    def _fit(self, newest: Passage) -> None:
-        """Drop what the queue does not hold, now that `newest` is in it."""
+    def _drop_excess(self, newest: Transmission) -> None:
+        """Drop what does not fit into the queue now that `newest` is in it."""
         config, queue = self._config, self._queue
         now_ns = newest.start_ns
-        # What would not fit into an empty queue drives nothing out.
+        # A frame that would not fit even into an empty queue displaces no other.
         policy = config.drop if newest.size_byte <= config.queue_byte else DropPolicy.NEWEST
         while queue.bytes > config.queue_byte or queue.frames > (config.queue_frame or NEVER_NS):
             self._dropped.append(Dropped(queue.drop(policy), Fate.QUEUE_FULL, now_ns))
 
     def _flush(self, now_ns: int) -> None:
-        """Send at once what is being sent, and all that waits."""
+        """Complete the frame being sent and send all that wait, at once."""
         self._free_ns = now_ns
         self._serve(Unlimited(), now_ns + 1, ())
 
 
-def _rate_of(config: OneWay) -> object:
+def _rate_settings(config: OneWay) -> object:
     return config.rate_bit_s, config.rate_table, config.rate_trace

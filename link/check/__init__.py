@@ -3,10 +3,10 @@
 from farside.link.check.report import (
     FALSE_ALARM,
     FRAMES,
+    CheckReport,
+    CheckVerdict,
     Measurement,
-    Report,
-    Verdict,
     check_link,
 )
 
-__all__ = ["FALSE_ALARM", "FRAMES", "Measurement", "Report", "Verdict", "check_link"]
+__all__ = ["FALSE_ALARM", "FRAMES", "CheckReport", "CheckVerdict", "Measurement", "check_link"]

@@ -1,4 +1,4 @@
-"""What becomes of many frames at once, and beside outages: rate, trace, queue, outages."""
+"""Probes with many frames at once, and beside outages: rate, trace, queue, outages."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -6,15 +6,15 @@ from functools import partial
 import numpy as np
 from numpy.random import Generator
 
-from farside.link.check.intervals import Floats, Interval, clustered_interval, share_interval
+from farside.link.check.intervals import Interval, clustered_interval, share_interval
 from farside.link.check.lines import (
     SHORT_BYTE,
-    Line,
-    Seen,
+    CheckLine,
+    Observation,
     bit_error_loss,
-    chance_key,
     fitting,
     groups,
+    impairment_key,
     loss_line,
     plan_bursts,
     point,
@@ -22,15 +22,15 @@ from farside.link.check.lines import (
     share_line,
 )
 from farside.link.check.probe import (
-    OPPORTUNITY_BYTE,
     Bools,
     Phase,
-    Route,
+    Reference,
     Traffic,
     opportunities_ns,
 )
 from farside.link.profile.impairments import LossModel
-from farside.link.profile.statistics import loss_statistics
+from farside.link.profile.rate import OPPORTUNITY_BYTE
+from farside.link.profile.statistics import Floats, loss_statistics
 from farside.node import Direction, to_ns, to_s
 
 _TRAINS = 20
@@ -39,9 +39,9 @@ _EDGES = 200
 _BESIDE = 10
 
 
-def plan_trains(route: Route, frames: int, rng: Generator) -> Traffic:
-    """As many frames at once as surely fit into the queue."""
-    return plan_bursts(route, rng, _train, min(_TRAINS, frames), key=rate_key)
+def plan_trains(reference: Reference, frames: int, rng: Generator) -> Traffic:
+    """Bursts of as many frames as surely fit into the queue."""
+    return plan_bursts(reference, rng, _train, min(_TRAINS, frames), key=rate_key)
 
 
 def _train(phase: Phase) -> tuple[int, int]:
@@ -50,19 +50,19 @@ def _train(phase: Phase) -> tuple[int, int]:
         size = max(1, min(way.queue_byte, OPPORTUNITY_BYTE - way.overhead_byte))
     if phase.rate_bit_s is None and way.rate_trace is None:
         return size, 0
-    return size, min(_holds(phase, size), 400)
+    return size, min(_capacity(phase, size), 400)
 
 
-def _holds(phase: Phase, size_byte: int) -> int:
-    """How many frames may wait: by bytes, by number and by lifetime."""
+def _capacity(phase: Phase, size_byte: int) -> int:
+    """How many frames may wait in the queue: by bytes, by number and by lifetime."""
     limits = [phase.way.queue_byte // size_byte, phase.way.queue_frame or 1 << 30]
     if phase.way.lifetime_s is not None and phase.rate_bit_s:
         limits.append(to_ns(phase.way.lifetime_s) // phase.sending_ns(size_byte))
     return min(limits)
 
 
-def judge_trains(seen: Seen) -> Iterator[tuple[float, Line]]:
-    """How fast a train of frames passed, or at which opportunities."""
+def judge_trains(seen: Observation) -> Iterator[tuple[float, CheckLine]]:
+    """At what rate the frames of a burst passed, or at which opportunities."""
     for chosen, phases in groups(seen, rate_key):
         judge = _rate_line if phases[0].rate_bit_s else _trace_line
         line = judge(phases[0], seen, chosen)
@@ -70,10 +70,10 @@ def judge_trains(seen: Seen) -> Iterator[tuple[float, Line]]:
             yield to_s(phases[0].begin_ns), line
 
 
-def _rate_line(phase: Phase, seen: Seen, chosen: Bools) -> Line | None:
-    """Bits over time between the first and the last frame of a train that arrived.
+def _rate_line(phase: Phase, seen: Observation, chosen: Bools) -> CheckLine | None:
+    """The rate between the first and the last frame of a burst that arrived.
 
-    Nothing where arrivals are spread: then one long frame tells more (`judge_long_singles`).
+    `None` where arrivals are spread: there a single long frame tells more (`judge_long_singles`).
     """
     if phase.spread_ns:
         return None
@@ -83,38 +83,38 @@ def _rate_line(phase: Phase, seen: Seen, chosen: Bools) -> Line | None:
     numbers = np.flatnonzero(chosen & (seen.arrivals.copies > 0))
     for burst in np.unique(seen.traffic.burst[chosen]):
         own = numbers[seen.traffic.burst[numbers] == burst][[0, -1]]
-        places = own - first - np.searchsorted(seen.traffic.burst[chosen], burst)
-        left_ns = seen.traffic.time_ns[own] + (places + 1) * phase.sending_ns(size)
+        offsets = own - first - np.searchsorted(seen.traffic.burst[chosen], burst)
+        left_ns = seen.traffic.time_ns[own] + (offsets + 1) * phase.sending_ns(size)
         bits += int(own[1] - own[0]) * 8 * (size + phase.way.overhead_byte)
-        took_ns += int(np.diff(seen.arrivals.time_ns[own] - seen.route.delay_ns(left_ns))[0])
+        took_ns += int(np.diff(seen.arrivals.time_ns[own] - seen.reference.delay_ns(left_ns))[0])
     if took_ns <= 0:
         return None
     frames = int(chosen.sum())
 
     def rates(_miss: float) -> Interval:
-        # The end of each frame is rounded to nanoseconds, and so is its light time.
+        # The end of each frame and its propagation delay are rounded to nanoseconds.
         return bits * 1e9 / (took_ns + 2 * frames), bits * 1e9 / (took_ns - 2 * frames)
 
-    return Line("rate", "bit/s", frames, point(rate), bits * 1e9 / took_ns, rates)
+    return CheckLine("rate", "bit/s", frames, point(rate), bits * 1e9 / took_ns, rates)
 
 
-def _trace_line(phase: Phase, seen: Seen, chosen: Bools) -> Line | None:
-    """Frames of the size of an opportunity: each at its own, one after the other."""
+def _trace_line(phase: Phase, seen: Observation, chosen: Bools) -> CheckLine | None:
+    """Whether frames of the size of an opportunity each left at their own, one after the other."""
     lone = chosen & (seen.arrivals.copies == 1)
     numbers, bursts = np.flatnonzero(lone), seen.traffic.burst
     if not len(numbers):
         return None
     first = np.searchsorted(bursts[chosen], bursts[numbers]) + np.flatnonzero(chosen)[0]
     count = int((numbers - first).max()) + 1
-    moments = opportunities_ns(phase.way, seen.traffic.time_ns[first], count)
-    left_ns = moments[np.arange(len(numbers)), numbers - first]
-    rest_ns = seen.arrivals.time_ns[numbers] - left_ns - seen.route.delay_ns(left_ns)
+    opportunities = opportunities_ns(phase.way, seen.traffic.time_ns[first], count)
+    left_ns = opportunities[np.arange(len(numbers)), numbers - first]
+    rest_ns = seen.arrivals.time_ns[numbers] - left_ns - seen.reference.delay_ns(left_ns)
     missed = (rest_ns < -2) | (rest_ns > phase.spread_ns + 2)
     return share_line("opportunities missed", 0.0, missed)
 
 
-def plan_overloads(route: Route, frames: int, rng: Generator) -> Traffic:
-    """More at once than the queue takes."""
+def plan_overloads(reference: Reference, frames: int, rng: Generator) -> Traffic:
+    """Bursts of more frames than the queue takes."""
 
     def overload(phase: Phase) -> tuple[int, int]:
         size, train = _train(phase)
@@ -122,13 +122,13 @@ def plan_overloads(route: Route, frames: int, rng: Generator) -> Traffic:
             return size, 0
         if phase.rate_bit_s:
             size = max(8, phase.way.queue_byte // 20)
-        return size, 2 * _holds(phase, size) + 4
+        return size, 2 * _capacity(phase, size) + 4
 
-    return plan_bursts(route, rng, overload, min(_OVERLOADS, frames), key=rate_key)
+    return plan_bursts(reference, rng, overload, min(_OVERLOADS, frames), key=rate_key)
 
 
-def judge_overloads(seen: Seen) -> Iterator[tuple[float, Line]]:
-    """How many frames came through of each burst: what may wait, and perhaps the one being sent."""
+def judge_overloads(seen: Observation) -> Iterator[tuple[float, CheckLine]]:
+    """How many frames of each burst passed: those that may wait, and perhaps the one being sent."""
     for chosen, phases in groups(seen, rate_key):
         size = int(seen.traffic.size_byte[chosen][0])
         bursts, way = seen.traffic.burst[chosen], phases[0].way
@@ -136,12 +136,12 @@ def judge_overloads(seen: Seen) -> Iterator[tuple[float, Line]]:
             bursts - bursts[0], weights=seen.arrivals.arrived[chosen].astype(np.float64)
         ).astype(np.float64)
         spared = 1 - loss_statistics(way.loss, bit_error_loss(way, size)).rate
-        holds = _holds(phases[0], size)
-        line = Line(
+        capacity = _capacity(phases[0], size)
+        line = CheckLine(
             impairment="queue",
             unit="frames",
             frames=len(passed),
-            asked=(holds * spared, (holds + 1) * spared),
+            asked=(capacity * spared, (capacity + 1) * spared),
             measured=float(passed.mean()),
             estimate=partial(_mean_passed, way.loss, passed),
         )
@@ -149,7 +149,7 @@ def judge_overloads(seen: Seen) -> Iterator[tuple[float, Line]]:
 
 
 def _mean_passed(loss: LossModel, passed: Floats, miss: float) -> Interval:
-    """As a share of the most that ever passed, for what was lost came on top by chance."""
+    """As a share of the most that ever passed, since random losses come on top."""
     most = np.full(len(passed), max(1.0, passed.max()))
     if isinstance(loss, float):
         low, high = share_interval(float(passed.sum()), float(most.sum()), miss)
@@ -161,24 +161,24 @@ def _mean_passed(loss: LossModel, passed: Floats, miss: float) -> Interval:
 # --- outages -----------------------------------------------------------------------------------
 
 
-def plan_edges(route: Route, frames: int, rng: Generator) -> Traffic:  # noqa: ARG001 - as others
-    """Frames on both sides of the beginning and the end of outages, one after the other."""
-    edges = sorted({edge for outage in route.outages for edge in outage})[:_EDGES]
+def plan_edges(reference: Reference, frames: int, rng: Generator) -> Traffic:  # noqa: ARG001 - as others
+    """Single frames just before and just after the beginning and the end of outages."""
+    edges = sorted({edge for outage in reference.outages for edge in outage})[:_EDGES]
     found: list[tuple[int, int]] = []
-    for index, phase in enumerate(route.phases):
+    for index, phase in enumerate(reference.phases):
         size = fitting(phase, SHORT_BYTE)
-        slot_ns = 4000 + int((phase.sending_ns(size) + phase.spread_ns) * (1 + 2 * route.slope))
-        places = np.concatenate([np.arange(-_BESIDE - 1, -1), np.arange(2, _BESIDE + 2)])
+        slot_ns = 4000 + int((phase.sending_ns(size) + phase.spread_ns) * (1 + 2 * reference.slope))
+        slots = np.concatenate([np.arange(-_BESIDE - 1, -1), np.arange(2, _BESIDE + 2)])
         for edge in edges:
-            targets = edge + places * slot_ns
-            lead = route.delay_ns(targets) if route.direction is Direction.UP else 0
+            targets = edge + slots * slot_ns
+            lead = reference.delay_ns(targets) if reference.direction is Direction.UP else 0
             times = targets - lead
             ends = times + slot_ns
             own = times[(times > phase.begin_ns) & (ends < phase.end_ns)]
             found += [(int(time_ns), index) for time_ns in own]
     kept: list[tuple[int, int, int]] = []
     for time_ns, index in sorted(found):
-        phase = route.phases[index]
+        phase = reference.phases[index]
         size = fitting(phase, SHORT_BYTE)
         busy_ns = phase.sending_ns(size) + phase.spread_ns
         if not kept or time_ns > kept[-1][0] + busy_ns:
@@ -187,22 +187,25 @@ def plan_edges(route: Route, frames: int, rng: Generator) -> Traffic:  # noqa: A
     return Traffic(columns[0], columns[2], columns[1], np.arange(len(kept)))
 
 
-def judge_edges(seen: Seen) -> Iterator[tuple[float, Line]]:
-    """What arrived of frames in an outage, and of those right beside it."""
+def judge_edges(seen: Observation) -> Iterator[tuple[float, CheckLine]]:
+    """How many frames arrived in an outage, and how many right beside one."""
     traffic, arrived = seen.traffic, seen.arrivals.arrived
     inside, clear = np.zeros_like(arrived), np.zeros_like(arrived)
-    for index, phase in enumerate(seen.route.phases):
+    for index, phase in enumerate(seen.reference.phases):
         own = traffic.phase == index
         size = fitting(phase, SHORT_BYTE)
-        stay = seen.route.stay_ns(phase, traffic.time_ns[own], size)
-        if seen.route.outages and own.any():
-            inside[own] = seen.route.is_out(*stay)
-            clear[own] = seen.route.is_clear(*stay)
+        stay = seen.reference.stay_ns(phase, traffic.time_ns[own], size)
+        if seen.reference.outages and own.any():
+            inside[own] = seen.reference.is_out(*stay)
+            clear[own] = seen.reference.is_clear(*stay)
     if inside.any():
         yield 0.0, share_line("delivered in an outage", 0.0, arrived[inside])
     if clear.any():
-        way = seen.route.phases[int(traffic.phase[clear][0])].way
-        one_way = all(chance_key(p) == chance_key(seen.route.phases[0]) for p in seen.route.phases)
+        way = seen.reference.phases[int(traffic.phase[clear][0])].way
+        one_way = all(
+            impairment_key(p) == impairment_key(seen.reference.phases[0])
+            for p in seen.reference.phases
+        )
         if one_way:
             rate = loss_statistics(way.loss, bit_error_loss(way, SHORT_BYTE)).rate
             yield 0.0, loss_line("loss beside outages", rate, arrived[clear], way)

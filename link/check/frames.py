@@ -1,4 +1,4 @@
-"""What becomes of frames one by one: loss, delay, jitter, copies, bits, and order in pairs."""
+"""Probes with single frames and pairs: loss, delay, jitter, duplicates, bit errors, order."""
 
 import math
 from collections.abc import Iterator
@@ -8,65 +8,64 @@ import numpy as np
 from numpy.random import Generator
 
 from farside.link.check.intervals import (
-    Floats,
     Interval,
     clustered_interval,
     correlation_interval,
     kolmogorov_distance,
     kolmogorov_limit,
     normal_scores,
-    overtaking_chance,
+    overtaking_probability,
 )
 from farside.link.check.lines import (
     SHORT_BYTE,
-    Line,
-    Seen,
+    CheckLine,
+    Observation,
     batched,
     bit_error_loss,
-    chance_key,
     fitting,
     groups,
+    impairment_key,
     loss_line,
     plan_bursts,
     point,
     quantile,
     share_line,
 )
-from farside.link.check.probe import Bools, Ints, Phase, Route, Traffic
+from farside.link.check.probe import Bools, Ints, Phase, Reference, Traffic
 from farside.link.profile.config import BitErrorEffect, OneWay
 from farside.link.profile.impairments import Jitter
-from farside.link.profile.statistics import jitter_chance, loss_statistics
+from farside.link.profile.statistics import Floats, jitter_cdf, loss_statistics
 from farside.node import to_s
 
 _LONG_BYTE = 10_000
-_FAINT = 0.01
+_NEGLIGIBLE = 0.01
 """Correlation below which samples count as independent."""
 
 
-def plan_singles(route: Route, frames: int, rng: Generator) -> Traffic:
-    """Short frames, each over before the next."""
-    return _singles(SHORT_BYTE, route, frames, rng)
+def plan_singles(reference: Reference, frames: int, rng: Generator) -> Traffic:
+    """Short frames, each over before the next is sent."""
+    return _singles(SHORT_BYTE, reference, frames, rng)
 
 
-def _singles(size_byte: int, route: Route, frames: int, rng: Generator) -> Traffic:
+def _singles(size_byte: int, reference: Reference, frames: int, rng: Generator) -> Traffic:
     return plan_bursts(
-        route, rng, lambda phase: (fitting(phase, size_byte), 1), frames, key=chance_key
+        reference, rng, lambda phase: (fitting(phase, size_byte), 1), frames, key=impairment_key
     )
 
 
-def plan_long_singles(route: Route, frames: int, rng: Generator) -> Traffic:
-    """Long frames, for what depends on their length."""
-    errors = max((phase.way.bit_error_rate for phase in route.phases), default=0.0)
-    if not errors and not any(phase.rate_bit_s for phase in route.phases):
+def plan_long_singles(reference: Reference, frames: int, rng: Generator) -> Traffic:
+    """Long frames, for what depends on size."""
+    errors = max((phase.way.bit_error_rate for phase in reference.phases), default=0.0)
+    if not errors and not any(phase.rate_bit_s for phase in reference.phases):
         frames = 0
-    # At most one wrong bit in a frame, or none would be left.
+    # At most about one wrong bit per frame, or hardly any would arrive.
     size = _LONG_BYTE if not errors else min(_LONG_BYTE, math.ceil(1 / (8 * errors)))
-    return _singles(size, route, frames // 5, rng)
+    return _singles(size, reference, frames // 5, rng)
 
 
-def judge_singles(seen: Seen) -> Iterator[tuple[float, Line]]:
+def judge_singles(seen: Observation) -> Iterator[tuple[float, CheckLine]]:
     """Loss, delay, jitter, duplication and corruption."""
-    for chosen, phases in groups(seen, chance_key):
+    for chosen, phases in groups(seen, impairment_key):
         way, from_s = phases[0].way, to_s(phases[0].begin_ns)
         lines = [
             *_loss_lines(way, fitting(phases[0], SHORT_BYTE), seen.arrivals.arrived[chosen]),
@@ -77,9 +76,9 @@ def judge_singles(seen: Seen) -> Iterator[tuple[float, Line]]:
         yield from ((from_s, line) for line in lines)
 
 
-def judge_long_singles(seen: Seen) -> Iterator[tuple[float, Line]]:
-    """Rate, or delay with the time that sending takes, and bit errors."""
-    for chosen, phases in groups(seen, chance_key):
+def judge_long_singles(seen: Observation) -> Iterator[tuple[float, CheckLine]]:
+    """Rate, or delay with the time that sending takes; and bit errors."""
+    for chosen, phases in groups(seen, impairment_key):
         way, from_s = phases[0].way, to_s(phases[0].begin_ns)
         size = int(seen.traffic.size_byte[chosen][0])
         delay = next(_delay_lines(seen, chosen), None)
@@ -96,8 +95,8 @@ def judge_long_singles(seen: Seen) -> Iterator[tuple[float, Line]]:
             yield from_s, _bit_error_line(way, seen, chosen)
 
 
-def _rate_line(phase: Phase, size_byte: int, delay: Line) -> Line:
-    """The rate from how long it takes to send a frame, which is what its delay has too much."""
+def _rate_line(phase: Phase, size_byte: int, delay: CheckLine) -> CheckLine:
+    """The rate, from the part of the delay that sending a long frame takes."""
     rate, bits = phase.rate_bit_s or 0, 8 * (size_byte + phase.way.overhead_byte)
 
     def rate_at(delay_s: float) -> float:
@@ -108,10 +107,10 @@ def _rate_line(phase: Phase, size_byte: int, delay: Line) -> Line:
         low_s, high_s = delay.estimate(miss)
         return rate_at(high_s), rate_at(low_s)
 
-    return Line("rate", "bit/s", delay.frames, point(rate), rate_at(delay.measured), rates)
+    return CheckLine("rate", "bit/s", delay.frames, point(rate), rate_at(delay.measured), rates)
 
 
-def _loss_lines(way: OneWay, size_byte: int, arrived: Bools) -> Iterator[Line]:
+def _loss_lines(way: OneWay, size_byte: int, arrived: Bools) -> Iterator[CheckLine]:
     other = bit_error_loss(way, size_byte)
     asked = loss_statistics(way.loss, other)
     yield loss_line("loss", asked.rate, arrived, way)
@@ -128,21 +127,23 @@ def _loss_lines(way: OneWay, size_byte: int, arrived: Bools) -> Iterator[Line]:
 
     measured = 1 / (1 - share) if share < 1 else math.nan
     bursts = int(trials.sum() - hits.sum())
-    yield Line("mean loss burst", "frames", bursts, point(asked.burst_length), measured, lengths)
+    yield CheckLine(
+        "mean loss burst", "frames", bursts, point(asked.burst_length), measured, lengths
+    )
 
 
-def _delay_lines(seen: Seen, chosen: Bools) -> Iterator[Line]:
-    """Delay, and jitter where there is one, from frames that arrived once."""
+def _delay_lines(seen: Observation, chosen: Bools) -> Iterator[CheckLine]:
+    """Delay, and jitter if there is any, from frames that arrived once."""
     lone = chosen & (seen.arrivals.copies == 1)
     if not lone.any():
         return
     asked_ns, rest_ns, slack_ns = _rest(seen, lone)
-    way = seen.route.phases[int(seen.traffic.phase[lone][0])].way
+    way = seen.reference.phases[int(seen.traffic.phase[lone][0])].way
     jitter, asked_s = way.jitter, float(asked_ns.mean()) / 1e9
     rest_s = rest_ns / 1e9
     if jitter is None and way.reorder is None:
         lowest, highest = (rest_ns.min() - slack_ns) / 1e9, (rest_ns.max() + slack_ns) / 1e9
-        yield Line(
+        yield CheckLine(
             "delay",
             "s",
             len(rest_ns),
@@ -152,39 +153,41 @@ def _delay_lines(seen: Seen, chosen: Bools) -> Iterator[Line]:
         )
         return
     least_s, spacing = float(rest_s.min()), 1 if jitter is None else _spacing(jitter)
-    worth, share = max(1, len(rest_s) // spacing), way.reorder.share if way.reorder else 0.0
+    effective, share = max(1, len(rest_s) // spacing), way.reorder.share if way.reorder else 0.0
 
     def located(miss: float) -> Interval:
-        # The least of the delays on top is this small in all but a `miss` of the cases.
-        chance = min(1.0, -math.expm1(math.log(miss) / worth) / max(1 - share, 1e-9))
-        reach = 0.0 if jitter is None else quantile(jitter, chance)
+        # The least of the delays on top exceeds this quantile with probability `miss`.
+        probability = min(1.0, -math.expm1(math.log(miss) / effective) / max(1 - share, 1e-9))
+        reach = 0.0 if jitter is None else quantile(jitter, probability)
         return asked_s + least_s - reach - slack_ns / 1e9, asked_s + least_s + slack_ns / 1e9
 
-    yield Line("delay", "s", len(rest_s), point(asked_s), asked_s + least_s, located)
+    yield CheckLine("delay", "s", len(rest_s), point(asked_s), asked_s + least_s, located)
     if jitter is not None:
         yield from _jitter_lines(way, jitter, rest_s, np.flatnonzero(lone))
 
 
-def _rest(seen: Seen, lone: Bools) -> tuple[Ints, Ints, float]:
-    """Propagation asked for and what came on top of it; how exact that is, in nanoseconds."""
+def _rest(seen: Observation, lone: Bools) -> tuple[Ints, Ints, float]:
+    """Propagation delay asked for, the delay on top of it, and its uncertainty, in nanoseconds."""
     asked, rest, slack = [], [], 0.0
     for index in np.unique(seen.traffic.phase[lone]):
-        phase, own = seen.route.phases[index], lone & (seen.traffic.phase == index)
+        phase, own = seen.reference.phases[index], lone & (seen.traffic.phase == index)
         size = int(seen.traffic.size_byte[own][0])
-        left_ns = seen.route.departure_ns(phase, seen.traffic.time_ns[own], size)
-        asked.append(seen.route.delay_ns(left_ns))
+        left_ns = seen.reference.departure_ns(phase, seen.traffic.time_ns[own], size)
+        asked.append(seen.reference.delay_ns(left_ns))
         rest.append(seen.arrivals.time_ns[own] - left_ns - asked[-1])
-        # Light time may be that of the first bit or of the last.
-        slack = max(slack, 2 + seen.route.slope * phase.sending_ns(size))
+        # The delay may be that of the first bit or of the last.
+        slack = max(slack, 2 + seen.reference.slope * phase.sending_ns(size))
     return np.concatenate(asked), np.concatenate(rest), slack
 
 
-def _jitter_lines(way: OneWay, jitter: Jitter, rest_s: Floats, numbers: Ints) -> Iterator[Line]:
-    chances = jitter_chance(jitter, rest_s)
+def _jitter_lines(
+    way: OneWay, jitter: Jitter, rest_s: Floats, numbers: Ints
+) -> Iterator[CheckLine]:
+    probabilities = jitter_cdf(jitter, rest_s)
     if way.reorder is not None:
-        held = jitter_chance(jitter, rest_s - way.reorder.hold_s)
-        chances = (1 - way.reorder.share) * chances + way.reorder.share * held
-    apart = chances[numbers % _spacing(jitter) == 0]
+        held = jitter_cdf(jitter, rest_s - way.reorder.hold_s)
+        probabilities = (1 - way.reorder.share) * probabilities + way.reorder.share * held
+    apart = probabilities[numbers % _spacing(jitter) == 0]
     if len(apart):
         distance = kolmogorov_distance(apart)
 
@@ -192,40 +195,40 @@ def _jitter_lines(way: OneWay, jitter: Jitter, rest_s: Floats, numbers: Ints) ->
             limit = kolmogorov_limit(len(apart), miss)
             return max(0.0, distance - limit), distance + limit
 
-        yield Line("jitter, distance", "", len(apart), point(0), distance, distances)
+        yield CheckLine("jitter, distance", "", len(apart), point(0), distance, distances)
     before, after = np.flatnonzero(np.diff(numbers) == 1), np.flatnonzero(np.diff(numbers) == 1) + 1
-    if way.reorder is None and len(before) > 10 and np.ptp(chances) > 0:
-        scores = normal_scores(chances)
+    if way.reorder is None and len(before) > 10 and np.ptp(probabilities) > 0:
+        scores = normal_scores(probabilities)
         estimate = partial(correlation_interval, scores[before], scores[after])
         measured = float(np.corrcoef(scores[before], scores[after])[0, 1])
-        yield Line(
+        yield CheckLine(
             "jitter, correlation", "", len(before), point(jitter.correlation), measured, estimate
         )
 
 
 def _spacing(jitter: Jitter) -> int:
-    """How many frames apart jitter is as good as independent."""
+    """How many frames apart jitter is practically independent."""
     rho = abs(jitter.correlation)
-    return max(1, math.ceil(math.log(_FAINT) / math.log(rho))) if rho > _FAINT else 1
+    return max(1, math.ceil(math.log(_NEGLIGIBLE) / math.log(rho))) if rho > _NEGLIGIBLE else 1
 
 
-def _copies_line(way: OneWay, copies: Ints) -> Line:
+def _copies_line(way: OneWay, copies: Ints) -> CheckLine:
     return share_line("duplication", way.duplicate, copies[copies > 0] > 1)
 
 
-def _corruption_lines(way: OneWay, seen: Seen, chosen: Bools) -> Iterator[Line]:
+def _corruption_lines(way: OneWay, seen: Observation, chosen: Bools) -> Iterator[CheckLine]:
     arrived = chosen & seen.arrivals.arrived
     if not arrived.any():
         return
     wrong, size = seen.arrivals.wrong_bits[arrived], int(seen.traffic.size_byte[chosen][0])
     flips = way.bit_error_rate if way.bit_errors is BitErrorEffect.FLIP else 0.0
     spared = (1 - flips) ** (8 * size)
-    # One of the bits that are wrong anyway may be put right.
-    mended = flips * (1 - flips) ** (8 * size - 1) * way.corrupt
-    yield share_line("corruption", 1 - spared * (1 - way.corrupt) - mended, wrong > 0)
+    # Corruption may flip back the only wrong bit.
+    restored = flips * (1 - flips) ** (8 * size - 1) * way.corrupt
+    yield share_line("corruption", 1 - spared * (1 - way.corrupt) - restored, wrong > 0)
     if way.corrupt and not flips and (wrong > 0).any():
         bits = wrong[wrong > 0]
-        yield Line(
+        yield CheckLine(
             "bits wrong if corrupt",
             "bits",
             len(bits),
@@ -235,7 +238,7 @@ def _corruption_lines(way: OneWay, seen: Seen, chosen: Bools) -> Iterator[Line]:
         )
 
 
-def _bit_error_line(way: OneWay, seen: Seen, chosen: Bools) -> Line:
+def _bit_error_line(way: OneWay, seen: Observation, chosen: Bools) -> CheckLine:
     size = int(seen.traffic.size_byte[chosen][0])
     arrived = seen.arrivals.arrived[chosen]
     asked = point(way.bit_error_rate)
@@ -247,7 +250,7 @@ def _bit_error_line(way: OneWay, seen: Seen, chosen: Bools) -> Line:
         asked = point(way.bit_error_rate + (1 - 2 * way.bit_error_rate) * way.corrupt / bits[0])
         share = float(wrong.sum() / bits.sum())
         estimate = partial(clustered_interval, hits, batched(bits))
-        return Line("bit errors", "per bit", len(wrong), asked, share, estimate)
+        return CheckLine("bit errors", "per bit", len(wrong), asked, share, estimate)
     line = loss_line("bit errors", 0.0, arrived, way)
     spared = 1 - loss_statistics(way.loss).rate
     bits_exposed = 8 * (size + way.overhead_byte)
@@ -265,16 +268,20 @@ def _bit_error_line(way: OneWay, seen: Seen, chosen: Bools) -> Line:
 # --- pairs: reordering -------------------------------------------------------------------------
 
 
-def plan_pairs(route: Route, frames: int, rng: Generator) -> Traffic:
-    """Two frames at once, over before the next two."""
+def plan_pairs(reference: Reference, frames: int, rng: Generator) -> Traffic:
+    """Two frames at once, both over before the next two are sent."""
     return plan_bursts(
-        route, rng, lambda phase: (fitting(phase, SHORT_BYTE), 2), frames // 4, key=chance_key
+        reference,
+        rng,
+        lambda phase: (fitting(phase, SHORT_BYTE), 2),
+        frames // 4,
+        key=impairment_key,
     )
 
 
-def judge_pairs(seen: Seen) -> Iterator[tuple[float, Line]]:
+def judge_pairs(seen: Observation) -> Iterator[tuple[float, CheckLine]]:
     """How often the second of a pair arrived first."""
-    for chosen, phases in groups(seen, chance_key):
+    for chosen, phases in groups(seen, impairment_key):
         way, numbers = phases[0].way, np.flatnonzero(chosen)
         leaders, followers = numbers[::2], numbers[1::2]
         copies = seen.arrivals.copies
@@ -283,7 +290,7 @@ def judge_pairs(seen: Seen) -> Iterator[tuple[float, Line]]:
         if way.reorder is not None and not way.rate_trace:
             size = int(seen.traffic.size_byte[numbers[0]])
             lead_s = way.reorder.hold_s - to_s(phases[0].sending_ns(size))
-            asked = overtaking_chance(way.jitter, lead_s)
+            asked = overtaking_probability(way.jitter, lead_s)
             asked *= way.reorder.share * (1 - way.reorder.share)
         line = share_line("pairs overtaken", asked, seen.arrivals.overtaken[leaders[whole]])
         yield to_s(phases[0].begin_ns), line

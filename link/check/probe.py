@@ -1,7 +1,7 @@
-"""Synthetic traffic for `farside.link.check`: when to send what, and what came of it.
+"""Synthetic traffic for `farside.link.check`: what to send when, and how it arrives.
 
-Frames are sent at moments at which they do not disturb each other, so that each one's fate tells
-of one impairment alone. Simulated time costs nothing.
+Frames are sent at times at which they do not affect each other, so that each fate is evidence of
+one impairment alone. Simulated time costs nothing.
 """
 
 from collections import Counter
@@ -24,23 +24,20 @@ Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]
 ChannelFactory = Callable[[LinkConfig, Mapping[Direction, Generator]], Node]
 
-OPPORTUNITY_BYTE = 1500
-"""What passes at one delivery opportunity of a trace (mahimahi)."""
-
 _FOREVER_NS = 1 << 60
 _MARGIN_NS = 1_000
 _HEAVIEST_TAIL = 40.0
-"""Mean jitters after which an exponential one is over: exceeded once in 10^17 frames."""
+"""In mean jitters: what an exponential jitter exceeds once in 10^17 frames."""
 _ABSENT = -1
 _decode_fate = msgspec.json.Decoder(FrameFate).decode
 
 
 class Phase(NamedTuple):
-    """A stretch of time in which a direction does not change.
+    """A span of time in which a direction does not change.
 
     Attributes:
-        begin_ns, end_ns: of it, at the sender.
-        way: the direction, with the changes made so far.
+        begin_ns, end_ns: the span, in the sender's time.
+        way: the settings of the direction, with all changes so far.
         rate_bit_s: its rate cap; `None` without one, or with a trace.
     """
 
@@ -50,7 +47,7 @@ class Phase(NamedTuple):
     rate_bit_s: int | None
 
     def sending_ns(self, size_byte: int) -> int:
-        """The longest time from handing a frame over to its last bit leaving."""
+        """The longest time from hand-over of a frame until its last bit leaves."""
         if self.way.rate_trace is not None:
             return int(np.diff(_two_rounds_ms(self.way)).max()) * 1_000_000
         if self.rate_bit_s is None:
@@ -60,7 +57,7 @@ class Phase(NamedTuple):
 
     @property
     def spread_ns(self) -> int:
-        """How much later than after the propagation delay a frame may arrive."""
+        """By how much a frame may arrive later than the propagation delay has it."""
         jitter, hold_s = self.way.jitter, self.way.reorder.hold_s if self.way.reorder else 0.0
         if jitter is None:
             return to_ns(hold_s)
@@ -72,9 +69,9 @@ class Traffic(NamedTuple):
     """Frames of one direction in order of sending.
 
     Attributes:
-        time_ns, size_byte: when each is sent, and its length.
-        phase: index of the phase that it belongs to.
-        burst: number of the burst that it belongs to.
+        time_ns, size_byte: when each is sent, and its size.
+        phase: index of the phase that each belongs to.
+        burst: number of the burst that each belongs to.
     """
 
     time_ns: Ints
@@ -84,14 +81,14 @@ class Traffic(NamedTuple):
 
 
 class Arrivals(NamedTuple):
-    """What came out for the frames of a `Traffic`, in the same order.
+    """How the frames of a `Traffic` arrived, in the same order.
 
     Attributes:
-        time_ns: first arrival, −1 without one.
-        copies: how often it arrived.
-        wrong_bits: bits of the first arrival that are not as sent.
+        time_ns: first arrival; −1 without one.
+        copies: how often each arrived.
+        wrong_bits: how many bits of the first arrival differ from what was sent.
         overtaken: whether a frame sent later arrived earlier.
-        disagreeing: frames whose records do not say the same.
+        disagreeing: how many frames have records that disagree with what arrived.
     """
 
     time_ns: Ints
@@ -107,8 +104,8 @@ class Arrivals(NamedTuple):
         return found
 
 
-class Route:
-    """One direction of a link as the profile has it, and when frames can be sent there."""
+class Reference:
+    """One direction as the profile asks for it, and when frames can be sent in it."""
 
     def __init__(self, config: LinkConfig, direction: Direction) -> None:
         self.direction = direction
@@ -119,26 +116,26 @@ class Route:
         self._times, self._delays = zip(*(points or [(0, to_ns(way.delay_s or 0.0))]), strict=True)
 
     def delay_ns(self, time_ns: Ints) -> Ints:
-        """The propagation delay of what is sent at these times."""
+        """Propagation delay of what is sent at these times."""
         found: Ints = np.rint(np.interp(time_ns, self._times, self._delays)).astype(np.int64)
         return found
 
     @property
     def slope(self) -> float:
-        """How much the delay changes in a unit of time at most."""
+        """The greatest rate of change of the delay, in seconds per second."""
         if len(self._times) < 2:
             return 0.0
         return float(np.abs(np.diff(self._delays) / np.diff(self._times)).max())
 
     def departure_ns(self, phase: Phase, time_ns: Ints, size_byte: int) -> Ints:
-        """When the last bit of frames leaves that nothing goes before."""
+        """When the last bit leaves of frames that do not have to queue."""
         trace = phase.way.rate_trace
         if trace is None:
             return time_ns + phase.sending_ns(size_byte)
         return opportunities_ns(phase.way, time_ns, 1)[:, 0]
 
     def stay_ns(self, phase: Phase, time_ns: Ints, size_byte: int) -> tuple[Ints, Ints]:
-        """The time that frames sent at these times are at the rover's end, first and last."""
+        """First and last moment at which frames sent at these times can be at the rover's end."""
         sending_ns = phase.sending_ns(size_byte)
         if self.direction is Direction.DOWN:
             return time_ns, time_ns + sending_ns
@@ -146,11 +143,11 @@ class Route:
         return time_ns + delay_ns, time_ns + sending_ns + delay_ns + phase.spread_ns
 
     def is_clear(self, first_ns: Ints, last_ns: Ints) -> Bools:
-        """Whether no outage comes near between two moments."""
+        """Whether no outage, with a margin, overlaps the time between two moments."""
         return ~self._meets(first_ns - _MARGIN_NS, last_ns + _MARGIN_NS)
 
     def is_out(self, first_ns: Ints, last_ns: Ints) -> Bools:
-        """Whether one outage holds from before the first moment until after the last."""
+        """Whether one outage, with a margin, covers the time between two moments."""
         begins = np.array([begin for begin, _ in self.outages], dtype=np.int64)
         ends = np.array([end for _, end in self.outages], dtype=np.int64)
         at = np.searchsorted(begins, first_ns - _MARGIN_NS, side="right") - 1
@@ -167,7 +164,7 @@ class Route:
     def starts_ns(
         self, phase: Phase, size_byte: int, frames: int, count: int, rng: Generator
     ) -> Ints:
-        """Up to `count` moments to send `frames` at once, each over before the next."""
+        """Up to `count` times to send `frames` at once, each burst over before the next begins."""
         busy_ns = phase.sending_ns(size_byte) * frames
         slot_ns = int((busy_ns + phase.spread_ns) * (1 + 2 * self.slope)) + 4 * _MARGIN_NS
         found: list[Ints] = []
@@ -184,7 +181,7 @@ class Route:
         return np.concatenate([np.empty(0, np.int64), *found])
 
     def _windows(self, phase: Phase) -> Iterator[tuple[int, int]]:
-        """The times within a phase at which a frame sent may find the rover's end open."""
+        """The spans of a phase in which frames may find the rover's end in service."""
         longest = max(self._delays) if self.direction is Direction.UP else 0
         shortest = min(self._delays) if self.direction is Direction.UP else 0
         edges = [0, *(edge for outage in self.outages for edge in outage), _FOREVER_NS]
@@ -222,7 +219,7 @@ def _two_rounds_ms(way: OneWay) -> Ints:
 
 
 def opportunities_ns(way: OneWay, time_ns: Ints, count: int) -> Ints:
-    """The `count` delivery opportunities that follow each of these times, one row for each."""
+    """The next `count` delivery opportunities from each of these times on, a row for each time."""
     times_ns = np.array(way.rate_trace.times_ms if way.rate_trace else ()) * 1_000_000
     round_ns = int(times_ns[-1])
     rounds, rest = np.divmod(time_ns, round_ns)
@@ -233,20 +230,20 @@ def opportunities_ns(way: OneWay, time_ns: Ints, count: int) -> Ints:
 
 
 def seeds(seed: int, probe: int) -> tuple[Generator, dict[Direction, Generator]]:
-    """Random streams of a probe: one to choose times, and the channel's own."""
+    """Random generators of a probe: one that chooses times, and those of the channel."""
     traffic, up, down = SeedSequence([seed, probe]).spawn(3)
     return default_rng(traffic), {Direction.UP: default_rng(up), Direction.DOWN: default_rng(down)}
 
 
 def run_probe(
-    channel: Node, traffic: Mapping[Direction, Traffic], tell: Callable[[int], None]
+    channel: Node, traffic: Mapping[Direction, Traffic], on_progress: Callable[[int], None]
 ) -> dict[Direction, Arrivals]:
-    """Send frames through a channel until nothing is under way, and match what arrives.
+    """Send frames through a channel until none is in flight, and match what arrives to them.
 
     Args:
-        channel: fresh from its making.
+        channel: one that has not been advanced yet.
         traffic: what to send.
-        tell: told now and then how many frames were sent since.
+        on_progress: called now and then with the number of frames sent since the last call.
     """
     sent = sorted(
         (
@@ -258,16 +255,16 @@ def run_probe(
         ),
         key=lambda frame: frame.time_ns,
     )
-    came: list[Frame] = []
+    arrived: list[Frame] = []
     records: list[Record] = []
     for start in range(0, len(sent), 5000):
         batch = sent[start : start + 5000]
         step = channel.advance(_batch_end_ns(sent, start + 5000), batch)
-        came += step.frames
+        arrived += step.frames
         records += step.records
-        tell(len(batch))
+        on_progress(len(batch))
     step = channel.advance(2 * _FOREVER_NS, [])
-    came += step.frames
+    arrived += step.frames
     fates = [
         _decode_fate(one.payload) for one in [*records, *step.records] if one.topic == "/link/frame"
     ]
@@ -275,7 +272,7 @@ def run_probe(
         direction: _matched(
             len(frames.time_ns),
             [one for one in sent if one.direction is direction],
-            [one for one in came if one.direction is direction],
+            [one for one in arrived if one.direction is direction],
             [one for one in fates if one.direction is direction],
         )
         for direction, frames in traffic.items()
@@ -287,18 +284,18 @@ def _batch_end_ns(sent: Sequence[Frame], end: int) -> int:
 
 
 def _payload(number: int, size_byte: int) -> bytes:
-    """Bytes that differ from frame to frame, with as many ones as zeros."""
+    """Bytes that differ from frame to frame and have as many ones as zeros."""
     block = number.to_bytes(4, "big") + bytes(0xFF ^ byte for byte in number.to_bytes(4, "big"))
     return (block * (size_byte // 8 + 1))[:size_byte]
 
 
 def _matched(
-    count: int, sent: Sequence[Frame], came: Sequence[Frame], fates: Sequence[FrameFate]
+    count: int, sent: Sequence[Frame], arrived: Sequence[Frame], fates: Sequence[FrameFate]
 ) -> Arrivals:
     time_ns = np.full(count, _ABSENT, dtype=np.int64)
     copies, wrong = np.zeros(count, dtype=np.int64), np.zeros(count, dtype=np.int64)
     payloads = {frame.sequence: frame.payload for frame in sent}
-    for frame in sorted(came, key=lambda one: one.time_ns):
+    for frame in sorted(arrived, key=lambda one: one.time_ns):
         number = frame.sequence
         if number not in payloads:
             continue
@@ -310,24 +307,24 @@ def _matched(
     least_after = np.minimum.accumulate(later[::-1])[::-1]
     overtaken = np.zeros(count, dtype=np.bool_)
     overtaken[:-1] = (least_after[1:] < time_ns[:-1]) & (time_ns[:-1] != _ABSENT)
-    return Arrivals(time_ns, copies, wrong, overtaken, _disagreeing(count, came, fates))
+    return Arrivals(time_ns, copies, wrong, overtaken, _disagreeing(count, arrived, fates))
 
 
-def _wrong_bits(sent: bytes, came: bytes) -> int:
-    if sent == came:
+def _wrong_bits(sent: bytes, arrived: bytes) -> int:
+    if sent == arrived:
         return 0
-    size = max(len(sent), len(came))
+    size = max(len(sent), len(arrived))
     return (
-        int.from_bytes(sent.ljust(size, b"\0")) ^ int.from_bytes(came.ljust(size, b"\0"))
+        int.from_bytes(sent.ljust(size, b"\0")) ^ int.from_bytes(arrived.ljust(size, b"\0"))
     ).bit_count()
 
 
-def _disagreeing(count: int, came: Sequence[Frame], fates: Sequence[FrameFate]) -> int:
-    """How many frames have not one fate, or arrived otherwise than their records say."""
-    ends = Counter((fate.sequence, fate.copy) for fate in fates)
-    said = Counter((f.sequence, f.arrival_ns or 0) for f in fates if f.fate is Fate.DELIVERED)
-    seen = Counter((frame.sequence, frame.time_ns) for frame in came)
-    wrong = {number for number in range(count) if ends[number, 0] != 1}
-    wrong |= {number for (number, copy), times in ends.items() if copy > 1 or times > 1}
-    wrong |= {number for number, _ in (said - seen) + (seen - said)}
+def _disagreeing(count: int, arrived: Sequence[Frame], fates: Sequence[FrameFate]) -> int:
+    """How many frames do not have exactly one fate, or arrived otherwise than their records say."""
+    recorded = Counter((fate.sequence, fate.copy) for fate in fates)
+    delivered = Counter((f.sequence, f.arrival_ns or 0) for f in fates if f.fate is Fate.DELIVERED)
+    seen = Counter((frame.sequence, frame.time_ns) for frame in arrived)
+    wrong = {number for number in range(count) if recorded[number, 0] != 1}
+    wrong |= {number for (number, copy), times in recorded.items() if copy > 1 or times > 1}
+    wrong |= {number for number, _ in (delivered - seen) + (seen - delivered)}
     return len(wrong)

@@ -1,13 +1,13 @@
 """Proof that an emulator does to frames what a profile asks for.
 
-Traffic is sent through the emulator in simulated time, and what arrives is measured: the emulator's
-own records count only for saying the same. For each direction and impairment there is the value
-measured, the interval that holds the true one with 99 % confidence, and a verdict.
+Traffic is sent through the emulator in simulated time, and what arrives is measured; the emulator's
+own records are only checked for agreement. For each direction and impairment the report gives the
+value measured, its 99 % confidence interval, and a verdict.
 
-Every hundredth of these intervals misses the true value by chance, so the verdict takes wider ones:
-so wide that an emulator which is right is refused, by any measurement of a report, once in
-10,000 seeds (`FALSE_ALARM`, shared among the measurements as Bonferroni has it). A wrong emulator
-is caught all the same, for the frames are many: 40,000 tell a loss of 5 % from 6 %.
+One in a hundred of these intervals misses the true value by chance, so the verdict uses wider ones:
+some measurement of a right emulator falls outside once in 10,000 seeds (`FALSE_ALARM`, divided
+among the measurements by Bonferroni's correction). A wrong emulator is caught all the same, since
+the frames are many: 40,000 tell a loss of 5 % from one of 6 %.
 """
 
 import math
@@ -20,22 +20,22 @@ from numpy.random import Generator
 from farside.link.channel.node import Channel
 from farside.link.check import bursts as check_bursts
 from farside.link.check import frames as check_frames
-from farside.link.check.lines import Line, Seen, exact_line
-from farside.link.check.probe import ChannelFactory, Route, Traffic, run_probe, seeds
+from farside.link.check.lines import CheckLine, Observation, exact_line
+from farside.link.check.probe import ChannelFactory, Reference, Traffic, run_probe, seeds
 from farside.link.profile.config import LinkConfig
 from farside.node import Direction
 
 FRAMES = 40_000
-"""Frames sent for the measurements of chance, in each direction (project default)."""
+"""Frames sent per direction where something random is measured (project default)."""
 
 FALSE_ALARM = 1e-4
-"""The chance that an emulator which is right is refused (project default)."""
+"""Probability that a right emulator is refused (project default)."""
 
 _MISS = 0.01
 
 
-class Verdict(StrEnum):
-    """Whether the value asked for lies within what was measured, if that could be measured."""
+class CheckVerdict(StrEnum):
+    """Whether the value asked for lies inside the interval measured, if it could be measured."""
 
     INSIDE = "inside"
     OUTSIDE = "outside"
@@ -46,15 +46,15 @@ class Measurement(msgspec.Struct, frozen=True):
     """One impairment of one direction, asked for and measured.
 
     Attributes:
-        direction: which way.
-        from_s: since when the link is so.
+        direction: the direction.
+        from_s: since when the direction has been so, in simulated time.
         impairment: what was measured.
-        unit: of the values: `share` of the frames, `s`, `bit/s`; empty for what has none.
-        frames: how many frames, pairs or bursts it rests on.
-        asked, asked_to: the value that the profile gives; a range where there are two.
-        measured: the value seen.
-        low, high: the interval about it of 99 % confidence.
-        verdict: see `Verdict`.
+        unit: of the values: `share` of the frames, `s`, `bit/s`; empty for a pure number.
+        frames: how many frames, pairs or bursts it is based on.
+        asked, asked_to: the range that the profile asks for; both equal for a single value.
+        measured: the value measured; NaN if it could not be.
+        low, high: its 99 % confidence interval.
+        verdict: see `CheckVerdict`.
     """
 
     direction: Direction
@@ -67,15 +67,15 @@ class Measurement(msgspec.Struct, frozen=True):
     measured: float
     low: float
     high: float
-    verdict: Verdict
+    verdict: CheckVerdict
 
 
-class Report(msgspec.Struct, frozen=True):
+class CheckReport(msgspec.Struct, frozen=True):
     """What a check found.
 
     Attributes:
         frames: how many were sent in all.
-        seed: the one that it ran with.
+        seed: the seed of the check.
         measurements: for each direction and impairment.
     """
 
@@ -85,8 +85,8 @@ class Report(msgspec.Struct, frozen=True):
 
     @property
     def passed(self) -> bool:
-        """Whether nothing falls outside."""
-        return all(one.verdict is not Verdict.OUTSIDE for one in self.measurements)
+        """Whether no value asked for falls outside."""
+        return all(one.verdict is not CheckVerdict.OUTSIDE for one in self.measurements)
 
 
 def check_link(
@@ -94,42 +94,44 @@ def check_link(
     channel_factory: ChannelFactory = Channel,
     frames: int = FRAMES,
     seed: int = 0,
-    tell: Callable[[float], None] = lambda _share: None,
-) -> Report:
-    """Measure what an emulator does to frames against the profile that it was given.
+    on_progress: Callable[[float], None] = lambda _share: None,
+) -> CheckReport:
+    """Compare what an emulator does to frames with the profile that it was given.
 
     Args:
         config: the profile, resolved.
-        channel_factory: makes the emulator, as `Channel` does; anew for every probe.
-        frames: how many frames to send in each direction where chance is measured.
-        seed: of the emulator's chance and the traffic's.
-        tell: told the share that is done.
+        channel_factory: makes the emulator, as `Channel` does; called for every probe.
+        frames: how many frames to send per direction where something random is measured.
+        seed: of the emulator and of the traffic.
+        on_progress: called with the share of the work done, 0 to 1.
     """
-    routes = {direction: Route(config, direction) for direction in Direction}
-    found: dict[Direction, list[tuple[float, Line]]] = {direction: [] for direction in Direction}
+    references = {direction: Reference(config, direction) for direction in Direction}
+    found: dict[Direction, list[tuple[float, CheckLine]]] = {
+        direction: [] for direction in Direction
+    }
     sent, disagreeing = dict.fromkeys(Direction, 0), dict.fromkeys(Direction, 0)
     for number, (plan, judge) in enumerate(_PROBES):
         rng, streams = seeds(seed, number)
-        traffic = {way: plan(route, frames, rng) for way, route in routes.items()}
+        traffic = {way: plan(reference, frames, rng) for way, reference in references.items()}
         total, done = sum(len(one.time_ns) for one in traffic.values()), 0
         if not total:
             continue
 
-        def told(count: int, number: int = number, total: int = total) -> None:
+        def advance(count: int, number: int = number, total: int = total) -> None:
             nonlocal done
             done += count
-            tell((number + done / total) / len(_PROBES))
+            on_progress((number + done / total) / len(_PROBES))
 
-        seen = run_probe(channel_factory(config, streams), traffic, told)
+        seen = run_probe(channel_factory(config, streams), traffic, advance)
         for way, arrivals in seen.items():
             sent[way] += len(traffic[way].time_ns)
             disagreeing[way] += arrivals.disagreeing
-            found[way] += judge(Seen(routes[way], traffic[way], arrivals))
+            found[way] += judge(Observation(references[way], traffic[way], arrivals))
     for way, lines in found.items():
         lines.append((0.0, exact_line("records that disagree", sent[way], 0, disagreeing[way])))
-    tell(1.0)
+    on_progress(1.0)
     miss = FALSE_ALARM / sum(map(len, found.values()))
-    return Report(
+    return CheckReport(
         sum(sent.values()),
         seed,
         tuple(
@@ -140,14 +142,14 @@ def check_link(
     )
 
 
-def _judged(direction: Direction, from_s: float, line: Line, miss: float) -> Measurement:
+def _judged(direction: Direction, from_s: float, line: CheckLine, miss: float) -> Measurement:
     low, high = line.estimate(_MISS)
     widest = line.estimate(miss)
-    verdict = Verdict.INSIDE
+    verdict = CheckVerdict.INSIDE
     if math.isnan(line.measured):
-        verdict = Verdict.UNKNOWN
+        verdict = CheckVerdict.UNKNOWN
     elif not (widest[0] <= line.asked[1] and line.asked[0] <= widest[1]):
-        verdict = Verdict.OUTSIDE
+        verdict = CheckVerdict.OUTSIDE
     return Measurement(
         direction=direction,
         from_s=from_s,
@@ -164,7 +166,8 @@ def _judged(direction: Direction, from_s: float, line: Line, miss: float) -> Mea
 
 
 _Probe = tuple[
-    Callable[[Route, int, Generator], Traffic], Callable[[Seen], Iterator[tuple[float, Line]]]
+    Callable[[Reference, int, Generator], Traffic],
+    Callable[[Observation], Iterator[tuple[float, CheckLine]]],
 ]
 _PROBES: tuple[_Probe, ...] = (
     (check_frames.plan_singles, check_frames.judge_singles),

@@ -1,6 +1,6 @@
 """The link alone, on a wall clock, between any Zenoh applications.
 
-`farside.link.emulator.relay`, which brings Zenoh with it, is imported by those who need it.
+`farside.link.emulator.relay` is not imported here, for it needs Zenoh.
 """
 
 from farside.link.emulator.model import Delivery, Emulator

@@ -1,6 +1,6 @@
-"""Live control of the stand-alone emulator: what it counts, and how its settings change.
+"""Live control of the stand-alone emulator: its counters, and changes of its settings.
 
-Both are asked for by a Zenoh `get` on the ground side:
+Both by a Zenoh `get` on the ground side:
 
     key                      payload of the get           reply
     farside/link/counters    none                         `EmulatorState` as JSON
@@ -11,10 +11,9 @@ A change names `up`, `down` or `both`, each with keys of `OneWay` and their new 
     {"down": {"loss": 0.2, "jitter": {"spread_s": 0.1}}}
     {"both": {"out": true}}
 
-A key takes the place of the value before, whole; `null` takes the value away. A delay or a rate
-also takes the place of the other ways of saying one. `out` is an outage from now on, until it is
-`false` again. Either all of a change is done or, where something in it is wrong, nothing; then the
-reply is an error in words.
+A key replaces the previous value as a whole; `null` removes it. A delay or a rate also replaces
+the alternative keys for it. `out` starts an outage, which lasts until it is `false` again. A change
+is applied as a whole or, if anything in it is wrong, not at all, and an error message replied.
 """
 
 from collections.abc import Mapping
@@ -35,18 +34,18 @@ _decode_change = msgspec.json.Decoder(dict[str, dict[str, Any]]).decode
 
 
 class WayCounters(msgspec.Struct, kw_only=True):
-    """What one direction did so far, in messages and in bytes of their payloads.
+    """What one direction has done so far, in messages and in bytes of payload.
 
-    Every message received is still `in_flight`, or ended in one of `delivered`, `lost`, `outage`,
+    Every message received is still `in_flight` or counts once, among `delivered`, `lost`, `outage`,
     `queue_full`, `expired` and `bit_error`.
 
     Attributes:
-        received, received_byte: came from the sender's side.
-        delivered, delivered_byte: went out on the other side, duplicates not counted.
-        duplicated: went out a second time.
-        corrupted: of all that went out, those with wrong bits.
-        lost, outage, queue_full, expired, bit_error: did not arrive, and why; see `Fate`.
-        in_flight: waits to be sent, or is on its way.
+        received, received_byte: from the sender's side.
+        delivered, delivered_byte: to the other side, duplicates not counted.
+        duplicated: delivered a second time.
+        corrupted: delivered with wrong bits, duplicates included.
+        lost, outage, queue_full, expired, bit_error: not delivered, by reason; see `Fate`.
+        in_flight: queued or on the way.
     """
 
     received: int = 0
@@ -64,14 +63,14 @@ class WayCounters(msgspec.Struct, kw_only=True):
 
 
 class OutageState(msgspec.Struct, frozen=True):
-    """Why a direction is out, and for how much longer: `None` where that is up to somebody."""
+    """Why a direction is out, and for how much longer; `None` if it was commanded out."""
 
     reason: OutageReason
     left_s: float | None
 
 
 class WayState(msgspec.Struct, frozen=True):
-    """One direction: what it did, the outage, if there is one, and what it does to messages."""
+    """One direction: its counters, its outage if there is one, and its settings."""
 
     counters: WayCounters
     outage: OutageState | None
@@ -82,8 +81,8 @@ class SideState(msgspec.Struct, frozen=True):
     """One of the two Zenoh domains.
 
     Attributes:
-        connected: how many of its nodes the emulator has a connection to.
-        unheard: messages that came out while there were none, delivered to nobody.
+        connected: how many of its nodes are connected to the emulator.
+        unheard: messages delivered while none was, which nobody received.
     """
 
     connected: int
@@ -93,7 +92,7 @@ class SideState(msgspec.Struct, frozen=True):
 class EmulatorState(msgspec.Struct, frozen=True):
     """The emulator, `elapsed_s` after its start.
 
-    The sides are those of `farside.link.emulator.relay`; without it there are none.
+    The sides are those of `farside.link.emulator.relay`; `None` without it.
     """
 
     elapsed_s: float
@@ -103,31 +102,31 @@ class EmulatorState(msgspec.Struct, frozen=True):
     ground_side: SideState | None = None
 
     def way(self, direction: Direction) -> WayState:
-        """One direction."""
+        """The state of one direction."""
         return self.up if direction is Direction.UP else self.down
 
 
 class WayChange(msgspec.Struct, frozen=True):
-    """What a change comes to for one direction; `None` for what stays."""
+    """The effect of a change on one direction; `None` for what stays."""
 
     settings: OneWay | None = None
     out: bool | None = None
 
 
 def read_change(payload: bytes, settings: Mapping[Direction, OneWay]) -> dict[Direction, WayChange]:
-    """What the payload of a `get` on `CONTROL_KEY` asks for.
+    """Parse the payload of a `get` on `CONTROL_KEY`.
 
     Args:
         payload: JSON as at the top of this module.
         settings: of both directions before the change.
 
     Raises:
-        ValueError: if it is no change, in words for the one who sent it.
+        ValueError: if it is no valid change, with a message for its sender.
     """
     try:
         tables = _decode_change(payload)
     except RecursionError as error:
-        raise ValueError("expected a change, found tables within tables without end") from error
+        raise ValueError("expected a change, found tables nested too deeply") from error
     if unknown := sorted(tables.keys() - set(Affected)):
         raise ValueError(f"expected up, down or both, found {', '.join(unknown)}")
     changes = {}
@@ -152,7 +151,7 @@ def _way_change(direction: Direction, wanted: dict[str, Any], before: OneWay) ->
 
 
 def alternatives_to(key: str) -> list[str]:
-    """The other keys of `OneWay` that say the same as `key`, of which one at most may be there."""
+    """The keys of `OneWay` that are alternatives to `key`, of which at most one may be given."""
     for alternatives in _ALTERNATIVES:
         if key in alternatives:
             return [name for name in alternatives if name != key]
@@ -160,10 +159,10 @@ def alternatives_to(key: str) -> list[str]:
 
 
 def changed(before: OneWay, wanted: Mapping[str, Any], *, where: str) -> OneWay:
-    """`before` with some keys replaced by plain values, or by nothing where they are `None`.
+    """`before` with some keys replaced by plain values, or removed where they are `None`.
 
     Raises:
-        ValueError: if a key is unknown or its value wrong; begins with `where`.
+        ValueError: if a key is unknown or its value invalid; the message begins with `where`.
     """
     values = msgspec.to_builtins(before)
     for key in wanted:

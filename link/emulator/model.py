@@ -1,7 +1,7 @@
-"""The link between programs that know nothing of it: the channel with somebody else's messages.
+"""The link between programs that know nothing of it: the channel with other people's messages.
 
-Here is no clock and no Zenoh: `farside.link.emulator.relay` brings both. Times are nanoseconds
-since the start.
+Without clock and Zenoh, which `farside.link.emulator.relay` adds. Times are nanoseconds since the
+start.
 """
 
 import heapq
@@ -27,18 +27,18 @@ from farside.node import NEVER_NS, Direction, Frame, to_s
 from farside.topics import Fate
 
 _COUNT_NS = 20_000_000
-"""How often the counters are told of what does not arrive."""
+"""How often the counters are updated with what does not arrive."""
 
 _Cargo = TypeVar("_Cargo")
 
 
 Delivery = tuple[int, Direction, bytes, _Cargo]
-"""When a message arrives, which way it went, its bytes, perhaps not as they were, and what came
-with it. A plain tuple, for speed."""
+"""A message: time of arrival, direction, payload, perhaps with wrong bits, and its cargo, which is
+whatever was sent with it. A plain tuple, for speed."""
 
 
-class _End(msgspec.Struct, gc=False):
-    """What is of interest here in the record of a frame's fate."""
+class _Outcome(msgspec.Struct, gc=False):
+    """The fields of a `FrameFate` that are of interest here."""
 
     direction: Direction
     sequence: int
@@ -50,11 +50,11 @@ class _End(msgspec.Struct, gc=False):
 
 _time = itemgetter(0)
 _parts_of = attrgetter("direction", "sequence", "time_ns", "payload")
-_decode_end = msgspec.json.Decoder(_End).decode
+_decode_outcome = msgspec.json.Decoder(_Outcome).decode
 
 
 class _Way(Generic[_Cargo]):
-    """One direction: what belongs to the frames whose luck is open, and the counters."""
+    """One direction: the cargo of the frames that have no fate yet, and the counters."""
 
     def __init__(self) -> None:
         self.cargo: dict[int, _Cargo] = {}
@@ -62,29 +62,29 @@ class _Way(Generic[_Cargo]):
         self.counters = WayCounters()
         self.sequence = 0
 
-    def settle(self, end: _End) -> None:
+    def settle(self, outcome: _Outcome) -> None:
         counters = self.counters
-        if end.flipped_bits:
+        if outcome.flipped_bits:
             counters.corrupted += 1
-        if end.copy:
+        if outcome.copy:
             counters.duplicated += 1
             return
         self.in_flight -= 1
-        self.cargo.pop(end.sequence, None)
-        if end.fate is Fate.DELIVERED:
+        self.cargo.pop(outcome.sequence, None)
+        if outcome.fate is Fate.DELIVERED:
             counters.delivered += 1
-            counters.delivered_byte += end.size_byte
+            counters.delivered_byte += outcome.size_byte
         else:
-            name = end.fate.replace("-", "_")
+            name = outcome.fate.replace("-", "_")
             setattr(counters, name, getattr(counters, name) + 1)
 
 
 class Emulator(Generic[_Cargo]):
-    """Takes messages with whatever belongs to them, and gives them back when they arrive.
+    """Takes messages with their cargo, and gives them back when they arrive.
 
     Args:
         config: the link, resolved.
-        seed: of its random streams, where the link has none of its own.
+        seed: of the random streams, if the link has none of its own.
     """
 
     def __init__(self, config: LinkConfig, seed: int = 0) -> None:
@@ -95,7 +95,7 @@ class Emulator(Generic[_Cargo]):
         self._now_ns = 0
         self._last_ns = 0
         self._sent: list[Frame] = []
-        # Parts in order of time, and how far each has been read: first the one that goes on first.
+        # Sorted batches as (time of the next delivery, tie-breaker, index of it, deliveries).
         self._coming: list[tuple[int, int, int, list[Delivery[_Cargo]]]] = []
         self._order = count()
 
@@ -108,7 +108,7 @@ class Emulator(Generic[_Cargo]):
         *,
         priority: int = 0,
     ) -> None:
-        """Take a message sent at `time_ns`, or now, where it comes to be known late."""
+        """Accept a message sent at `time_ns`, or now if that is in the past."""
         way = self._ways[direction]
         time_ns = max(time_ns, self._last_ns)
         self._last_ns = time_ns
@@ -119,7 +119,7 @@ class Emulator(Generic[_Cargo]):
         way.counters.received_byte += len(payload)
 
     def advance(self, until_ns: int) -> list[Delivery[_Cargo]]:
-        """Live up to, not including, `until_ns`: what arrives in the meantime, in that order."""
+        """Advance up to, not including, `until_ns`; returns what arrives, in order of arrival."""
         sent, self._sent = self._sent, []
         until_ns = max(until_ns, self._now_ns, *(frame.time_ns + 1 for frame in sent[-1:]))
         step = self._channel.advance(until_ns, sent)
@@ -128,8 +128,8 @@ class Emulator(Generic[_Cargo]):
             self._expect(step.frames)
         for record in step.records:
             if record.topic == "/link/frame":
-                end = _decode_end(record.payload)
-                self._ways[end.direction].settle(end)
+                outcome = _decode_outcome(record.payload)
+                self._ways[outcome.direction].settle(outcome)
         return self._arrived(until_ns)
 
     def _expect(self, frames: Sequence[Frame]) -> None:
@@ -138,7 +138,7 @@ class Emulator(Generic[_Cargo]):
             (at_ns, direction, payload, ways[direction].cargo[sequence])
             for direction, sequence, at_ns, payload in map(_parts_of, frames)
         ]
-        # A frame and its copy are given back together, so nobody asks for it again.
+        # A frame and its duplicate are given back together, so the cargo is not needed again.
         for frame in frames:
             ways[frame.direction].cargo.pop(frame.sequence, None)
         coming.sort(key=_time)
@@ -157,7 +157,7 @@ class Emulator(Generic[_Cargo]):
 
     @property
     def next_ns(self) -> int | None:
-        """When to advance at the latest, if nothing is sent before; `None` if nothing is on."""
+        """When to advance at the latest if nothing is sent before; `None` if none is in flight."""
         if not any(way.in_flight for way in self._ways.values()):
             return None
         moments = [self._now_ns + _COUNT_NS, *(coming[0] for coming in self._coming[:1])]
@@ -165,10 +165,10 @@ class Emulator(Generic[_Cargo]):
         return min(moments if queue_ns is None else (*moments, queue_ns))
 
     def control(self, payload: bytes) -> EmulatorState:
-        """Do what somebody asks for; see `farside.link.emulator.control`.
+        """Apply a change; see `farside.link.emulator.control`.
 
         Raises:
-            ValueError: if it cannot be done; nothing is, then.
+            ValueError: if the change is invalid; nothing of it is then applied.
         """
         settings = {direction: self._channel.settings(direction) for direction in Direction}
         for direction, change in read_change(payload, settings).items():
@@ -179,7 +179,7 @@ class Emulator(Generic[_Cargo]):
         return self.state()
 
     def state(self) -> EmulatorState:
-        """Counters and settings now."""
+        """Current counters, outages and settings."""
         up, down = self._way_state(Direction.UP), self._way_state(Direction.DOWN)
         return EmulatorState(to_s(self._now_ns), up, down)
 

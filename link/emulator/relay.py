@@ -1,15 +1,14 @@
 """The Zenoh side of the stand-alone emulator: between two domains, on a wall clock.
 
-A message comes out under the key that it came in under, with its encoding, attachment, priority,
-timestamp and kind (put or delete). It goes on with congestion control `BLOCK`, so that none is lost
-but by the link: what the far side cannot take makes the emulator wait.
+A message keeps its key, encoding, attachment, priority, timestamp and kind (put or delete). It is
+published with congestion control `BLOCK`, so none is lost except by the link: a slow receiver makes
+the emulator wait.
 
-A key may pass both ways. What the relay itself puts into a domain it never takes from there again,
-so nothing goes round, if the domains have no other way to each other: one network on both sides is
-refused.
+A key may pass both ways. The relay never takes back what it has itself put into a domain, so
+nothing loops unless the domains are connected elsewhere; one network on both sides is refused.
 
-Zenoh itself connects again when a connection is lost. Until then, what comes out on that side is
-heard by nobody; it is counted, and the loss told at once.
+Zenoh reconnects by itself when a connection is lost. Until then, what is delivered on that side is
+received by nobody; it is counted, and the loss of the connection reported at once.
 """
 
 import json
@@ -43,51 +42,49 @@ _PRIORITIES = (
     zenoh.Priority.INTERACTIVE_HIGH,
     zenoh.Priority.REAL_TIME,
 )
-"""Those of Zenoh by that of the frame, which counts from the least important."""
+"""Zenoh's priorities by frame priority, from the lowest."""
 
 _PRIORITY_OF = {int(priority): number for number, priority in enumerate(_PRIORITIES)}  # type: ignore[call-overload]
 
-_AT_ONCE = 2000
-"""Messages taken before those that are due go out: many, for speed, but not for long."""
+_MAX_BATCH = 2000
+"""Messages taken before those due are delivered: many, for speed, but not for too long."""
 
-
-_MOST_KEPT = 4096
+_MAX_SHARED = 4096
 
 _Value = TypeVar("_Value")
 
-_Heard = tuple[int, Direction, zenoh.Sample]
-"""When a message came, from where to where, and the message. A plain tuple, for speed."""
+_Received = tuple[int, Direction, zenoh.Sample]
+"""A message: when it was received, its direction, the sample. A plain tuple, for speed."""
 
-
-Manner = tuple[
+Metadata = tuple[
     zenoh.KeyExpr, bool, int, bool, zenoh.Encoding, zenoh.ZBytes | None, zenoh.Timestamp | None
 ]
-"""What belongs to a message besides its payload: key, whether it deletes, priority of its frame,
-express, encoding, attachment, timestamp. A sample itself takes twice the memory: it holds on to
-the whole batch that it came in."""
+"""Everything of a sample but its payload: key, whether it deletes, frame priority, express,
+encoding, attachment, timestamp. The sample itself would take twice the memory, since it keeps alive
+the whole batch that it was received in."""
 
 
-class _Asked(NamedTuple):
-    """A question, and what gives the answer or raises `ValueError` with one in words."""
+class _Request(NamedTuple):
+    """A query, and what computes its reply or raises `ValueError` with an error message."""
 
     query: zenoh.Query
-    answer: Callable[[bytes], EmulatorState]
+    reply: Callable[[bytes], EmulatorState]
 
 
-class _Moved(NamedTuple):
-    """Somebody came to a side, or left it."""
+class _ConnectionEvent(NamedTuple):
+    """A node connected to a side, or disconnected from it."""
 
     side: "_Side"
     node: str
-    came: bool
+    connected: bool
 
 
 class _Side:
-    """One domain: the session with it, and who is there."""
+    """One domain: the session with it, and which nodes are connected."""
 
     def __init__(self, role: Role, session: zenoh.Session) -> None:
         self.role, self.session = role, session
-        # Zenoh tells of those who are there already, too.
+        # Zenoh reports those connected already, too.
         self.nodes: set[str] = set()
         self.is_alone = not _others(session)
         self.unheard = 0
@@ -102,11 +99,11 @@ def open_side(side: Role, locator: str) -> Iterator[zenoh.Session]:
 
     Args:
         side: the rover's or the ground's.
-        locator: of a router or peer to connect to, such as `tcp/192.0.2.1:7447`; with `listen/`
-            before it, where to be a router that others connect to.
+        locator: a router or peer to connect to, such as `tcp/192.0.2.1:7447`; with the prefix
+            `listen/`, the address on which to be a router that others connect to.
 
     Raises:
-        ConnectionError: if nobody is there, or the address cannot be listened on.
+        ConnectionError: if nobody answers there, or the address is not free.
     """
     listen_at = locator.removeprefix(_LISTEN)
     if listen_at != locator:
@@ -134,14 +131,15 @@ def open_side(side: Role, locator: str) -> Iterator[zenoh.Session]:
 
 
 class Relay:
-    """Takes messages from either domain, and puts them into the other when the link says so.
+    """Takes messages from either domain, and publishes them in the other when they arrive.
 
     Args:
         rover, ground: sessions with the two domains.
         up: key expressions that pass from the ground to the rover.
-        down: those that pass the other way.
+        down: key expressions that pass the other way.
         emulator: the link.
-        tell: is told in words when nobody is left on a side, and when somebody is there again.
+        notify: called with a message when a side loses its last connection, and when it is
+            connected again.
 
     Raises:
         ValueError: if both sessions are in one network.
@@ -154,8 +152,8 @@ class Relay:
         *,
         up: Sequence[zenoh.KeyExpr],
         down: Sequence[zenoh.KeyExpr],
-        emulator: Emulator[Manner],
-        tell: Callable[[str], None],
+        emulator: Emulator[Metadata],
+        notify: Callable[[str], None],
     ) -> None:
         if shared := _neighbours(rover) & _neighbours(ground):
             raise ValueError(
@@ -163,65 +161,66 @@ class Relay:
                 f"connected to {', '.join(sorted(shared))}"
             )
         self._emulator = emulator
-        self._tell = tell
+        self._notify = notify
         self._keys: dict[zenoh.KeyExpr, zenoh.KeyExpr] = {}
         self._encodings: dict[zenoh.Encoding, zenoh.Encoding] = {}
-        self._inbox: SimpleQueue[_Heard | _Asked | _Moved] = SimpleQueue()
+        self._inbox: SimpleQueue[_Received | _Request | _ConnectionEvent] = SimpleQueue()
         self._rover, self._ground = _Side(Role.ROVER, rover), _Side(Role.GROUND, ground)
         self._far = {Direction.UP: self._rover, Direction.DOWN: self._ground}
         self._began_ns = time.monotonic_ns()
-        self._hear(ground, Direction.UP, up)
-        self._hear(rover, Direction.DOWN, down)
-        self._listen(ground, COUNTERS_KEY, lambda _: self.state())
-        self._listen(ground, CONTROL_KEY, self._control)
+        self._subscribe(ground, Direction.UP, up)
+        self._subscribe(rover, Direction.DOWN, down)
+        self._serve(ground, COUNTERS_KEY, lambda _: self.state())
+        self._serve(ground, CONTROL_KEY, self._control)
         self._watch(self._rover)
         self._watch(self._ground)
 
-    def _hear(
+    def _subscribe(
         self, near: zenoh.Session, direction: Direction, keys: Sequence[zenoh.KeyExpr]
     ) -> None:
         for number, key in enumerate(keys):
-            before = [other for other in keys[:number] if other.intersects(key)]
-            hear = self._ear(direction, before)
-            near.declare_subscriber(key, hear, allowed_origin=zenoh.Locality.REMOTE)
+            # What a subscriber before takes as well is not taken twice.
+            earlier = [other for other in keys[:number] if other.intersects(key)]
+            listener = self._listener(direction, earlier)
+            near.declare_subscriber(key, listener, allowed_origin=zenoh.Locality.REMOTE)
 
-    def _ear(
-        self, direction: Direction, heard_already: Sequence[zenoh.KeyExpr]
+    def _listener(
+        self, direction: Direction, earlier: Sequence[zenoh.KeyExpr]
     ) -> Callable[[zenoh.Sample], None]:
         clock, put = time.monotonic_ns, self._inbox.put
 
-        def hear(sample: zenoh.Sample) -> None:
-            if heard_already and any(key.intersects(sample.key_expr) for key in heard_already):
+        def listen(sample: zenoh.Sample) -> None:
+            if earlier and any(key.intersects(sample.key_expr) for key in earlier):
                 return
             put((clock(), direction, sample))
 
-        return hear
+        return listen
 
-    def _listen(
-        self, near: zenoh.Session, key: str, answer: Callable[[bytes], EmulatorState]
+    def _serve(
+        self, near: zenoh.Session, key: str, reply: Callable[[bytes], EmulatorState]
     ) -> None:
-        near.declare_queryable(key, lambda query: self._inbox.put(_Asked(query, answer)))
+        near.declare_queryable(key, lambda query: self._inbox.put(_Request(query, reply)))
 
     def _watch(self, side: _Side) -> None:
         def move(event: zenoh.TransportEvent) -> None:
-            came = event.kind == zenoh.SampleKind.PUT
-            self._inbox.put(_Moved(side, str(event.transport.zid), came))
+            connected = event.kind == zenoh.SampleKind.PUT
+            self._inbox.put(_ConnectionEvent(side, str(event.transport.zid), connected))
 
         side.session.info.declare_transport_events_listener(move, history=True)
 
     def run(self, duration_s: float | None = None) -> None:
-        """Pass messages on for so long; for ever, where that is `None`."""
+        """Pass messages on for `duration_s`, or for ever."""
         end_ns = None if duration_s is None else self._now_ns() + to_ns(duration_s)
         while end_ns is None or self._now_ns() < end_ns:
-            until_ns = self._take(self._patience_s(end_ns))
-            for _, direction, payload, manner in self._emulator.advance(until_ns):
+            until_ns = self._take(self._timeout_s(end_ns))
+            for _, direction, payload, metadata in self._emulator.advance(until_ns):
                 far = self._far[direction]
                 if far.is_alone:
                     far.unheard += 1
-                _put(far.session, payload, manner)
+                _put(far.session, payload, metadata)
 
     def state(self) -> EmulatorState:
-        """Counters and settings now; from any thread."""
+        """Current counters, outages and settings; may be called from any thread."""
         sides = {"rover_side": self._rover.state(), "ground_side": self._ground.state()}
         return msgspec.structs.replace(self._emulator.state(), **sides)
 
@@ -232,65 +231,65 @@ class Relay:
     def _now_ns(self) -> int:
         return time.monotonic_ns() - self._began_ns
 
-    def _patience_s(self, end_ns: int | None) -> float:
+    def _timeout_s(self, end_ns: int | None) -> float:
         now_ns = self._now_ns()
         moments = (now_ns + _IDLE_NS, self._emulator.next_ns, end_ns)
         return max(0.0, to_s(min(ns for ns in moments if ns is not None) - now_ns))
 
-    def _take(self, patience_s: float) -> int:
-        """Wait for something to come in, and take it: up to when all is known that was sent."""
+    def _take(self, timeout_s: float) -> int:
+        """Wait for input and take it; returns up to when all that was sent is known."""
         inbox = self._inbox
         try:
-            item = inbox.get(timeout=patience_s)
+            item = inbox.get(timeout=timeout_s)
         except Empty:
             return self._now_ns() + 1
         self._take_one(item)
         waiting = inbox.qsize()
-        for _ in range(min(waiting, _AT_ONCE)):
+        for _ in range(min(waiting, _MAX_BATCH)):
             item = inbox.get()
             self._take_one(item)
-        if waiting > _AT_ONCE and not isinstance(item, _Asked | _Moved):
+        if waiting > _MAX_BATCH and not isinstance(item, _Request | _ConnectionEvent):
             return item[0] - self._began_ns + 1
         return self._now_ns() + 1
 
-    def _take_one(self, item: _Heard | _Asked | _Moved) -> None:
-        if isinstance(item, _Asked):
+    def _take_one(self, item: _Received | _Request | _ConnectionEvent) -> None:
+        if isinstance(item, _Request):
             with item.query as query:
-                _reply(query, item.answer)
+                _reply(query, item.reply)
             return
-        if isinstance(item, _Moved):
-            self._move(item)
+        if isinstance(item, _ConnectionEvent):
+            self._connection_changed(item)
             return
         time_ns, direction, sample = item
         priority = _PRIORITY_OF[int(sample.priority)]  # type: ignore[call-overload]
-        manner = (
-            _once(self._keys, sample.key_expr),
+        metadata = (
+            _shared(self._keys, sample.key_expr),
             sample.kind == zenoh.SampleKind.DELETE,
             priority,
             sample.express,
-            _once(self._encodings, sample.encoding),
+            _shared(self._encodings, sample.encoding),
             sample.attachment,
             sample.timestamp,
         )
         payload, at_ns = sample.payload.to_bytes(), time_ns - self._began_ns
-        self._emulator.send(direction, at_ns, payload, manner, priority=priority)
+        self._emulator.send(direction, at_ns, payload, metadata, priority=priority)
 
-    def _move(self, moved: _Moved) -> None:
-        side = moved.side
-        if moved.came:
-            side.nodes.add(moved.node)
+    def _connection_changed(self, event: _ConnectionEvent) -> None:
+        side = event.side
+        if event.connected:
+            side.nodes.add(event.node)
         else:
-            side.nodes.discard(moved.node)
+            side.nodes.discard(event.node)
         is_alone = not side.nodes
         if is_alone is not side.is_alone:
             side.is_alone = is_alone
-            told = "nobody is connected any more" if side.is_alone else "connected"
-            self._tell(f"{side.role} side: {told}")
+            now = "nobody is connected any more" if side.is_alone else "connected"
+            self._notify(f"{side.role} side: {now}")
 
 
-def _once(kept: dict[_Value, _Value], value: _Value) -> _Value:
-    """`value`, or the equal one that others have already: a million messages share few of them."""
-    if len(kept) == _MOST_KEPT:
+def _shared(kept: dict[_Value, _Value], value: _Value) -> _Value:
+    """`value`, or an equal one kept before: a million messages share few different ones."""
+    if len(kept) == _MAX_SHARED:
         kept.clear()
     return kept.setdefault(value, value)
 
@@ -303,10 +302,10 @@ def _others(session: zenoh.Session) -> set[str]:
     return {str(zid) for zid in (*session.info.routers_zid(), *session.info.peers_zid())}
 
 
-def _reply(query: zenoh.Query, answer: Callable[[bytes], EmulatorState]) -> None:
+def _reply(query: zenoh.Query, reply: Callable[[bytes], EmulatorState]) -> None:
     payload = b"" if query.payload is None else query.payload.to_bytes()
     try:
-        state = answer(payload)
+        state = reply(payload)
     except ValueError as error:
         query.reply_err(str(error), encoding=zenoh.Encoding.TEXT_PLAIN)
     else:
@@ -314,8 +313,8 @@ def _reply(query: zenoh.Query, answer: Callable[[bytes], EmulatorState]) -> None
         query.reply(query.key_expr, msgspec.json.encode(state), encoding=encoding)
 
 
-def _put(far: zenoh.Session, payload: bytes, manner: Manner) -> None:
-    key, deletes, priority, express, encoding, attachment, timestamp = manner
+def _put(far: zenoh.Session, payload: bytes, metadata: Metadata) -> None:
+    key, deletes, priority, express, encoding, attachment, timestamp = metadata
     if deletes:
         far.delete(
             key,

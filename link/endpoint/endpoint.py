@@ -1,9 +1,9 @@
-"""The endpoint: the end of the link inside a node, between its messages and the frames.
+"""The endpoint: a node's end of the link, between its messages and the frames.
 
-A message is packed (MessagePack), cut where it is larger than a frame, sealed and numbered. How it
-travels depends on what it is, see `ROUTES`: *expedited*, where only the latest counts and nothing
-is sent again, or *reliable*, in order and until it has arrived. What is made while the link is out
-can wait in a store and go out, marked as stored, when the link is back.
+A message is packed (MessagePack), cut if it is larger than a frame, numbered and sealed. Its type
+decides the service, see `SERVICES`: *expedited*, where only the latest counts and nothing is
+retransmitted, or *reliable*, in order and until it has arrived. What is made while the link is out
+can wait in a store and is sent, marked as stored, when the link is back.
 """
 
 import heapq
@@ -15,9 +15,11 @@ import msgspec
 
 from farside.link.endpoint.fragments import Fragmenter, Reassembler
 from farside.link.endpoint.keys import simulated_key
-from farside.link.endpoint.segments import Report, Segment, decode
+from farside.link.endpoint.receiver import ReliableReceiver
+from farside.link.endpoint.segments import ReceptionReport, Segment, decode_part
+from farside.link.endpoint.sender import ReliableSender
 from farside.link.endpoint.store import Store
-from farside.link.endpoint.transfer import ReliableReceiver, ReliableSender, TransferConfig
+from farside.link.endpoint.transfer import TransferConfig
 from farside.link.endpoint.wire import OVERHEAD_BYTE, Flag, FrameError, Opener, Sealer, unpack
 from farside.link.profile.config import LinkConfig
 from farside.link.profile.schedule import Schedule
@@ -38,7 +40,7 @@ _REASSEMBLY_NS = 600 * NS_PER_S
 _SILENCE_NS = 10 * NS_PER_S
 _STORED_SHARE = 0.5
 _BURST_NS = NS_PER_S // 10
-_STORED_BYTE_S = 64 * 1024  # where the rate knows no limit
+_STORED_BYTE_S = 64 * 1024  # where the rate has no limit
 
 _Out = TypeVar("_Out", bound=msgspec.Struct)
 _In = TypeVar("_In", bound=msgspec.Struct)
@@ -46,13 +48,13 @@ _In = TypeVar("_In", bound=msgspec.Struct)
 _encode = msgspec.msgpack.Encoder().encode
 
 
-class Route(NamedTuple):
-    """How a kind of message travels.
+class Service(NamedTuple):
+    """How a type of message is carried.
 
     Attributes:
         reliable: in order and until it has arrived; expedited otherwise.
-        priority: which of the frames that wait to be sent goes first: the highest.
-        lifetime_ns: how long an expedited message is worth sending.
+        priority: of its frames in the transmit queue; the highest goes first.
+        lifetime_ns: for how long an expedited message is worth sending; `None` for ever.
     """
 
     reliable: bool
@@ -60,18 +62,18 @@ class Route(NamedTuple):
     lifetime_ns: int | None = None
 
 
-ROUTES: dict[type[msgspec.Struct], Route] = {
-    Command: Route(reliable=True, priority=3),
-    Heartbeat: Route(reliable=False, priority=2, lifetime_ns=10 * NS_PER_S),
-    Event: Route(reliable=True, priority=3),
-    Proposal: Route(reliable=True, priority=3),
-    Telemetry: Route(reliable=False, priority=1, lifetime_ns=2 * NS_PER_S),
+SERVICES: dict[type[msgspec.Struct], Service] = {
+    Command: Service(reliable=True, priority=3),
+    Heartbeat: Service(reliable=False, priority=2, lifetime_ns=10 * NS_PER_S),
+    Event: Service(reliable=True, priority=3),
+    Proposal: Service(reliable=True, priority=3),
+    Telemetry: Service(reliable=False, priority=1, lifetime_ns=2 * NS_PER_S),
 }
-"""The route of each message (project default)."""
+"""The service of each message (project default)."""
 
-_SEGMENT = Route(reliable=True, priority=3)
-_REPORT = Route(reliable=True, priority=4)
-_STORED = Route(reliable=False, priority=0)
+_SEGMENT = Service(reliable=True, priority=3)
+_REPORT = Service(reliable=True, priority=4)
+_STORED = Service(reliable=False, priority=0)
 _PLAIN = Flag(0)
 
 
@@ -80,11 +82,11 @@ class LinkTerms(NamedTuple):
 
     Attributes:
         key: the mission key.
-        schedule: light times and contacts.
+        schedule: light times, rates and contacts.
         mtu_byte: the longest frame.
         store_byte: capacity of the store at each end.
-        light_time_ns: the shortest propagation up, before which nothing can be heard.
-        round_trip_ns: the longest propagation both ways.
+        light_time_ns: the shortest uplink propagation delay, before which nothing can be heard.
+        round_trip_ns: the longest propagation delay both ways.
     """
 
     key: bytes
@@ -108,18 +110,18 @@ class LinkTerms(NamedTuple):
 
 
 class Endpoint(Generic[_Out, _In]):
-    """Turns messages into frames of one direction, and arrived frames into messages.
+    """Turns messages into frames of one direction, and arriving frames into messages.
 
     Args:
-        outgoing: the direction of what is sent here.
-        decoder: of what arrives.
+        outgoing: the direction in which this end sends.
+        decoder: for the messages that arrive.
         terms: agreed on with the other end.
-        journal: of the node that this is the end of.
+        journal: the journal of the node.
         topic: where this end records what it does with frames.
 
     Attributes:
-        in_shadow: whether terrain hides the other end now: what is sent then, or arrives, is lost.
-        heard_ns: when a genuine frame last arrived, `None` before the first.
+        in_shadow: whether terrain hides the other end now: what is sent or arrives is then lost.
+        heard_ns: when a genuine frame last arrived; `None` before the first.
     """
 
     def __init__(
@@ -159,24 +161,24 @@ class Endpoint(Generic[_Out, _In]):
     # --- out -----------------------------------------------------------------------------------
 
     def send(self, message: _Out, now_ns: int) -> None:
-        """Hand `message` to the link by its route."""
-        route = ROUTES[type(message)]
+        """Send `message` by its service."""
+        service = SERVICES[type(message)]
         payload = _encode(message)
-        if route.reliable:
+        if service.reliable:
             self._backlog.append(payload)
             self._wake_ns = now_ns
             self.pump(now_ns)
         else:
-            self._send(payload, type(message).__name__, now_ns, route)
+            self._send(payload, type(message).__name__, now_ns, service)
 
     def store(self, message: _Out, made_ns: int) -> int:
-        """Keep `message` for when the link returns: how many stored ones had to go for it."""
-        return len(self._store.add(_encode(message), made_ns, ROUTES[type(message)].priority))
+        """Keep `message` for when the link returns; returns how many stored ones were dropped."""
+        return len(self._store.add(_encode(message), made_ns, SERVICES[type(message)].priority))
 
     def forward(self, now_ns: int) -> None:
-        """Send of the store what half of the rate has let through since the last call.
+        """Send from the store as much as half the rate has let through since the last call.
 
-        To be called often while the link is up: what goes at once must fit into its queue.
+        To be called often while the link is up: what is sent at once must fit into its queue.
         """
         if not self._store:
             self._forwarded_ns = now_ns
@@ -191,7 +193,7 @@ class Endpoint(Generic[_Out, _In]):
             self._send(item.payload, "Telemetry", now_ns, _STORED, Flag.STORED)
 
     def pump(self, now_ns: int) -> None:
-        """Let the reliable service send what is due: segments, repeats, reports."""
+        """Let the reliable service send what is due: segments, retransmissions, reports."""
         if now_ns < self._wake_ns:
             return
         sender, receiver = self._sender, self._receiver
@@ -221,18 +223,18 @@ class Endpoint(Generic[_Out, _In]):
         return _STORED_SHARE * size_byte * NS_PER_S / (end_ns - begin_ns)
 
     def _send(
-        self, payload: bytes, what: str, now_ns: int, route: Route, flags: Flag = _PLAIN
+        self, payload: bytes, what: str, now_ns: int, service: Service, flags: Flag = _PLAIN
     ) -> None:
         bodies = self._fragmenter.cut(payload, self._sealer.next_sequence)
         if len(bodies) > 1:
             flags |= Flag.FRAGMENT
         for body in bodies:
-            self._put(body, what, now_ns, route, flags)
+            self._put(body, what, now_ns, service, flags)
 
-    def _put(self, body: bytes, what: str, now_ns: int, route: Route, flags: Flag) -> None:
+    def _put(self, body: bytes, what: str, now_ns: int, service: Service, flags: Flag) -> None:
         sequence = self._sealer.next_sequence
         wire = self._sealer.seal(body, flags)
-        frame = Frame(self._outgoing, sequence, now_ns, wire, route.priority, route.lifetime_ns)
+        frame = Frame(self._outgoing, sequence, now_ns, wire, service.priority, service.lifetime_ns)
         self._tell(frame, FrameStage.MADE, what, now_ns, flags)
         if self.in_shadow:
             self._tell(frame, FrameStage.SHADOWED, what, now_ns, flags)
@@ -242,7 +244,7 @@ class Endpoint(Generic[_Out, _In]):
     # --- in ------------------------------------------------------------------------------------
 
     def expect(self, frames: Iterable[Frame]) -> None:
-        """Keep frames that will arrive until they are due."""
+        """Take frames that will arrive, to be received when they are due."""
         for frame in frames:
             self._expected += 1
             heapq.heappush(self._inbox, (frame.time_ns, frame.sequence, self._expected, frame))
@@ -250,7 +252,7 @@ class Endpoint(Generic[_Out, _In]):
     def received(self, now_ns: int) -> Iterator[_In]:
         """The messages that have arrived by `now_ns`, in order of arrival.
 
-        What is no genuine frame of the other end is refused, which is recorded and nothing more.
+        Anything but a genuine frame of the other end is refused, which is only recorded.
         """
         while self._inbox and self._inbox[0][0] <= now_ns:
             frame = heapq.heappop(self._inbox)[-1]
@@ -263,15 +265,15 @@ class Endpoint(Generic[_Out, _In]):
                 self._tell(frame, FrameStage.REFUSED, error.reason, now_ns)
 
     def _open(self, frame: Frame, now_ns: int) -> list[_In]:
-        """The messages that are whole with this frame."""
+        """The messages that this frame completes."""
         _, flags, body = self._opener.open(frame.payload)
         self._hear(frame.time_ns)
         self._wake_ns = now_ns
         what = ""
         messages: list[_In] = []
         if flags & (Flag.RELIABLE | Flag.REPORT):
-            part = decode(body)
-            what = type(part).__name__.lower()
+            part = decode_part(body)
+            what = "segment" if isinstance(part, Segment) else "report"
             payloads = self._take_part(part, frame.time_ns)
             messages += (unpack(payload, self._decoder) for payload in payloads)
         else:
@@ -289,8 +291,8 @@ class Endpoint(Generic[_Out, _In]):
             self._sender.resume(arrival_ns)
         self.heard_ns = arrival_ns
 
-    def _take_part(self, part: Segment | Report, arrival_ns: int) -> list[bytes]:
-        if isinstance(part, Report):
+    def _take_part(self, part: Segment | ReceptionReport, arrival_ns: int) -> list[bytes]:
+        if isinstance(part, ReceptionReport):
             self._sender.receive(part, arrival_ns)
             return []
         return self._receiver.receive(part, arrival_ns)
@@ -310,10 +312,10 @@ class Endpoint(Generic[_Out, _In]):
 
 
 def rover_endpoint(terms: LinkTerms, journal: Journal) -> Endpoint[Downlink, Uplink]:
-    """The end at the rover: sends down, receives up."""
+    """The rover's end: sends down, receives up."""
     return Endpoint(Direction.DOWN, msgspec.msgpack.Decoder(Uplink), terms, journal, ROVER_FRAME)
 
 
 def ground_endpoint(terms: LinkTerms, journal: Journal) -> Endpoint[Uplink, Downlink]:
-    """The end at the ground: sends up, receives down."""
+    """The ground's end: sends up, receives down."""
     return Endpoint(Direction.UP, msgspec.msgpack.Decoder(Downlink), terms, journal, GROUND_FRAME)

@@ -1,15 +1,15 @@
-"""Messages larger than a frame: cut into fragments, and put together again at the other end.
+"""Messages larger than a frame: cut into fragments, and reassembled at the other end.
 
-A frame has at most as many bytes as the MTU says. The body of one with the flag `FRAGMENT` is
+A frame is no longer than the MTU. The body of a frame with the flag `FRAGMENT` is
 
     4 bytes     number of the message
     2           index of the fragment, from 0
     2           count of the fragments, 2 or more
     1 or more   the fragment
 
-all big-endian. A message that fits in a frame is its body as it is.
+all big-endian. A message that fits into a frame is the body as it is.
 
-For whatever is sent once; the reliable service cuts messages into segments itself.
+For the expedited service; the reliable service cuts messages into segments by itself.
 """
 
 import struct
@@ -19,27 +19,27 @@ from dataclasses import dataclass, field
 from farside.link.endpoint.wire import OVERHEAD_BYTE, REPLAY_WINDOW, FrameError, Refusal
 
 _HEADER = struct.Struct(">IHH")
-_GREATEST_COUNT = 2**16 - 1
+_MAX_COUNT = 2**16 - 1
 
 FRAGMENT_OVERHEAD_BYTE = _HEADER.size
-"""What a fragment has beside its part of the message, on top of its frame's own."""
+"""Header of a fragment, on top of the overhead of its frame."""
 
-# What Python needs to hold a fragment beside its bytes, so that a bound on memory is one.
-_HELD_BESIDE_BYTE = 128
+# Memory that Python takes for a fragment on top of its bytes, so that the bound holds.
+_HELD_OVERHEAD_BYTE = 128
 
-# How many numbers of messages that are done with are kept, so that a late fragment of one does
-# not begin it anew. As many as the frames among which a late one is let in.
+# How many numbers of closed messages are remembered, so that a late fragment does not reopen one:
+# as many as the frames by which a frame may be late.
 _CLOSED_REMEMBERED = REPLAY_WINDOW
 
 
 class Fragmenter:
-    """Cuts messages into bodies of frames.
+    """Cuts messages into frame bodies.
 
     Args:
-        mtu_byte: how long a frame on the wire may be.
+        mtu_byte: the longest frame.
 
     Raises:
-        ValueError: if a frame of this length holds no fragment.
+        ValueError: if a frame of this length cannot hold a fragment.
     """
 
     def __init__(self, mtu_byte: int) -> None:
@@ -52,12 +52,12 @@ class Fragmenter:
             )
 
     def cut(self, message: bytes, number: int) -> list[bytes]:
-        """The bodies of the frames that carry `message`: itself if it fits, otherwise fragments.
+        """The bodies of the frames that carry `message`: the message if it fits, else fragments.
 
         Args:
             message: any bytes.
-            number: of the message. No other one in this direction may ever have it, nor after a
-                restart: `Sealer.next_sequence` is such a number.
+            number: of the message. It must never be used again in this direction, not even after
+                a restart; `Sealer.next_sequence` is such a number.
 
         Raises:
             ValueError: if it would need more than 65,535 fragments.
@@ -66,9 +66,9 @@ class Fragmenter:
             return [message]
         step = self._chunk_byte
         count = -(-len(message) // step)
-        if count > _GREATEST_COUNT:
+        if count > _MAX_COUNT:
             raise ValueError(
-                f"expected a message of {step * _GREATEST_COUNT} bytes at most with this MTU, "
+                f"expected a message of {step * _MAX_COUNT} bytes at most with this MTU, "
                 f"found {len(message)}"
             )
         return [
@@ -88,20 +88,20 @@ class _Partial:
 
 
 class Reassembler:
-    """Puts fragments of one direction together, in whatever order they come.
+    """Reassembles the messages of one direction from fragments in any order.
 
-    What it holds is bounded: where there is no room, the message whose first news is oldest goes.
+    Its memory is bounded: to make room, it drops the incomplete message that began first.
 
     Args:
-        max_age_ns: a message is dropped if it is not whole so long after its first fragment came.
-        max_messages: how many incomplete messages to hold (project default).
+        max_age_ns: how long after its first fragment an incomplete message is dropped.
+        max_messages: how many incomplete messages to hold (project default: 64).
         max_byte: how much memory they may take (project default: 4 MiB).
 
     Attributes:
         refused: how many fragments were refused, by reason.
-        surplus: how many were of no use: here before, or their message was whole or dropped.
-        expired: how many messages were dropped for their age.
-        displaced: how many messages were dropped for want of room.
+        surplus: how many fragments were ignored: duplicates, or of a complete or dropped message.
+        expired: how many messages were dropped because of their age.
+        displaced: how many messages were dropped to make room.
         held_byte: memory that incomplete messages take.
     """
 
@@ -112,7 +112,7 @@ class Reassembler:
         self._max_messages = max_messages
         self._max_byte = max_byte
         self._partials: dict[int, _Partial] = {}  # in order of their first fragment
-        self._closed: dict[int, None] = {}  # the last messages that were whole or dropped
+        self._closed: dict[int, None] = {}  # the last messages that were completed or dropped
         self.refused: Counter[Refusal] = Counter()
         self.surplus = 0
         self.expired = 0
@@ -120,10 +120,10 @@ class Reassembler:
         self.held_byte = 0
 
     def add(self, body: bytes, now_ns: int) -> bytes | None:
-        """Take the body of a frame that is a fragment; the message, if it is whole with it.
+        """Add a fragment; returns its message if this completes it.
 
         Args:
-            body: of a genuine frame.
+            body: the body of a genuine frame.
             now_ns: simulated time, never before that of an earlier call.
 
         Raises:
@@ -164,7 +164,7 @@ class Reassembler:
         if known is not None:
             raise FrameError(
                 f"expected fragment {index} of message {number} as it came before, "
-                "found another in its place",
+                "found different bytes",
                 Refusal.CONFLICTING,
             )
         self._check_size(number, index, count, chunk)
@@ -177,10 +177,10 @@ class Reassembler:
         return b"".join(partial.chunks[index] for index in range(count))
 
     def _check_size(self, number: int, index: int, count: int, chunk: bytes) -> None:
-        # All fragments but the last have one length, so one of those tells how much is to come.
-        # One that could never be whole must not displace those that could.
+        # All fragments but the last have the same length, so one of them shows how much is to come.
+        # A message that could never be completed must not displace those that could.
         least = count if index < count - 1 else 1
-        needed_byte = least * (len(chunk) + _HELD_BESIDE_BYTE)
+        needed_byte = least * (len(chunk) + _HELD_OVERHEAD_BYTE)
         if needed_byte > self._max_byte:
             raise FrameError(
                 f"expected messages that fit in {self._max_byte} bytes of memory, "
@@ -189,7 +189,7 @@ class Reassembler:
             )
 
     def _hold(self, partial: _Partial, index: int, chunk: bytes) -> None:
-        taken_byte = len(chunk) + _HELD_BESIDE_BYTE
+        taken_byte = len(chunk) + _HELD_OVERHEAD_BYTE
         partial.chunks[index] = chunk
         partial.held_byte += taken_byte
         self.held_byte += taken_byte
@@ -210,7 +210,7 @@ def _checked_header(body: bytes) -> tuple[int, int, int]:
     """Number of the message, index of the fragment, count of fragments.
 
     Raises:
-        FrameError: if they are none, or if there is no fragment behind them.
+        FrameError: if the header is invalid, or nothing follows it.
     """
     if len(body) <= FRAGMENT_OVERHEAD_BYTE:
         raise FrameError(

@@ -1,14 +1,14 @@
-"""Mission keys, and which sequence numbers a real process may use under one.
+"""Mission keys, and which sequence numbers a real process may use with them.
 
-A simulated run derives its key from its seed: anyone can, so it protects nothing, but a run is
-the same every time. A real mission has a key file, the same at both ends:
+A simulated run derives its key from its seed. Anyone can do that, so it protects nothing, but
+every run is the same. A real mission has a key file, the same at both ends:
 
     farside mission key 1
     (64 hexadecimal digits)
 
-and each end has a file for each direction that says from where on no sequence number has been
-used, for frames sent or heard. Neither may be put back to an older state, as from a backup:
-numbers would be used twice, which gives away the key that authenticates.
+and each end has a sequence file per direction with the first sequence number that has certainly
+not been used, for frames sent or received. Neither file may be restored to an older state, for
+example from a backup: a nonce would be reused, which gives away the authentication key.
 """
 
 import fcntl
@@ -30,7 +30,7 @@ _KEY_HEADER = "farside mission key 1"
 
 
 class KeyFileError(Exception):
-    """A key file, or a file of sequence numbers, is not there, not whole, not ours or in use."""
+    """A key file or a sequence file is missing, damaged, in use, or belongs to another key."""
 
 
 def simulated_key(seed: int) -> bytes:
@@ -39,14 +39,14 @@ def simulated_key(seed: int) -> bytes:
 
 
 def create_key(path: Path) -> bytes:
-    """A new random mission key, written to a file that only its owner may read.
+    """Create a random mission key in a file that only its owner may read.
 
     Raises:
-        KeyFileError: if there is such a file.
+        KeyFileError: if the file exists.
     """
     key = os.urandom(KEY_BYTE)
     try:
-        # Only afterwards does the file have a content, so nobody else ever may read it.
+        # The mode is set before anything is written, so nobody else can ever read the key.
         descriptor = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o600)
     except FileExistsError as error:
         raise KeyFileError(f"{path}: expected no key file there yet, found one") from error
@@ -59,7 +59,7 @@ def read_key(path: Path) -> bytes:
     """The mission key in a file.
 
     Raises:
-        KeyFileError: if there is none, or if others than its owner may read or write it.
+        KeyFileError: if there is none, or if anyone but its owner may read or write it.
     """
     try:
         with path.open(encoding="ascii", errors="replace") as file:
@@ -82,7 +82,7 @@ def read_key(path: Path) -> bytes:
 
 
 class Use(StrEnum):
-    """What a file of sequence numbers counts: the frames that this end sent, or those it heard."""
+    """What a sequence file counts: the frames that this end sent, or those it received."""
 
     SENT = "sent"
     HEARD = "heard"
@@ -93,24 +93,24 @@ class SequenceFile:
 
     The file is one line: `farside sequence 1`, the use, the direction, a fingerprint of the key,
     and the first number that is certainly free. That number is raised on disk, some way ahead,
-    before any number below it is used. After a crash, counting goes on above: for the sender some
-    numbers are never used, and the receiver refuses as many frames that it might have heard.
+    before any number below it is used. After a crash, numbering continues from there: the sender
+    skips some numbers, and the receiver refuses as many frames that it might have received.
 
-    One process at a time has the file open; it gives the file back by `close`, or by ending.
+    One process at a time holds the file, until `close` or until the process ends.
 
     Args:
-        path: of the file.
+        path: path of the file.
         key: the mission key.
-        direction: where the frames go.
-        use: whether they are sent or heard here.
-        ahead: how far to raise the number at once (project default: 1024 to send, 64 to hear).
+        direction: the direction of the frames.
+        use: whether they are sent or received here.
+        ahead: how far to raise the number at once (project default: 1024 to send, 64 to receive).
 
     Attributes:
-        first: as on disk when this was opened.
+        first: the number on disk when the file was opened.
 
     Raises:
-        KeyFileError: if there is no such file for this key, direction and use, or another process
-            has it open.
+        KeyFileError: if there is no file for this key, direction and use, or another process holds
+            it.
     """
 
     def __init__(
@@ -128,10 +128,10 @@ class SequenceFile:
 
     @staticmethod
     def create(path: Path, key: bytes, direction: Direction, use: Use) -> None:
-        """Make the file for a key that has not been used here yet.
+        """Create the file for a key that has never been used at this end.
 
         Raises:
-            KeyFileError: if there is such a file.
+            KeyFileError: if the file exists.
         """
         lock = _locked(path)
         try:
@@ -142,13 +142,13 @@ class SequenceFile:
             os.close(lock)
 
     def reserve(self, sequence: int) -> int:
-        """Put on disk that all numbers up to `sequence`, and some ahead, may be used.
+        """Reserve on disk all numbers up to `sequence`, and some ahead.
 
         Returns:
-            the first number that is not.
+            the first number that is not reserved.
 
         Raises:
-            OSError: if the disk does not take it; then `sequence` must not be used.
+            OSError: if writing fails; `sequence` must then not be used.
             KeyFileError: if the file has been closed.
         """
         if self._lock is None:
@@ -158,7 +158,7 @@ class SequenceFile:
         return end
 
     def close(self) -> None:
-        """Let another process have the file."""
+        """Release the file for other processes."""
         if self._lock is not None:
             os.close(self._lock)
         self._lock = None
@@ -204,8 +204,8 @@ def _derived(secret: bytes, info: bytes) -> bytes:
 
 
 def _locked(path: Path) -> int:
-    """A descriptor that keeps other processes from the file at `path` until it is closed."""
-    # The lock has a file of its own, since the other one is replaced with each change.
+    """A descriptor that locks the file at `path` until it is closed."""
+    # The lock is a file of its own, since the sequence file is replaced with every change.
     lock = path.with_name(path.name + ".lock")
     try:
         descriptor = os.open(lock, os.O_WRONLY | os.O_CREAT, 0o600)
@@ -223,7 +223,7 @@ def _locked(path: Path) -> int:
 
 
 def _replace(path: Path, content: str) -> None:
-    """Put `content` at `path`: after a crash there is either the old or the new one, whole."""
+    """Replace the file at `path` atomically: after a crash it has the old or the new content."""
     draft = path.with_name(path.name + ".new")
     _write_through(os.open(draft, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o600), content)
     draft.replace(path)

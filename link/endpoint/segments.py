@@ -1,4 +1,4 @@
-"""What the reliable service puts into frames: segments of messages, and reports on them."""
+"""What the reliable service puts into frames: segments of messages, and reception reports."""
 
 from bisect import bisect_right
 from collections.abc import Collection
@@ -17,7 +17,14 @@ _Natural = Annotated[int, Meta(ge=0)]
 
 
 class Segment(msgspec.Struct, frozen=True, array_like=True, tag=1):
-    """Part of a message: number in the stream, place in its message, whether it ends it, data."""
+    """Part of a message.
+
+    Attributes:
+        number: its number in the stream of all segments.
+        index: its index in the message.
+        last: whether it is the last of the message.
+        data: its part of the message.
+    """
 
     number: _Natural
     index: _Natural
@@ -25,15 +32,15 @@ class Segment(msgspec.Struct, frozen=True, array_like=True, tag=1):
     data: bytes
 
 
-class Report(msgspec.Struct, frozen=True, array_like=True, tag=2):
-    """What has arrived by the time at which the report was made.
+class ReceptionReport(msgspec.Struct, frozen=True, array_like=True, tag=2):
+    """Which segments had arrived when the report was made.
 
     Attributes:
         made_ns: when it was made.
-        base: all segments below have arrived; this one has not.
-        skipped: from `base` on, so many are told of in another report.
-        runs: lengths of runs after those: missing, arrived, missing, ..., arrived.
-        rest: whether all after the runs are missing; otherwise another report tells.
+        base: the first segment that has not arrived.
+        skipped: how many segments from `base` on another report covers.
+        runs: lengths of the runs after those: missing, arrived, missing, ..., arrived.
+        rest: whether all segments after the runs are missing; if not, another report covers them.
     """
 
     made_ns: _Natural
@@ -43,14 +50,16 @@ class Report(msgspec.Struct, frozen=True, array_like=True, tag=2):
     rest: bool
 
 
-encode = msgspec.msgpack.Encoder().encode
-"""A segment or a report as bytes."""
+encode_part = msgspec.msgpack.Encoder().encode
+"""Encode a segment or a reception report (MessagePack)."""
 
-_decoder: msgspec.msgpack.Decoder[Segment | Report] = msgspec.msgpack.Decoder(Segment | Report)
+_decoder: msgspec.msgpack.Decoder[Segment | ReceptionReport] = msgspec.msgpack.Decoder(
+    Segment | ReceptionReport
+)
 
 
-def decode(payload: bytes) -> Segment | Report:
-    """The segment or report that `encode` encoded.
+def decode_part(payload: bytes) -> Segment | ReceptionReport:
+    """The segment or reception report that `encode_part` encoded.
 
     Raises:
         FrameError: if it is neither.
@@ -58,21 +67,21 @@ def decode(payload: bytes) -> Segment | Report:
     return unpack(payload, _decoder)
 
 
-class Told:
-    """A report, to be asked about single segments.
+class Coverage:
+    """A reception report, indexed by segment number.
 
     Attributes:
-        end: it tells of no segment from here on that it has arrived.
+        end: no segment from this number on is reported to have arrived.
     """
 
-    def __init__(self, report: Report) -> None:
+    def __init__(self, report: ReceptionReport) -> None:
         self._report = report
         self._first = report.base + report.skipped
         self._ends = list(accumulate(report.runs, initial=self._first))
         self.end = self._ends[-1] if report.runs else report.base
 
     def has(self, number: int) -> bool | None:
-        """Whether a segment has arrived; `None` where another report tells."""
+        """Whether a segment has arrived; `None` if another report covers it."""
         if number < self._report.base:
             return True
         if number < self._first:
@@ -82,14 +91,16 @@ class Told:
         return bisect_right(self._ends, number) % 2 == 0
 
 
-def reports_on(base: int, beyond: Collection[int], made_ns: int, size_byte: int) -> list[Report]:
-    """What has arrived, in as many reports as it takes to keep each within `size_byte`.
+def reception_reports(
+    base: int, beyond: Collection[int], made_ns: int, size_byte: int
+) -> list[ReceptionReport]:
+    """What has arrived, in as many reports as needed to keep each within `size_byte`.
 
     Args:
-        base: all segments below have arrived, this one has not.
-        beyond: those that have arrived after it.
-        made_ns: the present.
-        size_byte: at least 64.
+        base: the first segment that has not arrived.
+        beyond: the segments after it that have.
+        made_ns: the time now.
+        size_byte: the longest report, at least 64.
     """
     runs: list[int] = []
     end = base
@@ -103,20 +114,24 @@ def reports_on(base: int, beyond: Collection[int], made_ns: int, size_byte: int)
     for begin in range(0, max(1, len(runs)), most):
         part = tuple(runs[begin : begin + most])
         rest = begin + most >= len(runs)
-        reports.append(Report(made_ns, base, skipped, part, rest))
+        reports.append(ReceptionReport(made_ns, base, skipped, part, rest))
         skipped += sum(part)
     return reports
 
 
-class Parts:
-    """The segments of one message that have arrived."""
+class PartialMessage:
+    """The segments of one message that have arrived so far."""
 
     def __init__(self) -> None:
         self._data: dict[int, bytes] = {}
         self._count: int | None = None
 
     def add(self, segment: Segment) -> tuple[bytes, int] | None:
-        """Take a segment that is not here yet. Gives message and count once it is whole."""
+        """Add a segment that is new; returns the message and its segment count once complete.
+
+        Raises:
+            FrameError: if it contradicts the segments that have arrived.
+        """
         if segment.last:
             count: int | None = segment.index + 1
             contradicted = self._count is not None or any(i > segment.index for i in self._data)

@@ -1,11 +1,11 @@
-"""Store and forward: what is made while the link is out waits, and arrives as what it is: old."""
+"""Store and forward: what is made while the link is out waits until it is back."""
 
 import heapq
 from bisect import bisect_left, insort
 from typing import NamedTuple
 
 ITEM_BYTE = 32
-"""What an item takes in the store beside its payload (project default)."""
+"""What an item takes in the store on top of its payload (project default)."""
 
 
 class Stored(NamedTuple):
@@ -17,22 +17,22 @@ class Stored(NamedTuple):
 
     @property
     def size_byte(self) -> int:
-        """What it takes of the store's capacity."""
+        """How much of the capacity it takes."""
         return len(self.payload) + ITEM_BYTE
 
 
 class Store:
-    """Keeps what cannot be sent, within bounds, until the link returns.
+    """A bounded store of what cannot be sent until the link returns.
 
-    The most important goes out first, and of equals the oldest. When the store is full the least
-    important goes first, and of equals the oldest. Items made at the same time keep their order.
+    Items are sent by priority, then oldest first. When the store is full, the lowest priority is
+    dropped, oldest first. Items made at the same time keep their order.
 
     Args:
         capacity_byte: of all items, each with `ITEM_BYTE` on top of its payload.
 
     Attributes:
-        held_byte: what is taken of it.
-        dropped: how many items had to go.
+        held_byte: how much of the capacity is taken.
+        dropped: how many items have been dropped.
     """
 
     def __init__(self, capacity_byte: int) -> None:
@@ -40,7 +40,7 @@ class Store:
         self.held_byte = 0
         self.dropped = 0
         self._count = 0
-        # Both ends of the order begin with the oldest of a priority: a heap for each serves both.
+        # Sending and dropping both start with the oldest of a priority, so a heap each serves both.
         self._of_priority: dict[int, list[tuple[int, int, Stored]]] = {}
         self._priorities: list[int] = []
 
@@ -48,7 +48,7 @@ class Store:
         return sum(len(heap) for heap in self._of_priority.values())
 
     def add(self, payload: bytes, made_ns: int, priority: int = 0) -> list[Stored]:
-        """Keep an item. Gives those that had to go for it, to be reported.
+        """Store an item; returns the items dropped to make room.
 
         The item itself is among them if all others are more important or newer.
         """
@@ -57,17 +57,17 @@ class Store:
             self.dropped += 1
             return [item]
         self._push(item)
-        gone = []
+        dropped = []
         while self.held_byte > self._capacity_byte:
-            gone.append(self._pop(self._priorities[0]))
-        self.dropped += len(gone)
-        return gone
+            dropped.append(self._pop(self._priorities[0]))
+        self.dropped += len(dropped)
+        return dropped
 
     def take(self, budget_byte: float) -> list[Stored]:
-        """The next items whose payloads fit into `budget_byte` together, in order.
+        """Take the next items, in order, whose payloads together fit into `budget_byte`.
 
-        The budget is what live traffic leaves of the link. One that does not fit is not overtaken
-        by smaller ones: what is left of the budget should be kept for the next call.
+        The budget is what live traffic leaves of the link. Smaller items do not overtake one that
+        does not fit: what is left of the budget should be kept for the next call.
         """
         taken = []
         while self._priorities:

@@ -1,17 +1,17 @@
-"""The frame on the wire: sealed by one end, opened by the other, refused with a reason if not ours.
+"""The frame on the wire: sealed by one end, opened by the other, refused if not genuine.
 
     byte 0      `WIRE_VERSION`
     byte 1      flags (upper six bits); length of the sequence number less one (lower two)
     1 to 4      sequence number in this direction, big-endian
-    n + 16      body, encrypted with AES-256-GCM, and its tag; all bytes before are associated data
-    4           CRC-32 of all bytes before (that of zlib), little-endian
+    n + 16      body, encrypted with AES-256-GCM, and tag; all bytes before are associated data
+    4           CRC-32 (zlib) of all bytes before, little-endian
 
-That is 23 bytes beside the body, 24 from frame 256 on, 25 from 65,536 on, 26 from 16,777,216 on.
-The CRC tells noise on the way (`corrupted`) from a frame that somebody made up (`forged`).
+That is 23 bytes of overhead, 24 from frame 256 on, 25 from 65,536 on, 26 from 16,777,216 on.
+The CRC distinguishes noise (`corrupted`) from a frame that somebody made up (`forged`).
 
-Each direction has a key of its own, derived from the mission key, so no frame can be turned back.
-The nonce is the direction and the sequence number. A number is used once: in simulation they
-start at 0, in a real process `farside.link.endpoint.keys.SequenceFile` knows which may have been
+Each direction has a key of its own, derived from the mission key, so no frame can be reflected.
+The nonce is the direction and the sequence number. A number is used once: in simulation numbers
+start at 0; in a real process `farside.link.endpoint.keys.SequenceFile` knows which may have been
 used.
 """
 
@@ -29,18 +29,18 @@ from cryptography.hazmat.primitives.kdf.hkdf import HKDF
 from farside.node import Direction
 
 WIRE_VERSION = 2
-"""First byte of every frame. A frame of another version is refused. Every version ends in the CRC,
-so that noise in this byte is told from a foreign version."""
+"""First byte of every frame. Frames of other versions are refused. Every version ends in the CRC,
+so noise in this byte is not mistaken for another version."""
 
 KEY_BYTE = 32
 """Length of a mission key."""
 
 OVERHEAD_BYTE = 26
-"""What a frame has beside its body, at most."""
+"""The most that a frame has on top of its body."""
 
 SEQUENCE_LIMIT = 2**32
-"""Sequence numbers are below this; then a new mission key is due. It is what NIST SP 800-38D, 8.3,
-allows for a key at most, and 49 days at 1,000 frames a second."""
+"""Sequence numbers are below this; then a new mission key is due. NIST SP 800-38D, 8.3, allows no
+more per key. At 1,000 frames a second they last 49 days."""
 
 REPLAY_WINDOW = 1024
 """How far behind the newest frame an older one may arrive (project default)."""
@@ -52,15 +52,15 @@ _Message = TypeVar("_Message")
 
 
 class Refusal(StrEnum):
-    """Why a frame, or what was in it, was refused.
+    """Why a frame, or its content, was refused.
 
     Attributes:
-        TRUNCATED: shorter than any frame. One that lost less is `CORRUPTED`.
-        CORRUPTED: the CRC does not match: noise on the way.
-        VERSION: whole, but of another version.
-        FORGED: whole, but not sealed with this key for this direction.
-        REPLAYED: genuine, but came before, or is too old to tell: so is a duplicate by the link.
-        MALFORMED: genuine, but holds what no sender of this version says.
+        TRUNCATED: shorter than any frame. A frame that lost fewer bytes is `CORRUPTED`.
+        CORRUPTED: the CRC does not match, because of noise.
+        VERSION: intact, but of another version.
+        FORGED: intact, but not sealed with this key for this direction.
+        REPLAYED: genuine, but received before, or too old to tell. So are duplicates by the link.
+        MALFORMED: genuine, but its content is nothing that a sender of this version sends.
         CONFLICTING: a fragment that contradicts another one of the same message.
         OVERSIZED: a fragment of a message larger than the receiver takes.
     """
@@ -76,7 +76,7 @@ class Refusal(StrEnum):
 
 
 class FrameError(Exception):
-    """A frame was refused; the only error that received bytes can cause.
+    """A frame was refused. Received bytes cause no other error.
 
     Attributes:
         reason: the kind of refusal, for counting.
@@ -96,9 +96,9 @@ class Flag(IntFlag):
 
     Attributes:
         FRAGMENT: the body is a fragment of a message, see `farside.link.endpoint.fragments`.
-        STORED: made before an outage and kept until now; newer values take precedence.
-        RELIABLE: belongs to the reliable service; expedited without.
-        REPORT: the service's own: what has arrived.
+        STORED: made during an outage and kept since; newer values take precedence.
+        RELIABLE: a segment of the reliable service; without it, expedited.
+        REPORT: a reception report of the reliable service.
     """
 
     FRAGMENT = 1
@@ -108,11 +108,11 @@ class Flag(IntFlag):
 
 
 _NO_FLAGS = Flag(0)
-_FLAGS = [Flag(bits) for bits in range(16)]  # looked up, since making one takes a microsecond
+_FLAGS = [Flag(bits) for bits in range(16)]  # looked up, since constructing one takes a microsecond
 
 
 class Opened(NamedTuple):
-    """What was in a genuine frame."""
+    """The content of a genuine frame."""
 
     sequence: int
     flags: Flag
@@ -120,18 +120,18 @@ class Opened(NamedTuple):
 
 
 class Numbers(Protocol):
-    """Which sequence numbers one end may still use, or has not yet taken, in one direction."""
+    """Which sequence numbers one end has not yet sent, or received, in one direction."""
 
     @property
     def first(self) -> int:
-        """The lowest of which it is certain that it has not been used under this key."""
+        """The lowest number that has certainly not been used with this key."""
         ...
 
     def reserve(self, sequence: int) -> int:
-        """Make sure that `sequence` is below `first` after any restart, before it is used.
+        """Ensure, before `sequence` is used, that it is below `first` after any restart.
 
         Returns:
-            the end of what is reserved: up to there no further call is needed.
+            the end of the reserved range, up to which no further call is needed.
         """
         ...
 
@@ -142,20 +142,20 @@ class FromZero:
     first = 0
 
     def reserve(self, sequence: int) -> int:
-        """Nothing to do, for all numbers at once."""
+        """Reserve all numbers at once, for there is nothing to do."""
         return max(sequence + 1, SEQUENCE_LIMIT)
 
 
 class Sealer:
-    """Makes frames of bodies, for one direction. One owner: not for two threads or processes.
+    """Seals bodies into frames of one direction. Not for use by several threads or processes.
 
     Args:
         key: the mission key.
-        direction: where the frames go.
-        numbers: those that are free; by default all, as in simulation.
+        direction: the direction of the frames.
+        numbers: the free sequence numbers; by default all, as in simulation.
 
     Attributes:
-        next_sequence: what the next frame will be numbered.
+        next_sequence: the sequence number of the next frame.
 
     Raises:
         ValueError: if the key is not `KEY_BYTE` long.
@@ -167,7 +167,7 @@ class Sealer:
         self.next_sequence = self._reserved = self._numbers.first
 
     def seal(self, body: bytes, flags: Flag = _NO_FLAGS) -> bytes:
-        """`body` as the next frame.
+        """Seal `body` into the next frame.
 
         Raises:
             SequenceExhaustedError: if `SEQUENCE_LIMIT` frames have been sealed.
@@ -180,7 +180,7 @@ class Sealer:
             )
         if sequence >= self._reserved:
             self._reserved = self._numbers.reserve(sequence)
-        # Before the number is used: whatever goes wrong from here on, it is not used again.
+        # Counted before it is used: whatever goes wrong below, the number is not used again.
         self.next_sequence = sequence + 1
         width = (sequence.bit_length() + 7) // 8 or 1
         header = bytes((WIRE_VERSION, flags << 2 | width - 1)) + sequence.to_bytes(width, "big")
@@ -189,13 +189,13 @@ class Sealer:
 
 
 class Opener:
-    """Takes frames of one direction apart, and refuses all but each genuine one, once.
+    """Opens frames of one direction: each genuine frame once, and no other.
 
     Args:
         key: the mission key.
-        direction: where the frames come from.
-        numbers: those not yet taken; by default all, as in simulation. Frames below the first are
-            refused, so after a restart nothing from before can be played back.
+        direction: the direction of the frames.
+        numbers: the sequence numbers not yet received; by default all, as in simulation. Frames
+            below the first are refused, so after a restart nothing older can be replayed.
         window: how far behind the newest frame an older one may arrive.
 
     Attributes:
@@ -216,16 +216,16 @@ class Opener:
         self._numbers = numbers or FromZero()
         self._first = self._reserved = self._numbers.first
         self._newest = self._first - 1
-        self._seen = 0  # bit n: frame `newest - n` has been here
+        self._seen = 0  # bit n: frame `newest - n` has been received
         self._window = window
         self._mask = (1 << window) - 1
         self.refused: Counter[Refusal] = Counter()
 
     def open(self, wire: bytes) -> Opened:
-        """What is in the frame `wire`.
+        """Open the frame `wire`.
 
         Raises:
-            FrameError: if it is refused. Nothing but the count of refusals has changed then.
+            FrameError: if it is refused. Nothing but the count of refusals then changes.
         """
         try:
             return self._open(wire)
@@ -256,7 +256,7 @@ class Opener:
             raise self._refused(
                 Refusal.FORGED,
                 f"expected a frame of this mission and direction, "
-                f"found one that says {sequence} and was not sealed with its key",
+                f"found one numbered {sequence} that was not sealed with its key",
             ) from None
         flags = wire[1] >> 2
         if flags >= len(_FLAGS):
@@ -267,16 +267,16 @@ class Opener:
         return Opened(sequence, _FLAGS[flags], body)
 
     def _admit(self, sequence: int) -> None:
-        """Note that a genuine frame is here.
+        """Note that a genuine frame has been received.
 
         Raises:
-            FrameError: if it has been here before, or may have been.
+            FrameError: if it has, or may have, been received before.
         """
         ahead = sequence - self._newest
         if ahead > 0:
             if sequence >= self._reserved:
                 self._reserved = self._numbers.reserve(sequence)
-            # Not shifted by any number that a frame may say: it could be four thousand million.
+            # Never shifted by an arbitrary sequence number: it could be four thousand million.
             self._seen = (self._seen << ahead | 1) & self._mask if ahead < self._window else 1
             self._newest = sequence
             return
@@ -284,7 +284,7 @@ class Opener:
             raise self._refused(
                 Refusal.REPLAYED,
                 f"expected frame {max(self._first, self._newest - self._window + 1)} or later, "
-                f"found {sequence}, too old to tell whether it was here before",
+                f"found {sequence}, too old to tell whether it was received before",
             )
         bit = 1 << -ahead
         if self._seen & bit:
@@ -298,16 +298,16 @@ class Opener:
 
 
 def unpack(body: bytes, decoder: msgspec.msgpack.Decoder[_Message]) -> _Message:
-    """The message in a genuine body.
+    """Decode the message in a genuine body.
 
     Raises:
-        FrameError: if there is none that `decoder` knows.
+        FrameError: if it is no message that `decoder` knows.
     """
     try:
         return decoder.decode(body)
     except (ValueError, RecursionError) as error:
-        # msgspec's own errors are ValueErrors; so is a string that is not UTF-8, which it lets
-        # pass as it is. Unknown fields nested too deeply are a RecursionError.
+        # msgspec's own errors are ValueErrors, and so is the UnicodeDecodeError that it lets
+        # through. Unknown fields that nest too deeply raise a RecursionError.
         raise FrameError(f"expected a message, found {error}") from error
 
 

@@ -1,7 +1,7 @@
-"""What a mission file, or a profile of `farside link`, says of the link.
+"""The link as a mission file, or a profile of `farside link`, describes it.
 
-Some tables name a file or an ephemeris. `farside.link.profile.resolve` puts plain tables in their
-place, so that whatever simulates reads no file.
+Some tables name a file or an ephemeris. `farside.link.profile.resolve` replaces them by plain
+tables, so that whatever simulates reads no files.
 """
 
 from enum import StrEnum
@@ -18,7 +18,7 @@ from farside.topics import OutageReason
 
 
 class DropPolicy(StrEnum):
-    """Which frame goes when the queue is full: the newest, the oldest, or the least important."""
+    """Which frame a full queue drops: the newest, the oldest, or one of the lowest priority."""
 
     NEWEST = "newest"
     OLDEST = "oldest"
@@ -26,7 +26,7 @@ class DropPolicy(StrEnum):
 
 
 class BitErrorEffect(StrEnum):
-    """What a bit error does: the frame is lost, or arrives with the bit flipped."""
+    """What a bit error does: lose the frame, or let it arrive with the bit flipped."""
 
     LOSE = "lose"
     FLIP = "flip"
@@ -40,27 +40,27 @@ class AtEnd(StrEnum):
 
 
 class DelayPoint(Section, frozen=True):
-    """The propagation delay at a time, in between it is interpolated."""
+    """The propagation delay of what is sent at `t_s`; linear between the points."""
 
     t_s: NonNegative
     delay_s: NonNegative
 
 
 class RateStep(Section, frozen=True):
-    """The rate from a time on; 0 for none."""
+    """The rate from `t_s` on; 0 for none."""
 
     t_s: NonNegative
     rate_bit_s: Annotated[int, Meta(ge=0)]
 
 
 class Trace(Section, frozen=True):
-    """Delivery opportunities, each good for 1500 bytes, in mahimahi's format.
+    """Delivery opportunities of 1500 bytes each, in mahimahi's format.
 
     Attributes:
-        file: the trace, a whole number of milliseconds a line; read by
+        file: the trace, one whole number of milliseconds per line; read by
             `farside.link.profile.resolve`.
         times_ms: its lines.
-        at_end: what follows the last one.
+        at_end: what follows the last line.
     """
 
     file: str | None = None
@@ -76,15 +76,15 @@ class OneWay(Section, frozen=True):
         delay_table: the same over time, in place of `delay_s`.
         rate_bit_s: rate cap in bit/s; unlimited where absent.
         rate_table: the same over time, in place of `rate_bit_s`; starts at 0 s.
-        rate_trace: delivery opportunities in place of either.
-        overhead_byte: bytes that each frame takes on the way beside its own.
-        queue_byte: bytes that may wait to be sent (project default: 4096).
+        rate_trace: delivery opportunities, in place of either.
+        overhead_byte: bytes sent with each frame on top of its own.
+        queue_byte: bytes that may wait in the transmit queue (project default: 4096).
         queue_frame: frames that may wait; any number where absent.
-        drop: which frame goes when either is exceeded.
-        lifetime_s: a frame that brings no lifetime of its own is dropped if it has waited for
-            longer when its turn comes.
-        loss: probability that a frame is lost on the way, or a model with a memory.
-        bit_error_rate: probability that a bit is wrong on arrival, each on its own.
+        drop: which frame is dropped when either limit is exceeded.
+        lifetime_s: how long a frame without a lifetime of its own may wait; it is dropped when its
+            turn comes later.
+        loss: probability that a frame is lost, or a model with memory.
+        bit_error_rate: probability that a bit arrives wrong, independently of all others.
         bit_errors: what such an error does.
         corrupt: probability that one bit of a frame is flipped.
         jitter: delay on top of the propagation.
@@ -92,7 +92,7 @@ class OneWay(Section, frozen=True):
         duplicate: probability that a frame arrives twice.
 
     Raises:
-        ValueError: if two ways of saying the same are given, or a table is out of order.
+        ValueError: if delay or rate is given in two ways, or a table is out of order.
     """
 
     delay_s: NonNegative | None = None
@@ -145,7 +145,7 @@ def _expect_one(section: Section, *names: str) -> None:
 
 
 class Affected(StrEnum):
-    """The directions that an outage takes away."""
+    """The directions that an outage or a change affects."""
 
     UP = "up"
     DOWN = "down"
@@ -182,12 +182,12 @@ class Blackout(Section, frozen=True):
 
 
 class Passes(Section, frozen=True):
-    """Periodic passes: the link is there for `length_s` in every `period_s`, and out otherwise.
+    """Periodic passes: in service for `length_s` in every `period_s`, and out otherwise.
 
     Attributes:
-        first_s: when the first one begins.
-        length_s, period_s: how long each is, and from start to start.
-        direction: what is out between them.
+        first_s: when the first pass begins.
+        length_s, period_s: length of a pass, and time from the start of one to that of the next.
+        direction: what is out between passes.
 
     Raises:
         ValueError: if a pass is not shorter than the period.
@@ -207,11 +207,11 @@ class Passes(Section, frozen=True):
 
 
 class ContactPlan(Section, frozen=True):
-    """A contact plan of ION or HDTN, and which of its nodes the two ends are.
+    """A contact plan of ION or HDTN: contacts give rates and outages, ranges give delays.
 
     Attributes:
-        file: the plan: `.json` for HDTN, anything else for ION.
-        ground, rover: node numbers. Contacts give rate and outages, ranges give the delay.
+        file: the plan; `.json` for HDTN, anything else for ION.
+        ground, rover: node numbers of the two ends.
     """
 
     file: str
@@ -220,14 +220,15 @@ class ContactPlan(Section, frozen=True):
 
 
 class Ephemeris(Section, frozen=True):
-    """Where the other end is: gives both delays, and the outages about solar conjunction.
+    """Where the other end is: gives both delays, and outages around solar conjunction.
 
     Attributes:
-        body: `moon`, `mars` or another planet, as astropy names it.
+        body: `moon`, `mars` or another body of `farside.link.profile.light.BODIES`.
         epoch: the date at simulated time 0, in UTC, such as `2021-02-18T00:00:00Z`.
         conjunction_deg: no uplink while the angle between Sun and body, seen from Earth, is
             below this; 0 for never. 2.2 gives the command moratoria of NASA's Mars missions.
-        conjunction_loss: loss of the downlink in that time, in place of a smaller one.
+        conjunction_loss: probability that a downlink frame is lost in that time; a greater loss
+            of the link itself stays.
     """
 
     body: str
@@ -237,9 +238,9 @@ class Ephemeris(Section, frozen=True):
 
 
 class LinkChange(Section, frozen=True):
-    """From `at_s` on, `direction` is as the keys given here say, in place of its own.
+    """From `at_s` on, the keys given here replace those of `direction`.
 
-    A delay does not change in this way: a `delay_table` tells the ends beforehand.
+    Delays do not change in this way: a `delay_table` lets the ends know beforehand.
     """
 
     at_s: NonNegative
@@ -253,7 +254,7 @@ class LinkChange(Section, frozen=True):
     duplicate: Fraction | None = None
 
     def applied_to(self, one_way: OneWay) -> OneWay:
-        """`one_way` with the keys of this change."""
+        """`one_way` with the keys of this change replaced."""
         keys = ("rate_bit_s", "loss", "bit_error_rate", "corrupt", "jitter", "reorder", "duplicate")
         given = {key: value for key in keys if (value := getattr(self, key)) is not None}
         if "rate_bit_s" in given:
@@ -262,19 +263,19 @@ class LinkChange(Section, frozen=True):
 
 
 class LinkConfig(Section, frozen=True):
-    """The `[link]` table: both directions, the outages, and a seed of its own if need be.
+    """The `[link]` table: both directions, outages and changes.
 
     Attributes:
         up, down: the two directions.
-        preset: name of the profile that says what this table does not; read by the loader.
+        preset: name of the profile that supplies what this table does not; read by the loader.
         ephemeris: gives the delays, and outages at conjunction.
-        blackouts: scheduled outages, at the rover's end of the path.
+        blackouts: outages at given times, at the rover's end of the path.
         passes: periodic visibility.
         contacts: a contact plan.
         changes: what changes during the run, in order of time.
-        mtu_byte: the longest frame; what is longer is cut (project default: 1024).
-        store_byte: what each end keeps for when the link returns (project default: 256 KiB).
-        seed: seeds the link's random streams in place of the mission's seed.
+        mtu_byte: the longest frame; longer messages are cut (project default: 1024).
+        store_byte: capacity of the store at each end (project default: 256 KiB).
+        seed: seed of the link's random streams, in place of the mission's.
     """
 
     up: OneWay = OneWay()
@@ -290,15 +291,15 @@ class LinkConfig(Section, frozen=True):
     seed: Annotated[int, Meta(ge=0)] | None = None
 
     def way(self, direction: Direction) -> OneWay:
-        """One direction."""
+        """The settings of one direction."""
         return self.up if direction is Direction.UP else self.down
 
     @property
     def lookahead_ns(self) -> int:
-        """The shortest time that any frame takes: nodes may run this far ahead of each other."""
+        """The shortest propagation delay: how far the nodes may run ahead of each other."""
         return min(self.up.least_delay_ns, self.down.least_delay_ns)
 
     @property
     def round_trip_ns(self) -> int:
-        """The longest propagation both ways, without serialisation and waiting."""
+        """The longest propagation delay both ways, without queueing and sending."""
         return self.up.greatest_delay_ns + self.down.greatest_delay_ns

@@ -1,4 +1,4 @@
-"""What may happen to a frame on its way by chance, as tables of a mission file."""
+"""Random impairments, as tables of a mission file."""
 
 from enum import StrEnum
 from typing import Annotated
@@ -9,13 +9,13 @@ from farside.settings import Fraction, Positive, Section
 
 
 class GilbertElliott(Section, frozen=True, tag="gilbert-elliott", tag_field="model"):
-    """Loss in bursts: a good and a bad state, and a chance to change with every frame.
+    """Loss in bursts: a good and a bad state, and a probability of changing with every frame.
 
     Source: Gilbert (1960), Elliott (1963); parameters as in tc-netem's `loss gemodel p r 1-h 1-k`.
 
     Attributes:
-        p, r: chance to go from good to bad, and from bad to good.
-        bad_loss: 1 − h, chance that a frame is lost in the bad state.
+        p, r: probability of going from good to bad, and from bad to good.
+        bad_loss: 1 − h, probability that a frame is lost in the bad state.
         good_loss: 1 − k, the same in the good state.
     """
 
@@ -26,18 +26,18 @@ class GilbertElliott(Section, frozen=True, tag="gilbert-elliott", tag_field="mod
 
 
 class FourState(Section, frozen=True, tag="four-state", tag_field="model"):
-    """Loss in bursts within gaps: a Markov chain of four states, moved on with every frame.
+    """Loss in bursts between gaps: a Markov chain of four states that steps with every frame.
 
     1 received in a gap, 2 received within a burst, 3 lost within a burst, 4 lost alone in a gap.
-    Source: Salsano et al. (2009), as tc-netem's `loss state p13 p31 p32 p23 p14`. From 4 it always
-    goes back to 1.
+    Source: Salsano et al. (2009), as tc-netem's `loss state p13 p31 p32 p23 p14`. State 4 always
+    returns to 1.
 
     Attributes:
-        p13, p31, p32, p23, p14: chances to go from the first state to the second. `p31` is what
-            `p13` leaves where absent, as tc-netem has it.
+        p13, p31, p32, p23, p14: probability of going from the first state to the second. `p31` is
+            1 − `p13` where absent, as in tc-netem.
 
     Raises:
-        ValueError: if the chances to leave a state are above 1 together.
+        ValueError: if the probabilities of leaving a state add up to more than 1.
     """
 
     p13: Fraction
@@ -55,11 +55,11 @@ class FourState(Section, frozen=True, tag="four-state", tag_field="model"):
 
 
 LossModel = Fraction | GilbertElliott | FourState
-"""The chance that a frame is lost, each on its own, or a model with a memory."""
+"""The probability that each frame is lost independently, or a model with memory."""
 
 
 class JitterShape(StrEnum):
-    """How the delay on top is spread: evenly from 0 to the spread, or with the spread for mean."""
+    """Distribution of the delay: uniform from 0 to the spread, or exponential with it as mean."""
 
     UNIFORM = "uniform"
     EXPONENTIAL = "exponential"
@@ -70,9 +70,9 @@ class Jitter(Section, frozen=True):
 
     Attributes:
         spread_s: see `JitterShape`.
-        shape: its distribution, which holds whatever the correlation (a Gaussian copula).
-        correlation: of a frame's jitter with that of the frame before, −1 to 1 exclusive, of the
-            underlying normal variables.
+        shape: the distribution, which holds for any correlation (a Gaussian copula).
+        correlation: between the jitters of successive frames, of the underlying normal variables;
+            −1 to 1 exclusive.
     """
 
     spread_s: Positive
@@ -81,7 +81,7 @@ class Jitter(Section, frozen=True):
 
 
 class Reorder(Section, frozen=True):
-    """Frames are held back with a chance of `share` for `hold_s`, while later ones pass."""
+    """A `share` of frames is held back for `hold_s`, while later ones pass."""
 
     share: Fraction
     hold_s: Positive

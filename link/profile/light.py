@@ -1,10 +1,10 @@
-"""Light times and solar conjunctions from an ephemeris: the built-in one of astropy.
+"""Light times and solar conjunctions from astropy's built-in ephemeris.
 
-Needs Farside's extra `astropy`, which is imported when something is computed and not before. What
-it computes are positions of centres: of the Earth and of the other body. Nothing is downloaded.
+Needs Farside's extra `astropy`, which is imported only when something is computed. Distances are
+those between the centres of the Earth and the other body. Nothing is downloaded.
 
-The light time of Mars is good to 0.03 s, that of the Moon to 0.2 ms, that of a planet farther out
-to no more than 2 s: so well are the orbits modelled. What the Sun's gravity adds, less than half a
+Light times are accurate to 0.03 s for Mars, 0.2 ms for the Moon and 2 s for the planets farther
+out, the limit being the orbit models. The delay by the Sun's gravity, less than half a
 millisecond, is left out.
 """
 
@@ -18,42 +18,40 @@ from typing import NamedTuple
 
 import msgspec
 import numpy as np
-from numpy.typing import NDArray
 
 from farside.link.profile.config import DelayPoint, Ephemeris
+from farside.link.profile.statistics import Floats
 
 BODIES = ("jupiter", "mars", "mercury", "moon", "neptune", "saturn", "sun", "uranus", "venus")
-"""What can be at the other end, by astropy's names."""
+"""Bodies that can be at the other end, by their names in astropy."""
 
-# UTC begins in 1960; the model of the Earth's orbit ends with 2099.
+# UTC begins in 1960; the model of the Earth's orbit ends after 2099.
 _FIRST, _LAST = datetime(1960, 1, 1, tzinfo=UTC), datetime(2100, 1, 1, tzinfo=UTC)
 _LIGHT_KM_S = 299_792.458
 _HOME = "earth"
 
-# Each round leaves v/c of the error of the one before, and v/c is below 2e-4: three leave less
-# than a microsecond, even of the four hours to Neptune.
-_ROUNDS = 3
+# Each iteration multiplies the error by v/c, which is below 2e-4: after three, less than a
+# microsecond is left even of the four hours to Neptune.
+_ITERATIONS = 3
 
-# Within an hour a straight line is off by 0.35 ms at most, for Mercury at perihelion.
+# Linear interpolation over an hour is off by 0.35 ms at most, for Mercury at perihelion.
 _TABLE_STEP_S = 3600.0
 
 _SCAN_STEP_S = 6 * 3600.0
 _HALVINGS = 10  # of the scan's step: leaves 21 s
 
-_Floats = NDArray[np.float64]
-
 
 class EphemerisError(ValueError):
-    """No light time can be told: the body or the epoch is none, or astropy is not installed."""
+    """No light time can be computed: invalid body or epoch, or astropy is not installed."""
 
 
 class LightTime(msgspec.Struct, frozen=True):
-    """How far a body is from the Earth, centre to centre.
+    """Light times between the centres of the Earth and a body.
 
     Attributes:
-        uplink_s: light time of what leaves the Earth at the epoch.
-        downlink_s: light time of what arrives at the Earth at the epoch.
-        sun_earth_target_deg: angle between Sun and body, seen from the Earth.
+        uplink_s: of what leaves the Earth at the epoch.
+        downlink_s: of what arrives at the Earth at the epoch.
+        sun_earth_target_deg: angle between Sun and body, seen from the Earth, in degrees.
     """
 
     uplink_s: float
@@ -62,7 +60,7 @@ class LightTime(msgspec.Struct, frozen=True):
 
 
 class DelayTables(NamedTuple):
-    """The delay of what is sent at a time, for both directions."""
+    """Delay tables of both directions, by the time of sending."""
 
     up: tuple[DelayPoint, ...]
     down: tuple[DelayPoint, ...]
@@ -76,7 +74,7 @@ def light_time(body: str, epoch: str) -> LightTime:
         epoch: ISO 8601 with `Z` or an offset, or a date alone for 00:00 UTC.
 
     Raises:
-        EphemerisError: if either is something else, or astropy is not installed.
+        EphemerisError: if either is invalid, or astropy is not installed.
     """
     sky = _Sky(body, epoch)
     now_s = np.zeros(1)
@@ -87,12 +85,13 @@ def light_time(body: str, epoch: str) -> LightTime:
 
 
 def delay_tables(ephemeris: Ephemeris, duration_s: float) -> DelayTables:
-    """The delays of a run, a point an hour from its begin to its end or a little after.
+    """The delays of a run, one point per hour from its beginning to its end or just after it.
 
-    Interpolated they are within a millisecond of the light time.
+    Linear interpolation is within a millisecond of the light time.
 
     Raises:
-        EphemerisError: if body or epoch are none, the run is over too late, or astropy is missing.
+        EphemerisError: if body or epoch is invalid, the run outlasts the ephemeris, or astropy is
+            not installed.
     """
     sky = _Sky(ephemeris.body, ephemeris.epoch, duration_s)
     sent_s = _steps_s(0, math.ceil(duration_s / _TABLE_STEP_S), _TABLE_STEP_S)
@@ -103,20 +102,21 @@ def delay_tables(ephemeris: Ephemeris, duration_s: float) -> DelayTables:
 
 
 def conjunctions(ephemeris: Ephemeris, duration_s: float) -> list[tuple[float, float]]:
-    """When, in a run, the body is nearer to the Sun in the sky than `conjunction_deg`.
+    """When, during a run, the body is closer to the Sun in the sky than `conjunction_deg`.
 
     Returns:
-        Begin and end of each such time, to half a minute, in seconds of simulated time and in
-        order; cut where the run begins and ends.
+        beginning and end of each conjunction in order, accurate to half a minute, in seconds of
+        simulated time; clipped to the run.
 
     Raises:
-        EphemerisError: if body or epoch are none, the run is over too late, or astropy is missing.
+        EphemerisError: if body or epoch is invalid, the run outlasts the ephemeris, or astropy is
+            not installed.
     """
     sky = _Sky(ephemeris.body, ephemeris.epoch, duration_s)
     limit_deg = ephemeris.conjunction_deg
     if not limit_deg:
         return []
-    # A step more on either side, so that a minimum near an end of the run has two neighbours.
+    # One more step on either side, so that a minimum near an end of the run has two neighbours.
     scan_s = _steps_s(-1, math.ceil(duration_s / _SCAN_STEP_S) + 1, _SCAN_STEP_S)
     times_s = np.sort(np.concatenate([scan_s, _minima_s(scan_s, sky.angle_deg(scan_s))]))
     near = sky.angle_deg(times_s) < limit_deg
@@ -132,29 +132,29 @@ def conjunctions(ephemeris: Ephemeris, duration_s: float) -> list[tuple[float, f
     return [(start_s, end_s) for start_s, end_s in clipped_s if start_s < end_s]
 
 
-def _steps_s(first: int, last: int, step_s: float) -> _Floats:
+def _steps_s(first: int, last: int, step_s: float) -> Floats:
     return np.arange(first, last + 1, dtype=np.float64) * np.float64(step_s)
 
 
-def _points(times_s: _Floats, delays_s: _Floats) -> tuple[DelayPoint, ...]:
+def _points(times_s: Floats, delays_s: Floats) -> tuple[DelayPoint, ...]:
     return tuple(map(DelayPoint, times_s.tolist(), delays_s.tolist()))
 
 
-def _minima_s(times_s: _Floats, angles_deg: _Floats) -> _Floats:
-    """When the angle is smallest, wherever it has a minimum: a body may graze the limit.
+def _minima_s(times_s: Floats, angles_deg: Floats) -> Floats:
+    """Times of the minima of the angle, which may only just fall below the limit.
 
-    About a minimum the square of the angle is a parabola, as for anything that passes by.
+    Near a minimum the square of the angle is a parabola, as for any straight passage.
     """
     before, here, after = (angles_deg[i : len(angles_deg) - 2 + i] ** 2 for i in range(3))
     (least,) = np.nonzero((here < before) & (here <= after))
     before, here, after = before[least], here[least], after[least]
     shift = (before - after) / (before - 2 * here + after) / 2
-    minima: _Floats = times_s[least + 1] + shift * _SCAN_STEP_S
+    minima: Floats = times_s[least + 1] + shift * _SCAN_STEP_S
     return minima
 
 
 class _Sky:
-    """Where the Earth, the Sun and one body are, at times that count from an epoch."""
+    """Positions of the Earth, the Sun and one body, at times counted from an epoch."""
 
     def __init__(self, body: str, epoch: str, duration_s: float = 0.0) -> None:
         self.body = _known(body)
@@ -167,49 +167,49 @@ class _Sky:
         with _astropy():
             from astropy.time import Time  # type: ignore[import-untyped]  # noqa: PLC0415
 
-            # Simulated time has no leap seconds, nor has TDB.
+            # Like simulated time, TDB has no leap seconds.
             self._begin = Time(begin, scale="utc").tdb
 
     def light_s(
-        self, fixed: str, moving: str, times_s: _Floats, *, backwards: bool = False
-    ) -> _Floats:
-        """Light time from where `fixed` is at a time to where `moving` is when it arrives there.
+        self, fixed: str, moving: str, times_s: Floats, *, backwards: bool = False
+    ) -> Floats:
+        """Light time from `fixed` at a given time to `moving` at the time of arrival.
 
         Args:
-            fixed: the end at which the times are told.
+            fixed: the end at which the times are given.
             moving: the other end.
             times_s: when the light is at `fixed`.
-            backwards: the light comes from `moving` instead, so it was there before.
+            backwards: whether the light comes from `moving` and arrives at `fixed` instead.
         """
         here, light_s = self._at(fixed, times_s), np.zeros_like(times_s)
-        for _ in range(_ROUNDS):
+        for _ in range(_ITERATIONS):
             there = self._at(moving, times_s - light_s if backwards else times_s + light_s)
             light_s = np.linalg.norm(there - here, axis=0)
         return light_s
 
-    def angle_deg(self, times_s: _Floats) -> _Floats:
-        """Angle between Sun and body from the Earth, as they stand at the same moment."""
+    def angle_deg(self, times_s: Floats) -> Floats:
+        """Angle between Sun and body seen from the Earth, from positions at the same moment."""
         home = self._at(_HOME, times_s)
         sun, target = self._at("sun", times_s) - home, self._at(self.body, times_s) - home
         across = np.linalg.norm(np.cross(sun, target, axis=0), axis=0)
-        angles: _Floats = np.degrees(np.arctan2(across, (sun * target).sum(axis=0)))
+        angles: Floats = np.degrees(np.arctan2(across, (sun * target).sum(axis=0)))
         return angles
 
-    def _at(self, body: str, times_s: _Floats) -> _Floats:
-        """Places in the barycentric frame, in light seconds, one axis a row."""
+    def _at(self, body: str, times_s: Floats) -> Floats:
+        """Positions in the barycentric frame in light seconds, shape (3, times)."""
         with _astropy():
             from astropy.coordinates import get_body_barycentric  # type: ignore[import-untyped]  # noqa: PLC0415
             from astropy.time import TimeDelta  # noqa: PLC0415
 
             times = self._begin + TimeDelta(times_s, format="sec", scale="tdb")
-            place = get_body_barycentric(body, times, ephemeris="builtin")
-        kilometres: _Floats = place.xyz.to_value("km")
+            position = get_body_barycentric(body, times, ephemeris="builtin")
+        kilometres: Floats = position.xyz.to_value("km")
         return kilometres / _LIGHT_KM_S
 
 
 @contextmanager
 def _astropy() -> Iterator[None]:
-    """Let astropy work without downloads, and without warnings of leap seconds yet unknown."""
+    """Let astropy work without downloads, and without warnings about future leap seconds."""
     try:
         from astropy.utils import iers  # type: ignore[import-untyped]  # noqa: PLC0415
     except ModuleNotFoundError as error:

@@ -1,4 +1,4 @@
-"""From what is written of a link to plain tables: presets, files and ephemerides are read here."""
+"""Resolves a link to plain tables: presets, files and ephemerides are read here."""
 
 import math
 import tomllib
@@ -31,15 +31,15 @@ from farside.validation import Problem, did_you_mean, dotted, mismatches, shown
 _SCHEMA = msgspec.inspect.type_info(LinkConfig)
 _DELAY_KEYS = ("delay_s", "delay_table")
 _RATE_KEYS = ("rate_bit_s", "rate_table", "rate_trace")
-_GREATEST_PASSES = 100_000
+_MAX_PASSES = 100_000
 
 
 class LinkConfigError(ValueError):
-    """No link can be made of what is written. Its text is for people, a line a problem.
+    """The description of a link is invalid. Its text is for people, one line per problem.
 
     Attributes:
         problems: what is wrong, by key from the top of the link's table.
-        source: the profile, as it was asked for; empty where the table is part of a mission.
+        source: the profile as it was named; empty for the table of a mission.
     """
 
     def __init__(self, *problems: Problem, source: str = "") -> None:
@@ -53,22 +53,22 @@ class LinkConfigError(ValueError):
 
 
 def preset_names() -> list[str]:
-    """The profiles that come with Farside."""
+    """Names of the profiles that come with Farside."""
     return sorted(_presets())
 
 
 def load_profile(source: str | Path, duration_s: float) -> LinkConfig:
-    """Read a link of its own: a TOML file like the `[link]` table of a mission, or a preset.
+    """Read a profile: a TOML file like the `[link]` table of a mission, or a preset.
 
     Args:
-        source: path of the file, or the name of a preset. A file of that name comes first.
-        duration_s: how much of the simulated time the tables have to cover.
+        source: path of the file, or the name of a preset; a file of that name comes first.
+        duration_s: how much simulated time the tables have to cover.
 
     Returns:
         the link, resolved.
 
     Raises:
-        LinkConfigError: if the file cannot be read, or is no link. Nothing else is raised.
+        LinkConfigError: if the file cannot be read, or is invalid. Nothing else is raised.
     """
     try:
         config = _checked(with_preset(_profile_table(source)))
@@ -78,13 +78,14 @@ def load_profile(source: str | Path, duration_s: float) -> LinkConfig:
 
 
 def with_preset(table: Mapping[str, Any]) -> dict[str, Any]:
-    """A `[link]` table together with the preset it names, before either is checked.
+    """Merge a `[link]` table with the preset that it names, before either is checked.
 
-    What the table says wins, key by key. Where a key says in another way what the preset says too,
-    the preset's is left out: a `delay_s` replaces a `delay_table` or an ephemeris.
+    The table wins, key by key. A key also replaces the preset's alternatives to it: a `delay_s`
+    replaces a `delay_table` or an ephemeris.
 
     Returns:
-        the table without the key `preset`; as it was if there is none, or none that is a name.
+        the merged table without the key `preset`; the table as it was if `preset` is absent or not
+        a string.
 
     Raises:
         LinkConfigError: if there is no such preset.
@@ -100,9 +101,9 @@ def with_preset(table: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def merged(preset: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
-    """`preset` with what `own` says in its place, tables key by key, arrays as a whole.
+    """`preset` overridden by `own`: tables key by key, arrays as a whole.
 
-    Tables of different models are not mixed: the model that `own` names stands alone.
+    Tables of different models are not mixed: if `own` names another model, its table stands alone.
     """
     result = dict(preset)
     for key, value in own.items():
@@ -115,19 +116,19 @@ def merged(preset: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def resolve_link(config: LinkConfig, *, folder: Path, duration_s: float) -> LinkConfig:
-    """Put plain tables in the place of all that names a file, a plan, passes or an ephemeris.
+    """Replace all that names a file, a plan, passes or an ephemeris by plain tables.
 
     Args:
-        config: the link as it is written, the preset put in by `with_preset`.
+        config: the link, already merged with its preset by `with_preset`.
         folder: what paths in it are relative to.
-        duration_s: how much of the simulated time the tables have to cover.
+        duration_s: how much simulated time the tables have to cover.
 
     Returns:
         a link without `preset`, `ephemeris`, `passes`, `contacts` and `rate_trace.file`, with a
         delay for each direction. Resolving it again changes nothing.
 
     Raises:
-        LinkConfigError: if a file is not as expected, or a delay is given twice or not at all.
+        LinkConfigError: if a file is invalid, or a direction has no delay or two.
     """
     if config.preset is not None:
         raise _refused(("preset",), f"expected none left to read, found {shown(config.preset)}")
@@ -187,7 +188,7 @@ def _text(path: Path, key: tuple[str, ...]) -> str:
         line = error.object.count(b"\n", 0, error.start) + 1
         found = f"byte 0x{error.object[error.start]:02x} in {path}, line {line}"
         raise _refused(key, f"expected text in UTF-8, found {found}") from error
-    except (OSError, ValueError) as error:  # a ValueError for a path that can be none
+    except (OSError, ValueError) as error:  # a ValueError for an impossible path
         why = error.strerror if isinstance(error, OSError) else error
         raise _refused(key, f"expected a file, found: {shown(str(path))}: {why}") from error
 
@@ -200,17 +201,17 @@ def _toml(text: str, key: tuple[str, ...]) -> dict[str, Any]:
 
 
 def _without_replaced(preset: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
-    """`preset` without the tables and keys that say what `own` says in another way."""
+    """`preset` without the tables and keys to which `own` gives an alternative."""
     own_ways = {way: set(_table(own.get(way))) for way in ("up", "down")}
     left = dict(preset)
     if "contacts" in own or any(keys.intersection(_DELAY_KEYS) for keys in own_ways.values()):
         left.pop("ephemeris", None)
-    gone = {
+    dropped = {
         *(_DELAY_KEYS if "ephemeris" in own or "contacts" in own else ()),
         *(_RATE_KEYS if "contacts" in own else ()),
     }
     for way, own_keys in own_ways.items():
-        replaced = set(gone)
+        replaced = set(dropped)
         for keys in (_DELAY_KEYS, _RATE_KEYS):
             if own_keys.intersection(keys):
                 replaced.update(keys)
@@ -320,9 +321,9 @@ def _with_ephemeris(link: LinkConfig, duration_s: float) -> LinkConfig:
 def _with_conjunctions(
     link: LinkConfig, spans: Sequence[tuple[float, float]], loss: float
 ) -> tuple[LinkChange, ...]:
-    """The changes of a link, and those of its downlink to `loss` and back for each of `spans`.
+    """The changes of a link, plus those of the downlink to `loss` and back for each of `spans`.
 
-    A greater loss stays as it is, also one that another change brings in that time.
+    A greater loss stays, including one that another change brings during a span.
     """
     own = sorted(link.changes, key=_at_s)
     ours = [c for c in own if c.loss is not None and c.direction is not Affected.UP]
@@ -345,8 +346,8 @@ def _downlink_loss(at_s: float, loss: LossModel) -> LinkChange:
     return LinkChange(at_s=at_s, direction=Affected.DOWN, loss=loss)
 
 
-def _greater_loss(one: LossModel, loss: float) -> LossModel:
-    return one if loss_statistics(one).rate >= loss else loss
+def _greater_loss(model: LossModel, loss: float) -> LossModel:
+    return model if loss_statistics(model).rate >= loss else loss
 
 
 def _with_passes(link: LinkConfig, duration_s: float) -> LinkConfig:
@@ -354,10 +355,10 @@ def _with_passes(link: LinkConfig, duration_s: float) -> LinkConfig:
     if passes is None:
         return link
     count = max(0, math.ceil((duration_s - passes.first_s) / passes.period_s))
-    if count > _GREATEST_PASSES:
+    if count > _MAX_PASSES:
         raise _refused(
             ("passes", "period_s"),
-            f"expected {_GREATEST_PASSES} passes at most in {duration_s:g} s, found {count}",
+            f"expected {_MAX_PASSES} passes at most in {duration_s:g} s, found {count}",
         )
     begins_s = (passes.first_s + number * passes.period_s for number in range(count))
     spans = ((begin_s, begin_s + passes.length_s) for begin_s in begins_s)

@@ -1,17 +1,17 @@
-"""What both ends know of the link beforehand: light times, and when there is a contact."""
+"""What both ends know of the link beforehand: light times, rates and contacts."""
 
 from bisect import bisect_right
 from collections.abc import Iterable
 from itertools import accumulate, pairwise
 from typing import NamedTuple
 
-from farside.link.profile.config import AtEnd, LinkConfig, OneWay
+from farside.link.profile.config import LinkConfig, OneWay
+from farside.link.profile.rate import planning_rate
 from farside.node import NEVER_NS, NS_PER_S, Direction, to_ns
 from farside.topics import OutageReason
 
 Span = tuple[int, int]
-"""Begin and end, in nanoseconds; the end does not belong to it."""
-
+"""Begin and end in nanoseconds; the end is not part of it."""
 
 _UNFORESEEN = {OutageReason.BLACKOUT, OutageReason.CONTROL}
 
@@ -25,9 +25,9 @@ class Outage(NamedTuple):
 
 
 def outages_of(config: LinkConfig, direction: Direction) -> tuple[Outage, ...]:
-    """The scheduled outages of one direction in order, overlapping ones cut apart.
+    """The scheduled outages of one direction, in order and without overlaps.
 
-    Where two overlap, the earlier one gives the reason. Those that touch stay apart if their
+    Where two overlap, the earlier one gives the reason. Adjacent ones stay separate if their
     reasons differ. Passes and contacts must have been resolved to blackouts.
     """
     found: list[Outage] = []
@@ -46,7 +46,7 @@ def outages_of(config: LinkConfig, direction: Direction) -> tuple[Outage, ...]:
 
 
 class Delay:
-    """Propagation delay over time, linear between the points of a table, constant outside."""
+    """Propagation delay over time: linear between the points of a table, constant outside it."""
 
     def __init__(self, one_way: OneWay) -> None:
         points = one_way.delay_table
@@ -55,7 +55,7 @@ class Delay:
         self._constant_ns = one_way.least_delay_ns if len(points) < 2 else None
 
     def at(self, time_ns: int) -> int:
-        """Nanoseconds on the way for what is sent at `time_ns`."""
+        """Propagation delay of what is sent at `time_ns`, in nanoseconds."""
         if self._constant_ns is not None:
             return self._constant_ns
         times, delays = self._times_ns, self._delays_ns
@@ -67,7 +67,7 @@ class Delay:
         return delays[after - 1] + gained // (end - begin)
 
     def sent_ns(self, arrival_ns: int) -> int:
-        """The first moment of sending that brings a frame there at `arrival_ns` or later."""
+        """The earliest time of sending from which a frame arrives at `arrival_ns` or later."""
         if self._constant_ns is not None:
             return arrival_ns - self._constant_ns
         early, late = arrival_ns - max(self._delays_ns) - 1, arrival_ns
@@ -80,44 +80,16 @@ class Delay:
         return late
 
 
-class _Rate:
-    """Rate over time as steps. A delivery trace counts with its mean."""
-
-    def __init__(self, one_way: OneWay) -> None:
-        self._times_ns = [to_ns(step.t_s) for step in one_way.rate_table] or [0]
-        self._rates: list[float | None] = [step.rate_bit_s for step in one_way.rate_table]
-        trace = one_way.rate_trace
-        if trace is not None and trace.times_ms and trace.times_ms[-1]:
-            self._rates = [len(trace.times_ms) * 1500 * 8 * 1000 / trace.times_ms[-1]]
-            if trace.at_end is AtEnd.END:
-                self._times_ns.append(trace.times_ms[-1] * (NS_PER_S // 1000))
-                self._rates.append(0)
-        if not self._rates:
-            self._rates = [one_way.rate_bit_s]
-        self._overhead_byte = one_way.overhead_byte
-
-    def idle(self) -> list[Span]:
-        """The spans without any rate."""
-        ends = [*self._times_ns[1:], NEVER_NS]
-        spans = zip(self._times_ns, ends, self._rates, strict=True)
-        return [(begin_ns, end_ns) for begin_ns, end_ns, rate in spans if rate == 0]
-
-    def takes_ns(self, time_ns: int, size_byte: int) -> int:
-        """How long a frame takes to leave, at the rate of the moment at which it starts."""
-        rate = self._rates[max(0, bisect_right(self._times_ns, time_ns) - 1)]
-        if not rate:
-            return 0
-        return -int(-(size_byte + self._overhead_byte) * 8 * NS_PER_S // rate)
-
-
-class _Way:
-    """One direction: its light time, its rate, and the spans in which nothing may be sent."""
+class _Contacts:
+    """When one direction is open for sending, and its delay and rate."""
 
     def __init__(self, one_way: OneWay, closed: Iterable[Span], delay: Delay) -> None:
         self.delay = delay
-        self.rate = _Rate(one_way)
+        self._rate = planning_rate(one_way)
+        self._overhead_byte = one_way.overhead_byte
+        idle = [] if self._rate is None else self._rate.idle()
         spans: list[Span] = []
-        for begin_ns, end_ns in sorted([*closed, *self.rate.idle()]):
+        for begin_ns, end_ns in sorted([*closed, *idle]):
             if spans and begin_ns <= spans[-1][1]:
                 spans[-1] = spans[-1][0], max(end_ns, spans[-1][1])
             else:
@@ -135,8 +107,15 @@ class _Way:
         after = bisect_right(self._begins_ns, self.opens_ns(time_ns))
         return self._begins_ns[after] if after < len(self._begins_ns) else NEVER_NS
 
+    def sending_ns(self, time_ns: int, size_byte: int) -> int:
+        """How long a frame takes to leave, at the rate of the moment at which it starts."""
+        rate = None if self._rate is None else self._rate.at(time_ns)
+        if not rate:
+            return 0
+        return -int(-(size_byte + self._overhead_byte) * 8 * NS_PER_S // rate)
+
     def open_ns_until(self, time_ns: int) -> int:
-        """Open time since the first closing; negative before that."""
+        """Open time since the first closing; negative before it."""
         if not self._begins_ns:
             return time_ns
         last = bisect_right(self._begins_ns, time_ns) - 1
@@ -145,7 +124,7 @@ class _Way:
         return self._open_before_ns[last] + max(0, time_ns - self._ends_ns[last])
 
     def after_open_ns(self, open_ns: int) -> int:
-        """The inverse of `open_ns_until`: the first moment with so much open time behind it."""
+        """The inverse of `open_ns_until`: the first moment with this much open time behind it."""
         if not self._begins_ns:
             return open_ns
         last = bisect_right(self._open_before_ns, open_ns - 1) - 1
@@ -155,20 +134,20 @@ class _Way:
 
 
 class Schedule:
-    """Light times, rates and contacts as both ends know them: all but what comes unforeseen.
+    """Light times, rates and contacts as both ends know them: all but unforeseen outages.
 
-    Every question takes logarithmic time. All moments are those of sending: outages are at the
-    rover's end, so that nothing may be sent up which would arrive there during one.
+    Every query takes logarithmic time. All times are those of sending. Outages are at the rover's
+    end, so the uplink is closed whenever what is sent would arrive there during one.
 
     Args:
         config: the resolved link.
     """
 
     def __init__(self, config: LinkConfig) -> None:
-        self._ways: dict[Direction, _Way] = {}
+        self._contacts: dict[Direction, _Contacts] = {}
         for direction in Direction:
             delay = Delay(config.way(direction))
-            # Not `outages_of`, in which a blackout hides what it overlaps.
+            # Not `outages_of`: there a blackout would hide the foreseen outages that it overlaps.
             closed = [
                 one.span_ns
                 for one in config.blackouts
@@ -176,42 +155,42 @@ class Schedule:
             ]
             if direction is Direction.UP:
                 closed = [(delay.sent_ns(begin), delay.sent_ns(end)) for begin, end in closed]
-            self._ways[direction] = _Way(config.way(direction), closed, delay)
+            self._contacts[direction] = _Contacts(config.way(direction), closed, delay)
 
     def delay_ns(self, direction: Direction, time_ns: int) -> int:
-        """Light time of what is sent at `time_ns`."""
-        return self._ways[direction].delay.at(time_ns)
+        """Light time of what is sent at `time_ns`, in nanoseconds."""
+        return self._contacts[direction].delay.at(time_ns)
 
     def opens_ns(self, direction: Direction, time_ns: int) -> int:
         """The first moment from `time_ns` on at which `direction` is open."""
-        return self._ways[direction].opens_ns(time_ns)
+        return self._contacts[direction].opens_ns(time_ns)
 
     def closes_ns(self, direction: Direction, time_ns: int) -> int:
         """The end of the contact at `time_ns`, or of the next one if there is none then."""
-        return self._ways[direction].closes_ns(time_ns)
+        return self._contacts[direction].closes_ns(time_ns)
 
     def open_ns_between(self, direction: Direction, begin_ns: int, end_ns: int) -> int:
-        """How much of the time between two moments `direction` is open for sending."""
-        way = self._ways[direction]
-        return way.open_ns_until(end_ns) - way.open_ns_until(begin_ns)
+        """For how long `direction` is open for sending between two moments."""
+        contacts = self._contacts[direction]
+        return contacts.open_ns_until(end_ns) - contacts.open_ns_until(begin_ns)
 
     def after_open_ns(self, direction: Direction, time_ns: int, open_ns: int) -> int:
         """The moment at which `direction` has been open for `open_ns` since `time_ns`."""
-        way = self._ways[direction]
-        return max(time_ns, way.after_open_ns(way.open_ns_until(time_ns) + open_ns))
+        contacts = self._contacts[direction]
+        return max(time_ns, contacts.after_open_ns(contacts.open_ns_until(time_ns) + open_ns))
 
     def sends_ns(self, direction: Direction, time_ns: int, size_byte: int) -> Span:
-        """When a frame that is ready at `time_ns` would leave: its first and its last bit.
+        """When the first and the last bit of a frame that is ready at `time_ns` would leave.
 
-        It waits until it can leave whole within a contact, without another frame before it. Both
-        are `NEVER_NS` or later if no contact is long enough.
+        The frame waits for the first contact in which it can leave whole, and for no other frame.
+        Both are `NEVER_NS` or later if no contact is long enough.
         """
-        way = self._ways[direction]
-        begin_ns = way.opens_ns(time_ns)
+        contacts = self._contacts[direction]
+        begin_ns = contacts.opens_ns(time_ns)
         while begin_ns < NEVER_NS:
-            end_ns = begin_ns + way.rate.takes_ns(begin_ns, size_byte)
-            closes_ns = way.closes_ns(begin_ns)
+            end_ns = begin_ns + contacts.sending_ns(begin_ns, size_byte)
+            closes_ns = contacts.closes_ns(begin_ns)
             if end_ns < closes_ns:
                 return begin_ns, end_ns
-            begin_ns = way.opens_ns(closes_ns)
+            begin_ns = contacts.opens_ns(closes_ns)
         return begin_ns, begin_ns

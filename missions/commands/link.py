@@ -1,4 +1,4 @@
-"""`farside link`: the link without a mission around it."""
+"""`farside link`: the link without a mission."""
 
 from typing import Annotated
 
@@ -30,10 +30,10 @@ def show_light_time(
     ],
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Light time between the Earth and a body, up and down, and how near the Sun it stands.
+    """Light time between the Earth and a body, up and down, and its angle from the Sun.
 
-    Uplink is what leaves the Earth at the epoch, downlink what arrives there. From centre to
-    centre, by astropy's built-in ephemeris: Farside's extra `astropy`.
+    The uplink leaves the Earth at the epoch, the downlink arrives there. Between the centres,
+    from astropy's built-in ephemeris; needs Farside's extra `astropy`.
 
     \b
     farside link light-time mars 2021-02-18T00:00:00Z

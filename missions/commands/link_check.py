@@ -10,18 +10,22 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 from rich.table import Table
 
-from farside.link.check import FRAMES, Measurement, Report, Verdict, check_link
+from farside.link.check import FRAMES, CheckReport, CheckVerdict, Measurement, check_link
 from farside.link.profile.config import LinkConfig
 from farside.link.profile.resolve import LinkConfigError, load_profile
 from farside.node import Direction
 
 _HORIZON_S = 200_000.0
-"""For so long passes and light times are worked out: two sols and more (project default)."""
+"""How much simulated time passes and light times cover: over two sols (project default)."""
 
 _PATIENCE_S = 2.0
 _UNMET = 1
 _TITLES = {Direction.UP: "Up, from the ground to the rover", Direction.DOWN: "Down, from the rover"}
-_STYLES = {Verdict.INSIDE: "green", Verdict.OUTSIDE: "bold red", Verdict.UNKNOWN: "yellow"}
+_STYLES = {
+    CheckVerdict.INSIDE: "green",
+    CheckVerdict.OUTSIDE: "bold red",
+    CheckVerdict.UNKNOWN: "yellow",
+}
 _COLUMNS = ("asked", "measured", "99 % interval", "frames", "verdict")
 
 
@@ -33,14 +37,14 @@ def check(
         ),
     ],
     frames: Annotated[
-        int, typer.Option(min=100, help="Frames a direction, where chance is measured.")
+        int, typer.Option(min=100, help="Frames per direction where something random is measured.")
     ] = FRAMES,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of chance and of the traffic.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the link and of the traffic.")] = 0,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Send traffic through the link in simulated time, and measure what it does to it.
+    """Send traffic through a link in simulated time, and measure what the link does to it.
 
-    Exit status 1 where a value asked for falls outside of what was measured.
+    The exit status is 1 if a value asked for falls outside the interval measured.
 
     \b
     farside link check moon
@@ -61,8 +65,8 @@ def check(
         raise typer.Exit(_UNMET)
 
 
-def _checked(config: LinkConfig, frames: int, seed: int, console: Console) -> Report:
-    """The report, with a bar for who waits longer than two seconds for it."""
+def _checked(config: LinkConfig, frames: int, seed: int, console: Console) -> CheckReport:
+    """The report; a progress bar appears if it takes longer than two seconds."""
     bar = Progress(
         TextColumn("measuring"),
         BarColumn(),
@@ -73,35 +77,35 @@ def _checked(config: LinkConfig, frames: int, seed: int, console: Console) -> Re
     )
     task, started_s = bar.add_task("", total=1.0), monotonic()
 
-    def tell(share: float) -> None:
+    def show_progress(share: float) -> None:
         bar.update(task, completed=share)
         if monotonic() - started_s > _PATIENCE_S:
             bar.start()
 
     try:
-        return check_link(config, frames=frames, seed=seed, tell=tell)
+        return check_link(config, frames=frames, seed=seed, on_progress=show_progress)
     finally:
         bar.stop()
 
 
-def _show(report: Report, console: Console) -> None:
+def _show(report: CheckReport, console: Console) -> None:
     for direction in Direction:
         table = Table("impairment", title=_TITLES[direction], title_justify="left")
         for name in _COLUMNS:
             table.add_column(name, justify="left" if name == "verdict" else "right")
         for one in report.measurements:
             if one.direction is direction:
-                table.add_row(*_row(one), style=_STYLES[one.verdict] if _is_odd(one) else "")
+                table.add_row(*_row(one), style=_STYLES[one.verdict] if _is_notable(one) else "")
         console.print(table)
-    outside = sum(one.verdict is Verdict.OUTSIDE for one in report.measurements)
+    outside = sum(one.verdict is CheckVerdict.OUTSIDE for one in report.measurements)
     console.print(
         f"{report.frames:,} frames, seed {report.seed}: "
         + (f"[bold red]{outside} outside[/]" if outside else "[green]nothing outside[/]")
     )
 
 
-def _is_odd(one: Measurement) -> bool:
-    return one.verdict is not Verdict.INSIDE
+def _is_notable(one: Measurement) -> bool:
+    return one.verdict is not CheckVerdict.INSIDE
 
 
 def _row(one: Measurement) -> tuple[str, ...]:
@@ -111,14 +115,14 @@ def _row(one: Measurement) -> tuple[str, ...]:
     if one.asked_to != one.asked:
         asked += f" to {_number(one.asked_to, one.unit, scale)}"
     measured, interval = "", ""
-    if one.verdict is not Verdict.UNKNOWN:
+    if one.verdict is not CheckVerdict.UNKNOWN:
         measured = f"{_number(one.measured, one.unit, scale)} {unit}"
         interval = f"{_number(one.low, one.unit, scale)} to {_number(one.high, one.unit, scale)}"
     return name, f"{asked} {unit}", measured, interval, f"{one.frames:,}", one.verdict
 
 
 def _scale(one: Measurement) -> tuple[float, str]:
-    """The unit to show values in, and how many of it one is."""
+    """The factor by which values are multiplied to be shown, and the unit they then have."""
     if one.unit == "share":
         return 100.0, "%"
     if one.unit == "bit/s" and one.asked >= 1e6:
@@ -127,6 +131,6 @@ def _scale(one: Measurement) -> tuple[float, str]:
 
 
 def _number(value: float, unit: str, scale: float) -> str:
-    """Delays and rates are nearly exact, all else is good for four digits at most."""
+    """Delays and rates are nearly exact; all else is good for four digits at most."""
     digits = 8 if unit in {"s", "bit/s"} else 4
     return "∞" if math.isinf(value) else f"{value * scale:,.{digits}g}"

@@ -17,18 +17,18 @@ from rich.text import Text
 
 from farside.link.emulator import Emulator
 from farside.link.emulator.control import EmulatorState, WayCounters, WayState, alternatives_to
-from farside.link.emulator.relay import Manner, Relay, open_side
+from farside.link.emulator.relay import Metadata, Relay, open_side
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.link.profile.resolve import LinkConfigError, load_profile
 from farside.missions.assignments import assign, read_assignments
 from farside.node import Direction, Role
 
-_PICTURES_HZ = 2
+_REFRESH_HZ = 2
 _SWITCH_S = 0.001
-"""Drawing the table takes milliseconds of Python; no message is to wait for all of them."""
+"""Drawing the table takes milliseconds of Python, for all of which no message should wait."""
 
 _HORIZON_S = 7 * 24 * 3600.0
-"""What changes by itself, such as the light time, is worked out for so long, and stays then."""
+"""How long what changes by itself, such as light time, is computed for; after that it stays."""
 
 _LOCATOR = re.compile(r"(listen/)?[a-z0-9_-]+/[^/].*")
 _ARROWS = {Direction.UP: "↑ up", Direction.DOWN: "↓ down"}
@@ -83,7 +83,7 @@ def emulate(
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Replace a value of it: up.loss=0.1"),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of what chance decides.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, help="Seed of the random streams.")] = 0,
     duration: Annotated[
         float | None, typer.Option(min=0, metavar="S", help="End after so many seconds.")
     ] = None,
@@ -96,8 +96,8 @@ def emulate(
     Without a command it stands between two Zenoh domains, on a wall clock, until
     Ctrl-C: the keys of --up pass from the ground's domain to the rover's, those of
     --down the other way, whoever publishes. On the ground's side, a Zenoh get of
-    farside/link/counters tells what happened, and one of farside/link/control with
-    a payload such as {"down": {"loss": 0.2}} or {"both": {"out": true}} changes it.
+    farside/link/counters replies with the counters, and one of farside/link/control
+    with a payload such as {"down": {"loss": 0.2}} or {"both": {"out": true}} changes it.
 
     \b
     farside link --rover-side tcp/10.0.0.2:7447 --ground-side tcp/10.0.0.1:7447 \\
@@ -112,9 +112,9 @@ def emulate(
             "expected both --rover-side and --ground-side, or a command; see --help"
         )
     if not (up or down):
-        raise typer.BadParameter("expected --up or --down: as it is, nothing would pass")
+        raise typer.BadParameter("expected --up or --down, without which nothing passes")
     config = _load(preset, profile, set_ or (), duration or _HORIZON_S)
-    emulator: Emulator[Manner] = Emulator(config, seed)
+    emulator: Emulator[Metadata] = Emulator(config, seed)
     console = Console(stderr=True)
     with (
         open_side(Role.ROVER, rover_side) as rover,
@@ -127,7 +127,7 @@ def emulate(
                 up=up or (),
                 down=down or (),
                 emulator=emulator,
-                tell=lambda words: console.print(words, style="yellow", soft_wrap=True),
+                notify=lambda text: console.print(text, style="yellow", soft_wrap=True),
             )
         except ValueError as error:
             raise typer.BadParameter(str(error)) from error
@@ -137,7 +137,7 @@ def emulate(
     if json:
         print(msgspec.json.encode(state).decode())  # noqa: T201
     else:
-        Console().print(_picture(state, title))
+        Console().print(_display(state, title))
 
 
 def _load(
@@ -161,15 +161,15 @@ def _load(
 
 
 def _run(relay: Relay, duration_s: float | None, title: str, console: Console) -> None:
-    """Pass messages on until the time is over or somebody has had enough."""
+    """Pass messages on until the time is up or the user interrupts."""
     gc.freeze()
     try:
         sys.setswitchinterval(_SWITCH_S)
         if console.is_terminal:
             with Live(
-                get_renderable=lambda: _picture(relay.state(), title),
+                get_renderable=lambda: _display(relay.state(), title),
                 console=console,
-                refresh_per_second=_PICTURES_HZ,
+                refresh_per_second=_REFRESH_HZ,
                 transient=True,
             ):
                 relay.run(duration_s)
@@ -180,7 +180,7 @@ def _run(relay: Relay, duration_s: float | None, title: str, console: Console) -
         return
 
 
-def _picture(state: EmulatorState, title: str) -> RenderableType:
+def _display(state: EmulatorState, title: str) -> RenderableType:
     ways = [state.way(direction) for direction in Direction]
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim")
     table.add_column()
@@ -195,10 +195,10 @@ def _picture(state: EmulatorState, title: str) -> RenderableType:
         if any(name in one for one in settings):
             table.add_row(Text(name, "cyan"), *(one.get(name, "") for one in settings))
     heading = Text(f"{title}, {state.elapsed_s:,.0f} s", "bold")
-    return Group(heading, *_troubles(state), table)
+    return Group(heading, *_warnings(state), table)
 
 
-def _troubles(state: EmulatorState) -> Iterator[Text]:
+def _warnings(state: EmulatorState) -> Iterator[Text]:
     for role, side in ((Role.ROVER, state.rover_side), (Role.GROUND, state.ground_side)):
         if side is not None and not side.connected:
             yield Text(f"{role} side: nobody connected, {side.unheard:,} unheard", "bold red")
@@ -213,15 +213,15 @@ def _service(way: WayState) -> Text:
 
 
 def _settings(way: WayState) -> dict[str, str]:
-    """What differs from a link that does nothing, in words."""
+    """The settings that differ from those of a perfect link, as text."""
     perfect, found = msgspec.to_builtins(OneWay()), msgspec.to_builtins(way.settings)
-    return {key: _words(value) for key, value in found.items() if value != perfect[key]}
+    return {key: _text(value) for key, value in found.items() if value != perfect[key]}
 
 
-def _words(value: object) -> str:
+def _text(value: object) -> str:
     match value:
         case dict():
-            return "\n".join(f"{key} {_words(entry)}" for key, entry in value.items())
+            return "\n".join(f"{key} {_text(entry)}" for key, entry in value.items())
         case list() | tuple():
             return f"table of {len(value)}"
         case _:

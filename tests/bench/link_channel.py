@@ -1,9 +1,9 @@
-"""How many frames a second the channel takes, and what a million of them take on their way.
+"""How many frames a second the channel takes, and the memory of a million frames in flight.
 
-Frames are given to it in windows of a second, 64 bytes each, as many up as down; the time is that
-of `Channel.advance` alone, records included. The reference is what one would write for a test: a
-heap of arrivals, and a JSON record of each frame. Times are those of the processor, so that what
-else the machine does counts less. The limits are those of the issue tracker; nothing here fails.
+Frames of 64 bytes come in windows of a second, as many up as down; the time is that of
+`Channel.advance` alone, records included. The reference is what one would write for a test: a heap
+of arrivals, and a JSON record of each frame. Times are processor times, so that other load on the
+machine counts less. The limits are those of the issue tracker; nothing here fails.
 """
 
 import gc
@@ -35,7 +35,7 @@ PAYLOAD = bytes(64)
 
 ALL, BY_HAND = "all impairments", "by hand: a heap, delay and loss"
 BARE = OneWay(delay_s=1.28)
-# 10,000 frames/s a direction are a little more than the rate carries: there is always a queue.
+# 10,000 frames/s per direction are a little more than the rate carries: there is always a queue.
 IMPAIRED = OneWay(
     delay_s=1.28,
     rate_bit_s=5_900_000,
@@ -66,25 +66,25 @@ def windows(count: int) -> list[list[Frame]]:
     gap_ns = to_ns(1.0) // each
     return [
         [
-            Frame(way, number, window * to_ns(1.0) + place * gap_ns, PAYLOAD, number % 4)
-            for place in range(each)
+            Frame(way, number, window * to_ns(1.0) + index * gap_ns, PAYLOAD, number % 4)
+            for index in range(each)
             for way in Direction
-            for number in [window * each + place]
+            for number in [window * each + index]
         ]
         for window in range(WINDOWS)
     ]
 
 
 def by_hand_per_s() -> float:
-    """Frames per second of the reference, which delays and loses, one after the other."""
-    sent, chance = windows(FRAMES), random.Random(1)  # noqa: S311 - of a link
+    """Frames per second of the reference, which delays and loses frames one by one."""
+    sent, rng = windows(FRAMES), random.Random(1)  # noqa: S311 - for a link
     delay_ns, encode = to_ns(1.28), msgspec.json.Encoder().encode
     arriving: list[tuple[int, int, Direction, Frame]] = []
     records: list[bytes] = []
     began = time.process_time()
     for window, frames in enumerate([*sent, []], 1):
         for frame in frames:
-            if chance.random() < 0.01:
+            if rng.random() < 0.01:
                 records.append(encode(("lost", frame.direction, frame.sequence)))
             else:
                 heapq.heappush(
@@ -98,7 +98,7 @@ def by_hand_per_s() -> float:
 
 
 def frames_per_s(one_way: OneWay) -> float:
-    """Frames handed over per second, up to the record of the last one."""
+    """Frames handed over per second, until the last one is recorded."""
     sent = windows(FRAMES)
     node = channel(one_way)
     records = 0
@@ -113,15 +113,15 @@ def frames_per_s(one_way: OneWay) -> float:
 
 
 def growth_mib() -> float:
-    """Resident memory for a million frames that were sent and have not yet arrived."""
+    """Resident memory of a million frames that have been sent and not yet arrived."""
     node = channel(OneWay(delay_s=1200.0))
     before_mib = _peak_mib()
     arriving: list[Frame] = []
     for window in range(WINDOWS * WINDOWS):
         first, begin_ns = window * IN_FLIGHT // WINDOWS**2, window * to_ns(1.0)
         frames = [
-            Frame(Direction.DOWN, first + place, begin_ns + place * 1000, bytes([place % 256] * 64))
-            for place in range(IN_FLIGHT // WINDOWS**2)
+            Frame(Direction.DOWN, first + index, begin_ns + index * 1000, bytes([index % 256] * 64))
+            for index in range(IN_FLIGHT // WINDOWS**2)
         ]
         arriving += node.advance(begin_ns + to_ns(1.0), frames).frames
     return _peak_mib() - before_mib
@@ -132,7 +132,7 @@ def _peak_mib() -> float:
 
 
 def _growth_alone_mib() -> float:
-    # A process of its own: the peak of this one is that of all it did before.
+    # In a process of its own, since the peak of this one includes all it has done before.
     command = [sys.executable, __file__, "memory"]
     return float(subprocess.run(command, check=True, capture_output=True, text=True).stdout)  # noqa: S603
 

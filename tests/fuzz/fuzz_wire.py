@@ -19,10 +19,10 @@ with atheris.instrument_imports(include=["farside.link"]):
 
     from farside.link.endpoint.fragments import Fragmenter, Reassembler
     from farside.link.endpoint.keys import simulated_key
-    from farside.link.endpoint.segments import Report
-    from farside.link.endpoint.segments import decode as decode_part
-    from farside.link.endpoint.segments import encode as encode_part
-    from farside.link.endpoint.transfer import ReliableReceiver, ReliableSender, TransferConfig
+    from farside.link.endpoint.receiver import ReliableReceiver
+    from farside.link.endpoint.segments import ReceptionReport, decode_part, encode_part
+    from farside.link.endpoint.sender import ReliableSender
+    from farside.link.endpoint.transfer import TransferConfig
     from farside.link.endpoint.wire import (
         OVERHEAD_BYTE,
         WIRE_VERSION,
@@ -143,7 +143,7 @@ def _segments(data: atheris.FuzzedDataProvider) -> None:
     receiver = ReliableReceiver(Direction.DOWN, _SCHEDULE, _TRANSFER)
     sender.offer(bytes(range(200)))
     now_ns = 0
-    bodies = [encode_part(Report(10**9, 1, 0, (1, 1), rest=True))]
+    bodies = [encode_part(ReceptionReport(10**9, 1, 0, (1, 1), rest=True))]
     while data.remaining_bytes():
         now_ns += data.ConsumeIntInRange(0, 5 * 10**9)
         if sending := sender.take(now_ns):
@@ -154,7 +154,7 @@ def _segments(data: atheris.FuzzedDataProvider) -> None:
         changed = data.ConsumeBytes(data.ConsumeIntInRange(0, 3))
         with suppress(FrameError):
             part = decode_part(body[:at] + changed + body[at + len(changed) :])
-            if isinstance(part, Report):
+            if isinstance(part, ReceptionReport):
                 sender.receive(part, now_ns)
             else:
                 receiver.receive(part, now_ns)

@@ -7,7 +7,7 @@ from farside.ground.belief import Belief
 from farside.ground.commands import CommandDesk
 from farside.ground.config import OverrideAt, Pursue, SwitchMode, Tour, WaitUntil
 from farside.link import LinkConfig, LinkTerms, OneWay, rover_endpoint
-from farside.link.endpoint.endpoint import ROUTES
+from farside.link.endpoint.endpoint import SERVICES
 from farside.logs import decode
 from farside.messages import (
     Approve,
@@ -199,7 +199,7 @@ def test_heartbeats_go_out_steadily_and_events_are_learned() -> None:
 def test_a_command_goes_out_once_and_again_where_no_answer_comes() -> None:
     bench = Bench(SwitchMode(mode=Mode.SHARED))
     frames, _ = bench.ground.advance(to_ns(30.0), [])
-    copies = [frame for frame in frames if frame.priority == ROUTES[Command].priority]
+    copies = [frame for frame in frames if frame.priority == SERVICES[Command].priority]
     assert len(copies) > 1
     bench.rover.expect(frames)
     commands = [m for m in bench.rover.received(to_ns(40.0)) if isinstance(m, Command)]

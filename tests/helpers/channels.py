@@ -31,7 +31,7 @@ def frame(  # noqa: PLR0917 - as in `Frame`
     lifetime_s: float | None = None,
 ) -> Frame:
     lifetime_ns = None if lifetime_s is None else to_ns(lifetime_s)
-    payload = bytes(place % 256 for place in range(size_byte))
+    payload = bytes(index % 256 for index in range(size_byte))
     return Frame(direction, sequence, to_ns(t_s), payload, priority, lifetime_ns)
 
 

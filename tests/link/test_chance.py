@@ -1,4 +1,4 @@
-"""What chance does: each process by its law, and none in the way of another."""
+"""Random impairments: each has its distribution, and none affects another."""
 
 import math
 from collections.abc import Sequence
@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from scipy import stats  # type: ignore[import-untyped]
 
 from farside.link import OneWay
-from farside.link.channel.chance import CALM, Chance
+from farside.link.channel.chance import UNIMPAIRED, RandomImpairments
 from farside.link.profile.config import BitErrorEffect
 from farside.link.profile.impairments import FourState, GilbertElliott, Jitter, JitterShape, Reorder
 from farside.node import Direction, Frame
@@ -35,12 +35,12 @@ def frames(count: int = COUNT, size_byte: int = 20) -> list[Frame]:
     return [Frame(Direction.UP, n, n, bytes(size_byte)) for n in range(count)]
 
 
-def chance(seed: int = 7, **impairments: Any) -> Chance:
-    return Chance(np.random.default_rng(seed), OneWay(**impairments))
+def chance(seed: int = 7, **impairments: Any) -> RandomImpairments:
+    return RandomImpairments(np.random.default_rng(seed), OneWay(**impairments))
 
 
-class Luck(NamedTuple):
-    """A frame's jitter and `farside.link.channel.chance.Luck`."""
+class Drawn(NamedTuple):
+    """A frame's jitter and `farside.link.channel.chance.Impairment`."""
 
     loss: Fate | None
     flips: tuple[int, ...]
@@ -49,23 +49,23 @@ class Luck(NamedTuple):
     copy_ns: int | None
 
 
-def lucks(node: Chance, frames: Sequence[Frame]) -> list[Luck]:
-    """The luck of each frame that `node` draws for."""
+def drawn(node: RandomImpairments, frames: Sequence[Frame]) -> list[Drawn]:
+    """What each frame draws from `node`."""
     jitters_ns, others = node.draw(frames)
     assert len(jitters_ns) == len(frames)
-    found = [others.get(place, CALM) for place in range(len(frames))]
+    found = [others.get(index, UNIMPAIRED) for index in range(len(frames))]
     return [
-        Luck(luck.loss, luck.flips, jitter_ns, luck.hold_ns, luck.copy_ns)
-        for luck, jitter_ns in zip(found, jitters_ns, strict=True)
+        Drawn(one.loss, one.flips, jitter_ns, one.hold_ns, one.copy_ns)
+        for one, jitter_ns in zip(found, jitters_ns, strict=True)
     ]
 
 
-def draw(count: int = COUNT, size_byte: int = 20, **impairments: Any) -> list[Luck]:
-    return lucks(chance(**impairments), frames(count, size_byte))
+def draw(count: int = COUNT, size_byte: int = 20, **impairments: Any) -> list[Drawn]:
+    return drawn(chance(**impairments), frames(count, size_byte))
 
 
 def losses(**impairments: Any) -> list[bool]:
-    return [luck.loss is not None for luck in draw(**impairments)]
+    return [one.loss is not None for one in draw(**impairments)]
 
 
 def near(
@@ -104,7 +104,7 @@ def test_four_states_stay_as_long_as_their_chain_says() -> None:
     assert np.mean(lost) == pytest.approx(0.02 / 0.22, rel=0.2)
 
 
-def test_four_states_with_p13_alone_lose_each_frame_on_its_own() -> None:
+def test_four_states_with_p13_alone_lose_each_frame_independently() -> None:
     lost = np.array(losses(loss=FourState(p13=0.1)))
     assert near(lost.mean(), 0.1)
     after_loss = lost[1:][lost[:-1]]
@@ -119,12 +119,12 @@ def test_a_loss_alone_in_a_gap_is_never_followed_by_another() -> None:
 
 @pytest.mark.parametrize("correlation", [0.0, 0.7, -0.5])
 @pytest.mark.parametrize("shape", JitterShape)
-def test_jitter_has_its_shape_whatever_the_correlation(
+def test_jitter_has_its_distribution_for_any_correlation(
     shape: JitterShape, correlation: float
 ) -> None:
     jitter = Jitter(spread_s=0.01, shape=shape, correlation=correlation)
     # Far enough apart to be independent.
-    delays = np.array([luck.jitter_ns for luck in draw(jitter=jitter)])[::20] / 1e7
+    delays = np.array([one.jitter_ns for one in draw(jitter=jitter)])[::20] / 1e7
     law = stats.uniform() if shape is JitterShape.UNIFORM else stats.expon()
     assert stats.kstest(delays, law.cdf).pvalue > 1e-4
     assert delays.min() >= 0
@@ -133,70 +133,70 @@ def test_jitter_has_its_shape_whatever_the_correlation(
 @pytest.mark.parametrize("correlation", [0.0, 0.7, -0.5])
 def test_jitter_is_correlated_as_asked_for(correlation: float) -> None:
     jitter = Jitter(spread_s=0.01, correlation=correlation)
-    delays = np.array([luck.jitter_ns for luck in draw(jitter=jitter)]) / 1e7
+    delays = np.array([one.jitter_ns for one in draw(jitter=jitter)]) / 1e7
     scores = stats.norm.ppf(np.clip(delays, 1e-9, 1 - 1e-9))
     assert np.corrcoef(scores[1:], scores[:-1])[0, 1] == pytest.approx(correlation, abs=0.03)
 
 
 @pytest.mark.parametrize("rate", [1e-4, 0.01, 0.5])
-def test_wrong_bits_are_as_many_as_a_binomial_says_and_anywhere(rate: float) -> None:
-    lucks = draw(4000, bit_error_rate=rate, bit_errors=BitErrorEffect.FLIP)
+def test_wrong_bits_are_binomial_in_number_and_uniform_in_position(rate: float) -> None:
+    drawn = draw(4000, bit_error_rate=rate, bit_errors=BitErrorEffect.FLIP)
     bits = 20 * 8
-    counts = np.array([len(luck.flips) for luck in lucks])
+    counts = np.array([len(one.flips) for one in drawn])
     assert abs(counts.mean() - bits * rate) < 5 * math.sqrt(bits * rate * (1 - rate) / 4000)
     assert near(np.mean(counts == 0), (1 - rate) ** bits, count=4000)
-    places = [bit for luck in lucks for bit in luck.flips]
+    places = [bit for one in drawn for bit in one.flips]
     assert abs(np.mean(places) - (bits - 1) / 2) < 5 * bits / math.sqrt(12 * len(places))
-    assert all(len(set(luck.flips)) == len(luck.flips) for luck in lucks)
-    assert all(luck.loss is None for luck in lucks)
+    assert all(len(set(one.flips)) == len(one.flips) for one in drawn)
+    assert all(one.loss is None for one in drawn)
 
 
 def test_a_wrong_bit_in_the_overhead_loses_the_frame() -> None:
-    lucks = draw(
+    drawn = draw(
         4000, bit_error_rate=0.001, bit_errors=BitErrorEffect.FLIP, overhead_byte=20, size_byte=20
     )
-    lost = np.mean([luck.loss is Fate.BIT_ERROR for luck in lucks])
+    lost = np.mean([one.loss is Fate.BIT_ERROR for one in drawn])
     assert near(lost, 1 - 0.999**160, count=4000)
-    assert all(not luck.flips for luck in lucks if luck.loss)
+    assert all(not one.flips for one in drawn if one.loss)
 
 
 def test_bit_errors_lose_long_frames_more_often() -> None:
     for size_byte in (10, 200):
         lost = np.mean(
-            [luck.loss is Fate.BIT_ERROR for luck in draw(4000, size_byte, bit_error_rate=5e-4)]
+            [one.loss is Fate.BIT_ERROR for one in draw(4000, size_byte, bit_error_rate=5e-4)]
         )
         assert near(lost, 1 - (1 - 5e-4) ** (8 * size_byte), count=4000)
 
 
 def test_when_every_bit_is_wrong_all_are_flipped() -> None:
-    (luck,) = draw(1, 3, bit_error_rate=1.0, bit_errors=BitErrorEffect.FLIP)
-    assert luck.flips == tuple(range(24))
+    (one,) = draw(1, 3, bit_error_rate=1.0, bit_errors=BitErrorEffect.FLIP)
+    assert one.flips == tuple(range(24))
 
 
 def test_corruption_flips_one_bit_anywhere() -> None:
-    lucks = draw(corrupt=0.1)
-    flips = [luck.flips for luck in lucks if luck.flips]
+    drawn = draw(corrupt=0.1)
+    flips = [one.flips for one in drawn if one.flips]
     assert near(len(flips) / COUNT, 0.1)
     assert {len(bits) for bits in flips} == {1}
     assert {bits[0] for bits in flips} == set(range(160))
 
 
 def test_an_empty_frame_has_nothing_to_corrupt() -> None:
-    assert all(not luck.flips for luck in draw(100, 0, corrupt=1.0))
+    assert all(not one.flips for one in draw(100, 0, corrupt=1.0))
 
 
-def test_as_many_are_held_back_and_doubled_as_asked_for() -> None:
-    lucks = draw(reorder=Reorder(share=0.2, hold_s=1.0), duplicate=0.3)
-    assert near(np.mean([luck.hold_ns > 0 for luck in lucks]), 0.2)
-    assert near(np.mean([luck.copy_ns is not None for luck in lucks]), 0.3)
+def test_as_many_frames_are_held_back_and_duplicated_as_asked_for() -> None:
+    drawn = draw(reorder=Reorder(share=0.2, hold_s=1.0), duplicate=0.3)
+    assert near(np.mean([one.hold_ns > 0 for one in drawn]), 0.2)
+    assert near(np.mean([one.copy_ns is not None for one in drawn]), 0.3)
 
 
 @given(st.lists(st.integers(0, 40), max_size=10))
-def test_how_frames_are_cut_into_blocks_does_not_show(sizes: Sequence[int]) -> None:
+def test_how_frames_are_split_into_blocks_makes_no_difference(sizes: Sequence[int]) -> None:
     total = sum(sizes)
     blocks, node = [], chance(**EVERYTHING)
     for begin, size in zip(accumulate(sizes, initial=0), sizes, strict=False):
-        blocks += lucks(node, frames(total)[begin : begin + size])
+        blocks += drawn(node, frames(total)[begin : begin + size])
     assert blocks == draw(total, **EVERYTHING)
 
 
@@ -211,7 +211,7 @@ FIELDS = {
 
 
 @pytest.mark.parametrize("absent", FIELDS)
-def test_without_one_impairment_the_others_do_the_same(absent: str) -> None:
+def test_removing_one_impairment_leaves_the_others_unchanged(absent: str) -> None:
     fewer = {name: value for name, value in EVERYTHING.items() if name != absent}
     for one, other in zip(draw(2000, **EVERYTHING), draw(2000, **fewer), strict=True):
         for field in {"loss", "flips", "jitter_ns", "hold_ns", "copy_ns"} - {*FIELDS[absent]}:
@@ -219,12 +219,12 @@ def test_without_one_impairment_the_others_do_the_same(absent: str) -> None:
 
 
 @given(st.integers(0, 300))
-def test_an_impairment_that_begins_later_finds_its_draws_where_they_would_be(later: int) -> None:
+def test_an_impairment_that_begins_later_draws_as_if_it_had_always_been_on(later: int) -> None:
     always = {name: EVERYTHING[name] for name in ("corrupt", "reorder", "duplicate")} | {
         "loss": 0.3
     }
     node = chance()
-    before = lucks(node, frames(300)[:later])
+    before = drawn(node, frames(300)[:later])
     node.configure(OneWay(**always))
-    assert lucks(node, frames(300)[later:]) == draw(300, **always)[later:]
-    assert all(luck.loss is None and not luck.flips for luck in before)
+    assert drawn(node, frames(300)[later:]) == draw(300, **always)[later:]
+    assert all(one.loss is None and not one.flips for one in before)

@@ -33,7 +33,7 @@ def test_frames_wait_for_each_other_but_not_for_the_other_direction() -> None:
     ]
 
 
-def test_a_full_queue_drops_the_newest_frame_and_says_so() -> None:
+def test_a_full_queue_drops_the_newest_frame_and_records_it() -> None:
     narrow = OneWay(delay_s=0.0, rate_bit_s=800, queue_byte=250)
     step = pass_through(link(up=narrow), [frame(UP, n, 0) for n in range(4)])
     by_sequence = {fate.sequence: fate for fate in fates(step.records)}
@@ -135,7 +135,7 @@ def test_a_frame_from_another_time_is_refused() -> None:
     ),
     cuts=st.lists(st.integers(1, 99), max_size=8),
 )
-def test_how_time_is_cut_into_windows_does_not_show(
+def test_how_time_is_split_into_windows_makes_no_difference(
     sends: Sequence[tuple[Direction, int, int]], cuts: Sequence[int]
 ) -> None:
     config = link(

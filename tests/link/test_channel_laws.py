@@ -1,4 +1,4 @@
-"""What holds for every link and all traffic, and what chance and control do in the channel."""
+"""What holds for every link and all traffic; random impairments and commands in the channel."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -120,7 +120,7 @@ traffic = st.lists(
 
 
 @given(links, traffic, st.lists(st.integers(1, 4000), max_size=30))
-def test_how_time_is_cut_into_windows_does_not_show(
+def test_how_time_is_split_into_windows_makes_no_difference(
     config: LinkConfig, frames: Sequence[Frame], cuts: Sequence[int]
 ) -> None:
     # No window is longer than 2 s, the least delay.
@@ -167,7 +167,7 @@ def test_bits_are_flipped_as_recorded(config: LinkConfig, frames: Sequence[Frame
 
 
 @given(ways, traffic)
-def test_nothing_overtakes_but_what_is_held_back_or_comes_twice(
+def test_nothing_is_overtaken_except_by_reordering_and_duplication(
     way: OneWay, frames: Sequence[Frame]
 ) -> None:
     calm = msgspec.structs.replace(way, reorder=None, duplicate=0.0)
@@ -178,10 +178,10 @@ def test_nothing_overtakes_but_what_is_held_back_or_comes_twice(
 
 
 @given(ways, traffic, st.sampled_from(["rate", "loss", "reorder", "duplicate", "blackout"]))
-def test_another_rate_or_impairment_leaves_the_rest_as_it_was(
+def test_changing_the_rate_or_one_impairment_leaves_the_rest_unchanged(
     way: OneWay, frames: Sequence[Frame], other: str
 ) -> None:
-    """A frame that comes through either way has the same luck in both."""
+    """A frame that arrives either way has the same random impairments in both."""
     free: dict[str, Any] = {"rate_bit_s": None, "rate_table": (), "rate_trace": None}
     way = msgspec.structs.replace(way, **free)
     there = [Blackout(start_s=30.0, end_s=50.0)] if other == "blackout" else []
@@ -205,7 +205,7 @@ def test_another_rate_or_impairment_leaves_the_rest_as_it_was(
             assert new_fate.arrival_ns == fate.arrival_ns
 
 
-def test_held_frames_are_overtaken_and_hold_nothing_back() -> None:
+def test_frames_held_back_are_overtaken_and_delay_no_others() -> None:
     config = link(up=OneWay(delay_s=1.0, reorder=Reorder(share=0.3, hold_s=5.0)))
     found = fate_of(config, [frame(UP, n, n) for n in range(100)])
     late = {n: fate.arrival_ns - to_ns(n + 1.0) for n, fate in found.items()}
@@ -213,7 +213,7 @@ def test_held_frames_are_overtaken_and_hold_nothing_back() -> None:
     assert any(found[n].arrival_ns > found[n + 1].arrival_ns for n in range(99))
 
 
-def test_a_copy_has_a_fate_of_its_own() -> None:
+def test_a_duplicate_has_a_fate_of_its_own() -> None:
     jitter = Jitter(spread_s=0.5)
     config = link(up=OneWay(delay_s=1.0, duplicate=1.0, jitter=jitter))
     step = pass_through(config, [frame(UP, n, 10 * n) for n in range(20)])
@@ -258,7 +258,7 @@ def test_outages_that_touch_end_and_begin_in_the_log() -> None:
     ]
 
 
-def test_a_direction_is_out_for_as_long_as_it_is_told() -> None:
+def test_a_direction_is_out_for_as_long_as_it_is_commanded() -> None:
     node = channel(link())
     node.advance(to_ns(10.0), [])
     node.set_out(DOWN, True)
@@ -277,7 +277,7 @@ def test_a_direction_is_out_for_as_long_as_it_is_told() -> None:
     assert fates(dark.records)[0].outage is OutageReason.CONTROL
 
 
-def test_a_downlink_frame_on_the_transmitter_is_lost_when_the_direction_is_told_to_be_out() -> None:
+def test_a_downlink_frame_being_sent_is_lost_when_the_direction_is_commanded_out() -> None:
     node = channel(link(down=OneWay(delay_s=1.0, rate_bit_s=800)))
     node.advance(to_ns(0.5), [frame(DOWN, 0, 0.0)])
     node.set_out(DOWN, True)
@@ -304,6 +304,6 @@ def test_scheduled_changes_take_place_at_their_time() -> None:
 
 
 @pytest.mark.parametrize("way", Direction)
-def test_a_frame_beyond_the_window_is_refused(way: Direction) -> None:
+def test_a_frame_sent_after_the_window_is_refused(way: Direction) -> None:
     with pytest.raises(ValueError, match=f"expected {way} frame 3 to be sent in the window"):
         channel(link()).advance(to_ns(1.0), [frame(way, 3, 1.0)])

@@ -1,4 +1,4 @@
-"""Who waits, who goes first and who goes without: the queue and the transmitter."""
+"""The transmit queue and the transmitter: which frames wait, go first, or are dropped."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -30,14 +30,14 @@ def sending(
     return {n: (to_s(fate.sent_ns), to_s(fate.sent_end_ns)) for n, fate in found.items()}
 
 
-def test_the_highest_priority_goes_first_and_the_oldest_of_it() -> None:
+def test_the_highest_priority_is_sent_first_and_the_oldest_of_it() -> None:
     frames = [frame(UP, n, 0.1 * n, priority=p) for n, p in enumerate([0, 0, 1, 2, 1])]
     step = pass_through(slow(), frames)
     assert [f.sequence for f in step.frames] == [0, 3, 2, 4, 1]
     assert [fate.priority for fate in fates(step.records)] == [0, 2, 1, 1, 0]
 
 
-def test_of_frames_handed_over_at_once_the_most_important_goes_first() -> None:
+def test_of_frames_handed_over_at_once_the_highest_priority_is_sent_first() -> None:
     step = pass_through(slow(), [frame(UP, 0, 0, priority=1), frame(UP, 1, 0, priority=2)])
     assert [f.sequence for f in step.frames] == [1, 0]
 
@@ -57,13 +57,13 @@ def test_a_full_queue_drops_by_its_policy(
     assert {n for n, fate in found.items() if fate.fate is Fate.QUEUE_FULL} == dropped
 
 
-def test_the_least_important_may_be_the_one_that_comes() -> None:
+def test_the_frame_dropped_may_be_the_one_just_handed_over() -> None:
     frames = [frame(UP, n, 0.1 * n, priority=p) for n, p in enumerate([1, 1, 0])]
     found = fate_of(slow(drop=DropPolicy.LOWEST, queue_frame=1), frames)
     assert found[2].fate is Fate.QUEUE_FULL
 
 
-def test_a_frame_too_large_for_any_queue_drives_nothing_out() -> None:
+def test_a_frame_too_large_for_the_queue_displaces_no_other() -> None:
     config = slow(drop=DropPolicy.OLDEST, queue_byte=250)
     found = fate_of(config, [frame(UP, 0, 0), frame(UP, 1, 0.1), frame(UP, 2, 0.2, 300)])
     assert [found[n].fate for n in range(3)] == [Fate.DELIVERED, Fate.DELIVERED, Fate.QUEUE_FULL]
@@ -76,7 +76,7 @@ def test_a_drop_is_recorded_when_the_queue_overflows() -> None:
     assert step.records[0].log_time_ns == to_ns(0.5)
 
 
-def test_a_frame_whose_turn_comes_too_late_has_expired() -> None:
+def test_a_frame_whose_turn_comes_too_late_expires() -> None:
     frames = [frame(UP, 0, 0), frame(UP, 1, 0.5), frame(UP, 2, 0.5), frame(UP, 3, 0.5, 100, 0, 9.0)]
     step = pass_through(slow(lifetime_s=1.0), frames)
     found = {fate.sequence: fate for fate in fates(step.records)}
@@ -91,12 +91,12 @@ def test_a_frame_whose_turn_comes_too_late_has_expired() -> None:
     assert found[3].sent_ns == to_ns(2.0)
 
 
-def test_without_a_limit_to_the_rate_nothing_waits() -> None:
+def test_without_a_rate_limit_nothing_waits() -> None:
     config = link(up=OneWay(delay_s=1.0, queue_byte=1, queue_frame=1, lifetime_s=1e-9))
     assert len(pass_through(config, [frame(UP, n, 0) for n in range(9)]).frames) == 9
 
 
-def test_the_overhead_takes_its_time() -> None:
+def test_sending_the_overhead_takes_time() -> None:
     assert sending(slow(overhead_byte=50), [frame(UP, 0, 0)]) == {0: (0.0, 1.5)}
 
 
@@ -117,7 +117,7 @@ def test_a_rate_table_is_integrated_over_its_steps() -> None:
     assert sending(config, frames) == {0: (0.0, 10.25), 1: (10.25, 10.75)}
 
 
-def test_what_waits_for_a_rate_to_come_goes_by_priority_and_lifetime() -> None:
+def test_frames_that_wait_for_a_rate_are_sent_by_priority_and_lifetime() -> None:
     table = (RateStep(t_s=0.0, rate_bit_s=0), RateStep(t_s=100.0, rate_bit_s=800))
     config = link(up=OneWay(delay_s=1.0, rate_table=table))
     frames = [frame(UP, 0, 1.0), frame(UP, 1, 2.0, lifetime_s=50.0), frame(UP, 2, 3.0, priority=1)]
@@ -132,7 +132,7 @@ def test_frames_share_an_opportunity_and_a_large_one_takes_several() -> None:
     assert sending(traced(10), frames) == {0: (0.01, 0.01), 1: (0.01, 0.02), 2: (0.03, 0.03)}
 
 
-def test_what_an_opportunity_leaves_over_is_lost() -> None:
+def test_what_an_opportunity_leaves_unused_is_lost() -> None:
     frames = [frame(UP, 0, 0, 100), frame(UP, 1, 0.0105, 100)]
     assert sending(traced(10), frames) == {0: (0.01, 0.01), 1: (0.02, 0.02)}
 
@@ -155,14 +155,14 @@ def test_a_trace_that_cannot_be_played_is_refused(times_ms: tuple[int, ...]) -> 
         channel(traced(*times_ms))
 
 
-def test_a_change_of_rate_holds_for_the_rest_of_the_frame_on_the_transmitter() -> None:
+def test_a_change_of_rate_applies_to_the_rest_of_the_frame_being_sent() -> None:
     config = link(
         up=OneWay(delay_s=1.0, rate_bit_s=800), changes=(LinkChange(at_s=0.75, rate_bit_s=80),)
     )
     assert sending(config, [frame(UP, 0, 0), frame(UP, 1, 0)]) == {0: (0.0, 3.25), 1: (3.25, 13.25)}
 
 
-def test_without_a_limit_any_more_all_that_waits_goes_at_once() -> None:
+def test_when_the_rate_limit_is_lifted_all_waiting_frames_are_sent_at_once() -> None:
     node = channel(slow())
     node.advance(to_ns(0.5), [frame(UP, 0, 0), frame(UP, 1, 0), frame(UP, 2, 0, priority=1)])
     node.change(UP, OneWay(delay_s=1.0))

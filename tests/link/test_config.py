@@ -1,4 +1,4 @@
-"""What the tables of a link refuse, whoever makes them."""
+"""What the tables of a link refuse, however they are made."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -29,7 +29,7 @@ def test_a_direction_has_one_delay_and_one_rate(settings: dict[str, Any], words:
 
 
 @pytest.mark.parametrize(
-    ("chances", "words"),
+    ("probabilities", "words"),
     [
         ({"p13": 0.6, "p14": 0.5}, r"expected p13 \+ p14 of 1 at most, found 1.1"),
         ({"p13": 0.2, "p31": 0.6, "p32": 0.5}, r"expected p31 \+ p32 of 1 at most, found 1.1"),
@@ -39,14 +39,14 @@ def test_a_direction_has_one_delay_and_one_rate(settings: dict[str, Any], words:
         ),
     ],
 )
-def test_a_state_is_not_left_more_often_than_always(
-    chances: Mapping[str, float], words: str
+def test_the_probabilities_of_leaving_a_state_are_at_most_one_in_all(
+    probabilities: Mapping[str, float], words: str
 ) -> None:
     with pytest.raises(ValueError, match=words):
-        FourState(**chances)
+        FourState(**probabilities)
 
 
-def test_a_change_holds_for_what_it_names_and_leaves_the_rest() -> None:
+def test_a_change_replaces_what_it_names_and_leaves_the_rest() -> None:
     before = OneWay(delay_s=1.0, rate_table=(RateStep(t_s=0.0, rate_bit_s=80),), loss=0.1)
     reorder = Reorder(share=0.1, hold_s=0.5)
     change = LinkChange(at_s=3.0, rate_bit_s=800, reorder=reorder)

@@ -51,14 +51,14 @@ def test_arrivals_are_in_order_of_time_however_they_were_sent() -> None:
     assert [at_ns for at_ns, *_ in arrived] == sorted(at_ns for at_ns, *_ in arrived)
 
 
-def test_what_comes_to_be_known_late_counts_as_sent_now() -> None:
+def test_a_message_reported_late_counts_as_sent_now() -> None:
     subject = emulator(delay_s=0.0)
     subject.advance(5 * MS)
     subject.send(UP, 3 * MS, b"x", "late")
     assert subject.advance(5 * MS + 1) == [(5 * MS, UP, b"x", "late")]
 
 
-def test_every_message_is_in_flight_or_has_its_end_counted() -> None:
+def test_every_message_is_in_flight_or_counted_once_by_its_fate() -> None:
     subject = emulator(delay_s=0.01, loss=0.5, duplicate=0.5)
     for number in range(200):
         subject.send(UP, number, b"four", str(number))
@@ -109,7 +109,7 @@ def test_called_when_it_asks_to_be_it_is_never_late(up: dict[str, Any]) -> None:
     assert calls < 100
 
 
-def test_what_is_changed_by_schedule_stays_when_something_else_is_changed_by_hand() -> None:
+def test_a_scheduled_change_survives_a_manual_change_of_another_setting() -> None:
     lossy = LinkChange(at_s=1.0, loss=0.5)
     subject: Emulator[str] = Emulator(LinkConfig(changes=(lossy,)))
     subject.advance(2000 * MS)
@@ -131,7 +131,7 @@ def test_it_tells_why_a_direction_is_out() -> None:
     assert subject.state().down.outage == OutageState(OutageReason.CONTROL, left_s=None)
 
 
-def test_a_rate_takes_the_place_of_a_table_of_rates() -> None:
+def test_a_rate_replaces_a_rate_table() -> None:
     subject = emulator()
     control(subject, up={"rate_table": [{"t_s": 0.0, "rate_bit_s": 100}]})
     control(subject, up={"rate_bit_s": 50})
@@ -139,13 +139,13 @@ def test_a_rate_takes_the_place_of_a_table_of_rates() -> None:
     assert (settings.rate_bit_s, settings.rate_table) == (50, ())
 
 
-def test_null_takes_a_setting_away() -> None:
+def test_null_removes_a_setting() -> None:
     subject = emulator(loss=0.5)
     control(subject, both={"loss": None})
     assert subject.state().up.settings == OneWay()
 
 
-def test_of_a_change_that_is_wrong_in_part_nothing_is_done() -> None:
+def test_a_partly_invalid_change_is_not_applied_at_all() -> None:
     subject = emulator()
     with pytest.raises(ValueError, match=r"^down: .*loss"):
         control(subject, up={"loss": 0.5, "out": True}, down={"loss": 2})
@@ -166,6 +166,6 @@ def test_of_a_change_that_is_wrong_in_part_nothing_is_done() -> None:
         b'{"up": {"loss": ' + b"[" * 100_000,
     ],
 )
-def test_no_payload_raises_anything_but_the_one_error(payload: bytes) -> None:
+def test_no_payload_raises_anything_but_value_error(payload: bytes) -> None:
     with pytest.raises(ValueError, match=r"\w"):
         emulator().control(payload)

@@ -1,7 +1,7 @@
 """Messages in, frames across, messages out."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, cast
+from typing import Any
 
 import pytest
 from hypothesis import given
@@ -60,7 +60,10 @@ class Pair:
 
     @property
     def events(self) -> list[FrameEvent]:
-        self._events += [cast("FrameEvent", decode(record)) for record in self.journal.take()]
+        for record in self.journal.take():
+            event = decode(record)
+            assert isinstance(event, FrameEvent)
+            self._events.append(event)
         return self._events
 
     def stages(self, direction: Direction) -> list[FrameStage]:
@@ -115,7 +118,7 @@ def test_commands_arrive_in_order_and_once_whatever_is_lost() -> None:
     assert pair.at_rover == commands
 
 
-def test_of_telemetry_and_heartbeats_nothing_is_sent_again() -> None:
+def test_telemetry_and_heartbeats_are_never_retransmitted() -> None:
     pair = Pair()
     pair.rover.send(telemetry(), 0)
     pair.ground.send(Heartbeat(), 0)
@@ -124,7 +127,7 @@ def test_of_telemetry_and_heartbeats_nothing_is_sent_again() -> None:
     assert len(pair.events) == 2
 
 
-def test_a_message_longer_than_a_frame_is_cut_and_put_together() -> None:
+def test_a_message_longer_than_a_frame_is_cut_and_reassembled() -> None:
     pair = Pair(mtu_byte=128)
     path = tuple(ProposedStep((f"at:{n},0",), "E", float(n)) for n in range(30))
     proposal = Proposal(1, 0, ("at:30,0",), "E", Chooser.GOAL_DIRECTED, path)
@@ -155,7 +158,7 @@ def test_what_waited_for_the_link_arrives_marked_as_stored_oldest_first() -> Non
     assert {event.stored for event in pair.events} == {True}
 
 
-def test_the_store_gives_up_the_oldest_where_it_is_full() -> None:
+def test_a_full_store_drops_the_oldest() -> None:
     pair = Pair(store_byte=1000)
     dropped = [pair.rover.store(telemetry(number), number) for number in range(20)]
     assert sum(dropped) > 0
@@ -177,7 +180,7 @@ def test_in_terrain_shadow_nothing_goes_out_and_nothing_comes_in() -> None:
     assert pair.rover.heard_ns is None
 
 
-def test_an_event_from_the_shadow_arrives_after_it() -> None:
+def test_an_event_made_in_shadow_arrives_after_it() -> None:
     pair = Pair()
     pair.rover.in_shadow = True
     pair.rover.send(event := Event(1, 0, GoalReached(("at:A",))), 0)
@@ -223,7 +226,7 @@ def of_another_mission(frame: Frame, _: Pair) -> Frame:
         (of_another_mission, "forged"),
     ],
 )
-def test_what_the_other_end_did_not_send_is_refused_and_written_down(
+def test_what_the_other_end_did_not_send_is_refused_and_recorded(
     attack: Callable[[Frame, Pair], Frame], reason: str
 ) -> None:
     pair = Pair()
@@ -237,7 +240,7 @@ def test_what_the_other_end_did_not_send_is_refused_and_written_down(
 
 
 @given(st.lists(st.binary(max_size=80), max_size=5))
-def test_no_bytes_whatever_stop_an_end(payloads: Sequence[bytes]) -> None:
+def test_no_bytes_stop_an_endpoint(payloads: Sequence[bytes]) -> None:
     pair = Pair()
     pair.rover.expect(Frame(Direction.UP, n, 0, payload) for n, payload in enumerate(payloads))
     assert list(pair.rover.received(0)) == []

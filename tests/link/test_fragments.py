@@ -1,4 +1,4 @@
-"""Messages larger than a frame, in pieces."""
+"""Messages larger than a frame, cut into fragments."""
 
 import struct
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ def refusal(reassembler: Reassembler, body: bytes) -> Refusal:
     return caught.value.reason
 
 
-def test_a_message_that_fits_goes_as_it_is() -> None:
+def test_a_message_that_fits_is_sent_as_it_is() -> None:
     message = bytes(100 - OVERHEAD_BYTE)
 
     assert Fragmenter(100).cut(message, 0) == [message]
@@ -55,7 +55,7 @@ def test_no_frame_is_longer_than_the_mtu(message: bytes, mtu_byte: int, number: 
 
 @given(st.lists(st.binary(min_size=60, max_size=400), min_size=1, max_size=4), st.randoms())
 def test_fragments_in_any_order_and_more_than_once_give_each_message_once(
-    messages: Sequence[bytes], chance: ArtificialRandom
+    messages: Sequence[bytes], rng: ArtificialRandom
 ) -> None:
     bodies = [
         body
@@ -63,7 +63,7 @@ def test_fragments_in_any_order_and_more_than_once_give_each_message_once(
         for body in Fragmenter(70).cut(message, number)
     ]
     bodies += bodies
-    chance.shuffle(bodies)
+    rng.shuffle(bodies)
     reassembler = Reassembler(HOUR_NS)
 
     whole = [reassembler.add(body, 0) for body in bodies]
@@ -96,7 +96,7 @@ def test_age_counts_from_the_first_fragment() -> None:
     assert reassembler.expired == 1
 
 
-def test_with_too_many_messages_the_oldest_incomplete_one_goes() -> None:
+def test_with_too_many_messages_the_oldest_incomplete_one_is_dropped() -> None:
     reassembler = Reassembler(HOUR_NS, max_messages=2)
     for number in (1, 2, 3):
         reassembler.add(fragment(number, 0, 2), 0)
@@ -105,7 +105,7 @@ def test_with_too_many_messages_the_oldest_incomplete_one_goes() -> None:
     assert [reassembler.add(fragment(n, 1, 2), 0) for n in (1, 2, 3)] == [None, b"xx", b"xx"]
 
 
-def test_with_too_many_bytes_the_oldest_incomplete_one_goes() -> None:
+def test_with_too_many_bytes_the_oldest_incomplete_one_is_dropped() -> None:
     reassembler = Reassembler(HOUR_NS, max_byte=4000)
     for number in (1, 2, 3):
         reassembler.add(fragment(number, 0, 2, bytes(1500)), 0)
@@ -115,7 +115,7 @@ def test_with_too_many_bytes_the_oldest_incomplete_one_goes() -> None:
     assert reassembler.add(fragment(2, 1, 2, b"end"), 0) == bytes(1500) + b"end"
 
 
-def test_a_message_that_could_never_be_whole_displaces_nobody() -> None:
+def test_a_message_that_could_never_be_complete_displaces_no_other() -> None:
     reassembler = Reassembler(HOUR_NS, max_byte=4000)
     reassembler.add(fragment(1, 0, 2), 0)
 
@@ -166,7 +166,7 @@ fragments = st.builds(
     st.integers(1, 3),
     st.integers(0, 1500),
 )
-def test_nothing_raises_anything_else_or_takes_more_memory(
+def test_no_fragments_raise_another_error_or_exceed_the_memory_bound(
     arrivals: Sequence[tuple[bytes, int]], max_messages: int, max_byte: int
 ) -> None:
     reassembler = Reassembler(100, max_messages, max_byte)

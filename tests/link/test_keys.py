@@ -1,4 +1,4 @@
-"""Mission keys and sequence numbers on disk: no number twice under one key, whatever happens."""
+"""Mission keys and sequence numbers on disk: no number is used twice with one key, ever."""
 
 import os
 import subprocess
@@ -120,7 +120,7 @@ def test_the_file_says_what_it_counts_and_from_where_it_is_free(path: Path) -> N
         assert numbers.first == 10
 
 
-def test_a_new_key_needs_its_file_made_and_only_once(tmp_path: Path, path: Path) -> None:
+def test_the_file_of_a_new_key_has_to_be_created_and_only_once(tmp_path: Path, path: Path) -> None:
     with pytest.raises(KeyFileError, match="if it has, make a new key"):
         SequenceFile(tmp_path / "lost", KEY, UP, Use.SENT)
     with pytest.raises(KeyFileError, match="expected no sequence file there yet"):
@@ -139,7 +139,7 @@ def test_the_file_of_another_key_direction_or_use_is_refused(
 
 
 @pytest.mark.parametrize("content", [b"", b"\xff\xfe", b"farside sequence 1 sent up"])
-def test_a_damaged_file_is_refused_and_can_be_given_another_try(path: Path, content: bytes) -> None:
+def test_a_damaged_file_is_refused_and_released(path: Path, content: bytes) -> None:
     whole = path.read_bytes()
     path.write_bytes(content)
     with pytest.raises(KeyFileError, match="expected 'farside sequence 1 sent up"):
@@ -150,14 +150,14 @@ def test_a_damaged_file_is_refused_and_can_be_given_another_try(path: Path, cont
         assert numbers.first == 0
 
 
-def test_a_file_in_use_is_refused_to_others(path: Path) -> None:
+def test_a_file_in_use_is_refused_to_other_processes(path: Path) -> None:
     in_use = pytest.raises(KeyFileError, match="found it in use: end the other process first")
     with SequenceFile(path, KEY, UP, Use.SENT), in_use:
         SequenceFile(path, KEY, UP, Use.SENT)
     SequenceFile(path, KEY, UP, Use.SENT).close()
 
 
-def test_a_file_that_was_given_back_takes_no_more_numbers(path: Path) -> None:
+def test_a_closed_file_reserves_no_more_numbers(path: Path) -> None:
     numbers = SequenceFile(path, KEY, UP, Use.SENT)
     numbers.close()
 

@@ -1,4 +1,4 @@
-"""Light times and conjunctions, beside JPL Horizons, published dates, eclipses and themselves."""
+"""Light times and conjunctions, against JPL Horizons, published dates, eclipses and themselves."""
 
 import subprocess
 import sys
@@ -37,11 +37,13 @@ def after(time_s: float, begin: datetime = BEGIN) -> str:
         ("2021-02-18", 678.047),
     ],
 )
-def test_the_downlink_from_mars_takes_what_horizons_says(epoch: str, horizons_s: float) -> None:
+def test_the_downlink_light_time_from_mars_agrees_with_horizons(
+    epoch: str, horizons_s: float
+) -> None:
     assert light_time("mars", epoch).downlink_s == pytest.approx(horizons_s, abs=0.05)
 
 
-def test_uplink_and_downlink_differ_by_what_the_distance_grows_in_between() -> None:
+def test_uplink_and_downlink_differ_by_the_growth_of_the_distance_in_between() -> None:
     # Mars recedes: the distance is that of half a light time later, or earlier.
     now, later = light_time("mars", after(0)), light_time("mars", after(678))
 
@@ -53,7 +55,7 @@ def test_uplink_and_downlink_differ_by_what_the_distance_grows_in_between() -> N
 
 
 @pytest.mark.parametrize("body", BODIES)
-def test_every_body_is_as_far_as_it_can_be(body: str) -> None:
+def test_every_body_is_within_its_range_of_distances(body: str) -> None:
     least_s, greatest_s = {
         "moon": (1.18, 1.36),
         "sun": (490, 508),
@@ -72,7 +74,7 @@ def test_every_body_is_as_far_as_it_can_be(body: str) -> None:
     assert 0 <= found.sun_earth_target_deg <= 180
 
 
-def test_a_body_may_be_written_large_and_a_date_stands_for_its_midnight_in_utc() -> None:
+def test_case_does_not_matter_and_a_date_alone_is_midnight_utc() -> None:
     midnight = light_time("mars", "2021-02-18T00:00:00Z")
 
     assert light_time("Mars", "2021-02-18") == midnight
@@ -87,7 +89,7 @@ def test_the_angle_is_small_in_an_eclipse_and_large_at_opposition() -> None:
 
 
 @pytest.mark.processes
-def test_when_all_tables_of_leap_seconds_are_old_nothing_is_fetched_and_nobody_is_warned() -> None:
+def test_with_outdated_leap_seconds_nothing_is_downloaded_and_nobody_is_warned() -> None:
     script = """
 import sys
 from astropy.time import Time
@@ -120,9 +122,7 @@ def test_the_tables_hold_the_light_time_of_what_is_sent_at_each_time(body: str) 
 @pytest.mark.parametrize(
     ("duration_s", "last_s"), [(0.5, 3600), (3600, 3600), (3601, 7200), (DAY_S, DAY_S)]
 )
-def test_the_tables_reach_from_the_begin_of_a_run_to_its_end(
-    duration_s: float, last_s: float
-) -> None:
+def test_the_tables_cover_a_run_from_beginning_to_end(duration_s: float, last_s: float) -> None:
     for table in delay_tables(MARS, duration_s):
         assert (table[0].t_s, table[-1].t_s) == (0, last_s)
         assert all(later.t_s - sooner.t_s == 3600 for sooner, later in pairwise(table))
@@ -178,7 +178,7 @@ def test_within_a_conjunction_the_angle_is_below_the_limit_and_outside_it_is_not
         assert inside.sun_earth_target_deg < 2.2 < outside.sun_earth_target_deg
 
 
-def test_a_run_that_begins_or_ends_in_a_conjunction_has_its_part_of_it() -> None:
+def test_a_conjunction_is_clipped_to_the_run() -> None:
     (whole,) = conjunctions(Ephemeris(body="mars", epoch="2021-09-01", conjunction_deg=2.2), 9e6)
     late = Ephemeris(body="mars", epoch="2021-10-08", conjunction_deg=2.2)
 
@@ -208,7 +208,7 @@ def test_a_pass_by_the_sun_much_shorter_than_the_scan_is_found() -> None:
     assert all(60 < end_s - start_s < 3 * 3600 for start_s, end_s in found)
 
 
-def test_a_pass_by_the_sun_is_found_wherever_a_run_begins_and_ends_around_it() -> None:
+def test_a_pass_by_the_sun_is_found_wherever_the_run_around_it_begins_and_ends() -> None:
     begin = datetime(2024, 4, 8, 12, tzinfo=UTC)
     for hours in range(6):
         epoch = after(hours * 3600, begin)
@@ -232,7 +232,7 @@ def test_without_a_limit_or_far_from_the_sun_there_is_no_conjunction() -> None:
         ("", "found ''"),
     ],
 )
-def test_a_body_that_is_none_is_refused(body: str, told: str) -> None:
+def test_an_unknown_body_is_refused(body: str, told: str) -> None:
     with pytest.raises(EphemerisError) as refused:
         light_time(body, "2021-02-18")
     assert str(refused.value) == f"body: expected one of {', '.join(BODIES)}, {told}"
@@ -247,7 +247,7 @@ def test_a_body_that_is_none_is_refused(body: str, told: str) -> None:
         ("", "found ''"),
     ],
 )
-def test_an_epoch_that_is_none_is_refused(epoch: str, told: str) -> None:
+def test_an_invalid_epoch_is_refused(epoch: str, told: str) -> None:
     with pytest.raises(EphemerisError) as refused:
         light_time("mars", epoch)
     assert str(refused.value) == (

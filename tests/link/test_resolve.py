@@ -1,6 +1,6 @@
-"""From what is written of a link to plain tables: presets, files, passes and ephemerides."""
+"""A link resolved to plain tables: files, passes and ephemerides."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -8,7 +8,6 @@ from typing import Any
 import msgspec
 import pytest
 
-from farside.link.profile import resolve
 from farside.link.profile.config import (
     Affected,
     AtEnd,
@@ -19,11 +18,7 @@ from farside.link.profile.config import (
 from farside.link.profile.impairments import FourState, GilbertElliott
 from farside.link.profile.resolve import (
     LinkConfigError,
-    load_profile,
-    merged,
-    preset_names,
     resolve_link,
-    with_preset,
 )
 from farside.link.profile.schedule import outages_of
 from farside.node import Direction, to_ns
@@ -45,7 +40,7 @@ def resolved(folder: Path, duration_s: float = 100.0, **tables: Any) -> LinkConf
 
 
 def refusal_of(folder: Path, duration_s: float = 100.0, **tables: Any) -> str:
-    """In which words these tables are refused."""
+    """The message with which these tables are refused."""
     with pytest.raises(LinkConfigError) as refusal:
         resolved(folder, duration_s, **tables)
     return str(refusal.value)
@@ -59,25 +54,10 @@ def outages(link: LinkConfig, direction: Direction) -> list[tuple[float, float, 
     ]
 
 
-@pytest.fixture
-def presets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., None]:
-    """A folder whose TOML files are the presets, in place of those that come with Farside."""
-    folder = tmp_path / "presets"
-    folder.mkdir()
-    found: dict[str, Path] = {}
-    monkeypatch.setattr(resolve, "_presets", lambda: found)
-
-    def add(name: str, text: str) -> None:
-        found[name] = folder / f"{name}.toml"
-        found[name].write_text(text)
-
-    return add
-
-
 # --- files
 
 
-def test_a_trace_is_read_beside_the_file_that_names_it(tmp_path: Path) -> None:
+def test_a_trace_is_read_relative_to_the_file_that_names_it(tmp_path: Path) -> None:
     (tmp_path / "lte.trace").write_text("0\n4\n4\n")
     trace = {"file": "lte.trace", "at_end": "end"}
     link = resolved(tmp_path, up={"delay_s": 1, "rate_trace": trace}, down={"delay_s": 1})
@@ -99,7 +79,7 @@ def test_a_trace_is_read_beside_the_file_that_names_it(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_a_trace_that_cannot_be_read_is_told_by_its_key(
+def test_a_trace_that_cannot_be_read_is_refused_with_its_key(
     tmp_path: Path, trace: Mapping[str, str | Sequence[int]], words: str
 ) -> None:
     (tmp_path / "bad.trace").write_text("0\nx\n")
@@ -145,7 +125,7 @@ def test_a_plan_whose_name_ends_in_json_is_one_of_hdtn(tmp_path: Path) -> None:
         ),
     ],
 )
-def test_a_plan_that_does_not_fit_the_link_is_told_by_its_key(
+def test_a_plan_that_does_not_fit_the_link_is_refused_with_its_key(
     tmp_path: Path, tables: dict[str, Any], words: str
 ) -> None:
     (tmp_path / "relay").write_text(PLAN)
@@ -180,14 +160,14 @@ def test_each_direction_has_one_delay(tmp_path: Path, tables: dict[str, Any], wo
     assert words in refusal_of(tmp_path, **tables)
 
 
-def test_a_link_of_plain_tables_stays_as_it_is(tmp_path: Path) -> None:
+def test_a_link_of_plain_tables_is_left_as_it_is(tmp_path: Path) -> None:
     link = resolved(tmp_path, **NEAR, seed=3, blackouts=[{"start_s": 1, "end_s": 2}])
     assert link == msgspec.convert(
         NEAR | {"seed": 3, "blackouts": [{"start_s": 1, "end_s": 2}]}, LinkConfig
     )
 
 
-def test_a_preset_that_nobody_put_in_is_refused(tmp_path: Path) -> None:
+def test_a_preset_not_yet_merged_is_refused(tmp_path: Path) -> None:
     words = refusal_of(tmp_path, preset="moon", **NEAR)
     assert words == 'preset: expected none left to read, found "moon"'
 
@@ -239,7 +219,7 @@ def test_an_ephemeris_gives_both_delays(tmp_path: Path, mars: dict[str, float | 
     assert (link.blackouts, link.changes) == ((), ())
 
 
-def test_at_conjunction_commands_are_out_and_the_downlink_is_worse(
+def test_at_conjunction_the_uplink_is_out_and_the_downlink_loses_more(
     tmp_path: Path, mars: dict[str, float | str]
 ) -> None:
     link = resolved(tmp_path, 30 * DAY_S, ephemeris=mars, down={"loss": 0.01})
@@ -285,155 +265,14 @@ def test_other_changes_go_on_through_a_conjunction(
     assert up == [0.0, 0.0, 0.0, worst, 0.2, 0.3, 0.3]
 
 
-def test_a_downlink_that_is_worse_anyway_stays_so_at_conjunction(
+def test_a_downlink_that_already_loses_more_stays_so_at_conjunction(
     tmp_path: Path, mars: dict[str, float | str]
 ) -> None:
     link = resolved(tmp_path, 30 * DAY_S, ephemeris=mars, down={"loss": 0.9})
     assert {loss_at(link, day * DAY_S, Direction.DOWN) for day in range(30)} == {0.9}
 
 
-def test_an_ephemeris_of_no_body_is_told_by_its_key(tmp_path: Path) -> None:
+def test_an_ephemeris_of_an_unknown_body_is_refused_with_its_key(tmp_path: Path) -> None:
     words = refusal_of(tmp_path, ephemeris={"body": "marz", "epoch": "2021-02-18"})
     assert words.startswith("ephemeris: ")
     assert "mars" in words
-
-
-# --- presets and profiles
-
-
-def test_tables_merge_key_by_key_and_arrays_as_a_whole() -> None:
-    assert merged(
-        {"up": {"a": 1, "b": 2}, "list": [1, 2], "c": 3}, {"up": {"b": 4}, "list": [5], "d": 6}
-    ) == {"up": {"a": 1, "b": 4}, "list": [5], "c": 3, "d": 6}
-
-
-def test_models_of_different_kinds_are_not_mixed() -> None:
-    below = {"loss": {"model": "four-state", "p13": 0.1}}
-    assert merged(below, {"loss": {"model": "gilbert-elliott", "p": 0.2}})["loss"] == {
-        "model": "gilbert-elliott",
-        "p": 0.2,
-    }
-    assert merged(below, {"loss": {"p13": 0.3}})["loss"] == {"model": "four-state", "p13": 0.3}
-    assert merged(below, {"loss": 0.1})["loss"] == 0.1
-
-
-def test_a_table_wins_over_the_preset_it_names(presets: Callable[..., None]) -> None:
-    presets("tin", "seed = 1\n[up]\ndelay_s = 1\nrate_bit_s = 8\n[down]\ndelay_s = 1")
-    assert with_preset({"preset": "tin", "up": {"delay_s": 2}}) == {
-        "seed": 1,
-        "up": {"delay_s": 2, "rate_bit_s": 8},
-        "down": {"delay_s": 1},
-    }
-
-
-@pytest.mark.parametrize(
-    ("own", "expected"),
-    [
-        ({"up": {"delay_table": []}}, {"up": {"rate_bit_s": 8, "loss": 0.1, "delay_table": []}}),
-        ({"up": {"rate_trace": {}}}, {"up": {"delay_s": 1, "loss": 0.1, "rate_trace": {}}}),
-        ({"ephemeris": {}}, {"up": {"rate_bit_s": 8, "loss": 0.1}, "ephemeris": {}}),
-        ({"contacts": {}}, {"up": {"loss": 0.1}, "contacts": {}}),
-        ({"up": 3}, {"up": 3}),
-    ],
-)
-def test_what_is_said_in_another_way_replaces_what_the_preset_says(
-    presets: Callable[..., None], own: dict[str, Any], expected: dict[str, Any]
-) -> None:
-    presets("tin", "[up]\ndelay_s = 1\nrate_bit_s = 8\nloss = 0.1")
-    assert with_preset({"preset": "tin", **own}) == {"down": {}} | expected
-
-
-@pytest.mark.parametrize(
-    ("own", "is_left"),
-    [
-        ({"ephemeris": {"epoch": "2022-01-01"}}, True),
-        ({"up": {"loss": 0.1}}, True),
-        ({"up": {"delay_s": 1}}, False),
-        ({"contacts": {}}, False),
-    ],
-)
-def test_the_ephemeris_of_a_preset_goes_where_other_delays_come(
-    presets: Callable[..., None], own: Mapping[str, Mapping[str, str | float]], is_left: bool
-) -> None:
-    presets("far", '[ephemeris]\nbody = "mars"\nepoch = "2021-02-18"')
-    table = with_preset({"preset": "far", **own})
-    assert ("ephemeris" in table) is is_left
-    if "ephemeris" in own:
-        assert table["ephemeris"] == {"body": "mars", "epoch": "2022-01-01"}
-
-
-def test_a_table_without_a_preset_is_left_to_the_schema() -> None:
-    assert with_preset({"up": 3}) == {"up": 3}
-    assert with_preset({"preset": 3}) == {"preset": 3}
-
-
-def test_an_unknown_preset_is_told_with_the_known_ones(presets: Callable[..., None]) -> None:
-    presets("moon", "")
-    presets("tether", "")
-    with pytest.raises(LinkConfigError) as refusal:
-        with_preset({"preset": "Mooon"})
-    assert str(refusal.value) == (
-        'preset: expected the name of a preset (moon, tether), found "Mooon"; did you mean moon?'
-    )
-
-
-def test_a_profile_is_a_file_with_the_link_at_its_top(
-    tmp_path: Path, presets: Callable[..., None]
-) -> None:
-    presets("tin", "[up]\ndelay_s = 1\n[down]\ndelay_s = 1")
-    (tmp_path / "up.trace").write_text("7\n")
-    profile = tmp_path / "mine.toml"
-    profile.write_text('preset = "tin"\n[up]\nrate_trace = {file = "up.trace"}\n')
-    link = load_profile(profile, 10.0)
-    assert (link.preset, link.up.delay_s) == (None, 1)
-    assert link.up.rate_trace == Trace(times_ms=(7,))
-
-
-def test_a_profile_may_be_the_name_of_a_preset_but_a_file_comes_first(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, presets: Callable[..., None]
-) -> None:
-    presets("tin", "[up]\ndelay_s = 1\n[down]\ndelay_s = 1")
-    monkeypatch.chdir(tmp_path)
-    assert load_profile("tin", 10.0).up.delay_s == 1
-    (tmp_path / "tin").write_text("[up]\ndelay_s = 2\n[down]\ndelay_s = 2")
-    assert load_profile("tin", 10.0).up.delay_s == 2
-
-
-@pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("up = ", ": expected TOML, found: "),
-        ("[up]\ndelays = 3\nloss = 7", ": up.delays: expected one of the keys delay_s, "),
-        ("[up]\ndelays = 3\nloss = 7", ": up.loss: expected "),
-        ("[up]\ndelay_s = 3", ": down: expected one of delay_s, delay_table, ephemeris and"),
-        ('preset = "ton"', ": preset: expected the name of a preset (tin), found "),
-        ("preset = 3", ": preset: expected "),
-    ],
-)
-def test_a_bad_profile_is_refused_by_file_and_key(
-    tmp_path: Path, presets: Callable[..., None], text: str, words: str
-) -> None:
-    presets("tin", "")
-    profile = tmp_path / "mine.toml"
-    profile.write_text(text)
-    with pytest.raises(LinkConfigError) as refusal:
-        load_profile(profile, 10.0)
-    assert all(line.startswith(str(profile)) for line in str(refusal.value).splitlines())
-    assert words in str(refusal.value)
-
-
-@pytest.mark.parametrize("source", ["mooon", "no/such.toml", "x" * 5000, "\0", "."])
-def test_a_profile_that_is_not_there_is_refused(presets: Callable[..., None], source: str) -> None:
-    presets("moon", "")
-    with pytest.raises(LinkConfigError) as refusal:
-        load_profile(source, 10.0)
-    assert ("did you mean moon?" in str(refusal.value)) is (source == "mooon")
-
-
-@pytest.mark.parametrize("name", preset_names())
-def test_every_preset_that_comes_with_farside_is_a_link(name: str) -> None:
-    pytest.importorskip("astropy")
-    link = load_profile(name, DAY_S)
-    assert link.ephemeris is None
-    for direction in Direction:
-        assert link.way(direction).delay_s is not None or link.way(direction).delay_table

@@ -1,4 +1,4 @@
-"""What both ends know beforehand, held against the channel that does it."""
+"""What both ends know beforehand, compared with what the channel does."""
 
 from collections.abc import Sequence
 
@@ -27,7 +27,7 @@ def link(*outages: tuple[float, float, OutageReason], way: OneWay | None = None)
     )
 
 
-def test_a_contact_up_is_a_light_time_before_that_at_the_rover() -> None:
+def test_an_uplink_contact_is_one_light_time_before_that_at_the_rover() -> None:
     schedule = Schedule(link((10, 20, PASS)))
     assert schedule.opens_ns(DOWN, to_ns(12)) == to_ns(20)
     assert schedule.opens_ns(UP, to_ns(7)) == to_ns(15)
@@ -36,13 +36,13 @@ def test_a_contact_up_is_a_light_time_before_that_at_the_rover() -> None:
     assert schedule.closes_ns(DOWN, to_ns(20)) == NEVER_NS
 
 
-def test_nobody_knows_of_a_blackout_beforehand() -> None:
+def test_a_blackout_is_not_in_the_schedule() -> None:
     schedule = Schedule(link((10, 20, BLACKOUT)))
     assert schedule.opens_ns(DOWN, to_ns(12)) == to_ns(12)
     assert schedule.closes_ns(DOWN, 0) == NEVER_NS
 
 
-def test_what_a_blackout_overlaps_is_known_all_the_same() -> None:
+def test_a_blackout_hides_no_scheduled_outage() -> None:
     schedule = Schedule(link((5, 100, BLACKOUT), (10, 20, PASS)))
     assert schedule.opens_ns(DOWN, to_ns(12)) == to_ns(20)
 
@@ -54,7 +54,7 @@ def test_a_frame_waits_for_a_contact_that_it_fits_into() -> None:
     assert schedule.sends_ns(DOWN, to_ns(9.5), 20) == (to_ns(9.5), to_ns(9.7))
 
 
-def test_a_rate_of_nothing_is_no_contact() -> None:
+def test_at_rate_zero_there_is_no_contact() -> None:
     steps = (RateStep(t_s=0, rate_bit_s=800), RateStep(t_s=10, rate_bit_s=0))
     schedule = Schedule(link(way=OneWay(delay_s=5.0, rate_table=steps)))
     assert schedule.sends_ns(DOWN, to_ns(9.5), 100)[0] >= NEVER_NS
@@ -110,7 +110,7 @@ def test_open_time_adds_up(
 
 
 @given(SPANS, WAYS, st.sampled_from(Direction), TIMES, st.integers(1, 1500))
-def test_the_channel_delivers_what_the_schedule_lets_out_at_the_time_it_says(
+def test_what_is_sent_when_the_schedule_says_arrives_when_it_says(
     spans: Sequence[tuple[int, int, OutageReason]],
     way: OneWay,
     direction: Direction,
@@ -129,7 +129,7 @@ def test_the_channel_delivers_what_the_schedule_lets_out_at_the_time_it_says(
 
 @pytest.mark.parametrize("direction", Direction)
 @given(SPANS, WAYS, TIMES)
-def test_what_is_sent_while_it_says_closed_is_lost(
+def test_what_is_sent_while_the_schedule_says_closed_is_lost(
     direction: Direction, spans: Sequence[tuple[int, int, OutageReason]], way: OneWay, time_s: int
 ) -> None:
     known = [span for span in spans if span[2] is PASS]

@@ -1,25 +1,33 @@
-"""Reports of what has arrived: nothing is said of what another report tells."""
+"""Reception reports: a part says nothing about what another part covers."""
 
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.link.endpoint.segments import Report, Told, encode, reports_on
+from farside.link.endpoint.segments import Coverage, ReceptionReport, encode_part, reception_reports
 
 
-def test_a_report_that_goes_on_elsewhere_says_nothing_of_the_rest() -> None:
-    cut, last = (Report(0, base=4, skipped=0, runs=(2, 1), rest=rest) for rest in (False, True))
-    assert [Told(cut).has(number) for number in (3, 4, 5, 6, 7)] == [True, False, False, True, None]
-    assert Told(last).has(7) is False
-    assert Told(cut).end == 7
+def test_a_partial_report_says_nothing_about_the_rest() -> None:
+    cut, last = (
+        ReceptionReport(0, base=4, skipped=0, runs=(2, 1), rest=rest) for rest in (False, True)
+    )
+    assert [Coverage(cut).has(number) for number in (3, 4, 5, 6, 7)] == [
+        True,
+        False,
+        False,
+        True,
+        None,
+    ]
+    assert Coverage(last).has(7) is False
+    assert Coverage(cut).end == 7
 
 
 @given(st.integers(0, 1000), st.sets(st.integers(1, 400)), st.integers(64, 200))
-def test_of_each_segment_one_part_tells_the_truth_and_the_others_nothing(
+def test_the_parts_of_a_report_together_tell_the_truth_about_every_segment(
     base: int, gaps: set[int], size_byte: int
 ) -> None:
     beyond = {base + gap for gap in gaps}
-    reports = reports_on(base, beyond, 0, size_byte)
-    assert all(len(encode(report)) <= size_byte for report in reports)
+    reports = reception_reports(base, beyond, 0, size_byte)
+    assert all(len(encode_part(report)) <= size_byte for report in reports)
     for number in range(max(0, base - 2), base + 402):
-        said = {told for report in reports if (told := Told(report).has(number)) is not None}
+        said = {told for report in reports if (told := Coverage(report).has(number)) is not None}
         assert said == {number < base or number in beyond}

@@ -1,4 +1,4 @@
-"""What is made while the link is out: what is kept, what goes, and how it arrives."""
+"""The store: what is kept while the link is out, what is dropped, and in what order it is sent."""
 
 from collections.abc import Sequence
 
@@ -23,19 +23,19 @@ def payloads(found: list[Stored]) -> list[bytes]:
     return [item.payload for item in found]
 
 
-def test_the_most_important_goes_out_first_and_of_equals_the_oldest() -> None:
+def test_the_highest_priority_is_sent_first_and_of_equals_the_oldest() -> None:
     store = filled((b"late", 9, 0), (b"alarm", 8, 5), (b"early", 1, 0), (b"old alarm", 2, 5))
     assert payloads(store.take(1000)) == [b"old alarm", b"alarm", b"early", b"late"]
 
 
-def test_no_more_goes_out_than_live_traffic_leaves() -> None:
+def test_no_more_is_sent_than_the_budget_allows() -> None:
     store = filled((b"12345", 1, 0), (b"67890", 2, 0), (b"x", 3, 0))
     assert payloads(store.take(7)) == [b"12345"], "a smaller one does not overtake"
     assert store.take(4) == []
     assert payloads(store.take(6)) == [b"67890", b"x"]
 
 
-def test_the_least_important_and_oldest_goes_when_the_store_is_full() -> None:
+def test_a_full_store_drops_the_oldest_of_the_lowest_priority() -> None:
     full = [(b"old", 1, 0), (b"new", 2, 0), (b"alarm", 0, 5)]
     store = filled(*full, capacity_byte=11 + 3 * ITEM_BYTE)
     assert payloads(store.add(b"now", 3, 0)) == [b"old"]
@@ -43,13 +43,13 @@ def test_the_least_important_and_oldest_goes_when_the_store_is_full() -> None:
     assert store.dropped == 3
 
 
-def test_an_item_less_important_than_all_is_the_one_to_go() -> None:
+def test_an_item_of_the_lowest_priority_is_itself_dropped() -> None:
     store = filled((b"alarm", 1, 5), capacity_byte=5 + ITEM_BYTE)
     assert payloads(store.add(b"chat", 2, 0)) == [b"chat"]
     assert payloads(store.take(1000)) == [b"alarm"]
 
 
-def test_an_item_that_can_never_fit_drives_out_nothing() -> None:
+def test_an_item_that_can_never_fit_displaces_nothing() -> None:
     store = filled((b"kept", 1, 0), capacity_byte=100)
     assert payloads(store.add(bytes(100), 2, 5)) == [bytes(100)]
     assert payloads(store.take(1000)) == [b"kept"]
@@ -71,7 +71,7 @@ def test_a_store_is_bounded_and_accounts_for_every_item(
 
 
 @given(items, st.lists(st.integers(0, 40), max_size=30))
-def test_what_goes_out_is_in_order_and_within_every_budget(
+def test_items_are_sent_in_order_and_within_every_budget(
     entries: Sequence[tuple[bytes, int, int]], budgets: Sequence[int]
 ) -> None:
     store = filled(*entries)
@@ -85,7 +85,7 @@ def test_what_goes_out_is_in_order_and_within_every_budget(
 
 
 @given(items, st.integers(ITEM_BYTE, 400))
-def test_what_goes_is_never_more_important_than_what_stays(
+def test_what_is_dropped_never_has_a_higher_priority_than_what_stays(
     entries: Sequence[tuple[bytes, int, int]], capacity_byte: int
 ) -> None:
     store = Store(capacity_byte)

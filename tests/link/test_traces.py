@@ -31,7 +31,7 @@ def test_the_last_line_need_not_end_and_lines_may_end_as_on_windows() -> None:
         ("0\n0\n", "up.trace: expected a last time above 0 ms, found 0"),
     ],
 )
-def test_what_is_no_trace_is_refused_by_its_line(text: str, words: str) -> None:
+def test_an_invalid_trace_is_refused_with_its_line(text: str, words: str) -> None:
     with pytest.raises(TraceError) as refusal:
         parse_trace(text, "up.trace")
     assert str(refusal.value).startswith(words)

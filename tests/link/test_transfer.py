@@ -1,138 +1,16 @@
-"""The reliable service: whatever happens on the way, everything arrives once, without a storm."""
+"""The reliable service, step by step: what is sent again, when, and what is not."""
 
-import heapq
-from collections.abc import Sequence
-from contextlib import suppress
-from functools import cache
 from itertools import pairwise
 
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
+from transfers import DOWN, GOOD, LOST, SMALL, Pair, link, message
 
-from farside.link import Blackout, LinkConfig, OneWay
-from farside.link.endpoint.segments import Report, Segment, decode, encode
-from farside.link.endpoint.transfer import (
-    ReliableReceiver,
-    ReliableSender,
-    TransferConfig,
-    TransferFullError,
-)
+from farside.link.endpoint.receiver import ReliableReceiver
+from farside.link.endpoint.segments import Segment, encode_part
+from farside.link.endpoint.sender import ReliableSender, TransferFullError
+from farside.link.endpoint.transfer import TransferConfig
 from farside.link.endpoint.wire import FrameError
-from farside.link.profile.schedule import Schedule
-from farside.node import Direction, to_ns
-from farside.topics import OutageReason
-
-UP, DOWN = Direction.UP, Direction.DOWN
-GOOD = (0.0,)
-LOST = ()
-SMALL = TransferConfig(segment_byte=64, window=16, margin_s=1.0, spare=0.0)
-
-
-@cache
-def link(
-    delay_s: float = 1.3,
-    rate_bit_s: int | None = 8000,
-    passes: int = 0,
-    *,
-    pass_s: int = 20,
-    period_s: int = 100,
-) -> Schedule:
-    between = (
-        Blackout(start_s=n * period_s + pass_s, end_s=(n + 1) * period_s, reason=OutageReason.PASS)
-        for n in range(passes)
-    )
-    one_way = OneWay(delay_s=delay_s, rate_bit_s=rate_bit_s)
-    return Schedule(LinkConfig(up=one_way, down=one_way, blackouts=tuple(between)))
-
-
-class Pair:
-    """A sender and a receiver, and between them a link that does as it is told.
-
-    Each frame takes the next of `fates`: the seconds by which its copies are late, none if it is
-    lost. When they are used up, all goes well.
-    """
-
-    def __init__(
-        self,
-        schedule: Schedule,
-        fates: Sequence[tuple[float, ...]] = (),
-        config: TransferConfig = SMALL,
-        *,
-        in_order: bool = True,
-    ) -> None:
-        self.schedule, self.config = schedule, config
-        self.sender = ReliableSender(DOWN, schedule, config)
-        self.receiver = ReliableReceiver(DOWN, schedule, config, in_order=in_order)
-        self.now_ns = 0
-        self.delivered: list[bytes] = []
-        self.sent: list[tuple[int, int]] = []
-        self.reported: list[int] = []
-        self._fates = iter(fates)
-        self._arriving: list[tuple[int, int, bytes]] = []
-        self._count = 0
-
-    def run(self, messages: Sequence[bytes] = (), until_s: float = 1e6) -> None:
-        """Offer the messages as there is room, and go on until nothing is left to do."""
-        waiting = list(reversed(messages))
-        while self.now_ns < to_ns(until_s):
-            self._hear()
-            while waiting and len(waiting[-1]) <= self.sender.room * self.config.segment_byte:
-                if not self.sender.room:
-                    break
-                self.sender.offer(waiting.pop())
-            self._say()
-            self._expect_bounds()
-            events = [self.sender.next_ns(self.now_ns), self.receiver.next_ns()]
-            due = [time_ns for time_ns in events if time_ns is not None]
-            due += [entry[0] for entry in self._arriving[:1]]
-            if not due:
-                return
-            assert min(due) > self.now_ns or self._arriving, "what is due has been done"
-            self.now_ns = min(due)
-
-    def again(self) -> list[int]:
-        """The time between one sending of a segment and the next, for all of them."""
-        times: dict[int, list[int]] = {}
-        for number, time_ns in self.sent:
-            times.setdefault(number, []).append(time_ns)
-        return [later - sooner for each in times.values() for sooner, later in pairwise(each)]
-
-    def _hear(self) -> None:
-        while self._arriving and self._arriving[0][0] <= self.now_ns:
-            part = decode(heapq.heappop(self._arriving)[2])
-            if isinstance(part, Report):
-                self.sender.receive(part, self.now_ns)
-            else:
-                self.delivered += self.receiver.receive(part, self.now_ns)
-
-    def _say(self) -> None:
-        while sending := self.sender.take(self.now_ns):
-            self.sent.append((sending.number, self.now_ns))
-            self._put(DOWN, sending.payload)
-        for payload in self.receiver.take(self.now_ns):
-            assert len(payload) <= self.config.segment_byte
-            self.reported.append(self.now_ns)
-            self._put(UP, payload)
-
-    def _put(self, direction: Direction, payload: bytes) -> None:
-        begin_ns, end_ns = self.schedule.sends_ns(direction, self.now_ns, len(payload))
-        assert begin_ns == self.now_ns, "nothing is sent while the schedule says closed"
-        arrival_ns = end_ns + self.schedule.delay_ns(direction, end_ns)
-        for late_s in next(self._fates, GOOD):
-            heapq.heappush(self._arriving, (arrival_ns + to_ns(late_s), self._count, payload))
-            self._count += 1
-
-    def _expect_bounds(self) -> None:
-        window = self.config.window
-        assert len(self.sender._held) <= window
-        assert len(self.sender._again) <= window
-        assert len(self.receiver._beyond) < window
-        assert self.receiver._parts_held <= 2 * window
-
-
-def message(number: int, size_byte: int = 64) -> bytes:
-    return number.to_bytes(2, "big") * (size_byte // 2)
+from farside.node import to_ns
 
 
 def test_a_message_arrives_in_one_piece() -> None:
@@ -149,7 +27,7 @@ def test_an_empty_message_arrives_too() -> None:
     assert pair.delivered == [b"", b"x"]
 
 
-def test_only_what_was_lost_is_sent_again() -> None:
+def test_only_lost_segments_are_retransmitted() -> None:
     pair = Pair(link(), fates=[GOOD, LOST, GOOD, LOST])
     pair.run([message(n) for n in range(6)])
     assert [number for number, _ in pair.sent] == [0, 1, 2, 3, 4, 5, 1, 3]
@@ -167,7 +45,7 @@ def test_out_of_order_it_does_not() -> None:
     assert pair.delivered == [message(1), message(0)]
 
 
-def test_a_lost_report_is_made_good_by_the_next_one() -> None:
+def test_the_repeat_makes_up_for_a_lost_report() -> None:
     pair = Pair(link(), fates=[GOOD, GOOD, LOST])
     pair.run([message(0), message(1)])
     assert len(pair.sent) == 2
@@ -177,11 +55,11 @@ def test_the_sender_keeps_to_the_rate() -> None:
     pair = Pair(link(rate_bit_s=800))
     pair.run([message(n) for n in range(5)])
     gaps = {later - sooner for (_, sooner), (_, later) in pairwise(pair.sent)}
-    size_byte = len(encode(Segment(0, 0, True, bytes(64))))
+    size_byte = len(encode_part(Segment(0, 0, True, bytes(64))))
     assert gaps == {to_ns(size_byte * 8 / 800)}
 
 
-def test_what_is_offered_beyond_the_window_is_refused() -> None:
+def test_a_message_beyond_the_window_is_refused() -> None:
     sender = ReliableSender(DOWN, link(), SMALL)
     assert list(sender.offer(bytes(15 * 64))) == list(range(15))
     assert sender.room == 1
@@ -190,18 +68,18 @@ def test_what_is_offered_beyond_the_window_is_refused() -> None:
 
 
 def test_no_timer_runs_between_contacts() -> None:
-    """All is lost in the first pass: the next thing to do is in the second one, not before."""
+    """Everything in the first pass is lost; nothing more happens before the second."""
     pair = Pair(link(delay_s=30, passes=50), fates=[LOST] * 16)
     pair.run([message(n) for n in range(16)])
     first_pass = [time_ns for _, time_ns in pair.sent if time_ns < to_ns(20)]
     second_pass = [time_ns for _, time_ns in pair.sent[16:] if time_ns < to_ns(120)]
     assert len(first_pass) == 16
-    assert second_pass, "it does not stall"
+    assert second_pass, "it must not stall"
     assert min(second_pass) >= to_ns(100)
     assert pair.delivered == [message(n) for n in range(16)]
 
 
-def test_into_silence_go_single_segments_at_intervals_that_double() -> None:
+def test_during_silence_single_probes_are_sent_at_intervals_that_double() -> None:
     pair = Pair(link(), fates=[LOST] * 1000)
     pair.run([message(n) for n in range(30)], until_s=300)
     probes = [time_ns for _, time_ns in pair.sent[16:]]
@@ -211,7 +89,7 @@ def test_into_silence_go_single_segments_at_intervals_that_double() -> None:
     assert [number for number, _ in pair.sent[16:22]] == [0, 1, 2, 3, 4, 5], "oldest first"
 
 
-def test_nothing_new_goes_into_silence_if_an_answer_can_come_before_the_contact_ends() -> None:
+def test_nothing_new_is_sent_during_silence_if_a_reply_can_come_within_the_contact() -> None:
     config = TransferConfig(segment_byte=64, window=200)
     pair = Pair(link(rate_bit_s=800), fates=[LOST] * 1000, config=config)
     pair.run([message(n) for n in range(200)], until_s=60)
@@ -221,7 +99,7 @@ def test_nothing_new_goes_into_silence_if_an_answer_can_come_before_the_contact_
 
 
 def test_a_report_ends_the_silence() -> None:
-    """In a second silence the intervals start anew."""
+    """In a second silence the intervals start over."""
     pair = Pair(link(), fates=[LOST] * 21)
     pair.run([message(n) for n in range(16)])
     first = len(pair.sent)
@@ -243,14 +121,14 @@ def test_the_intervals_count_open_time_only() -> None:
     assert set(open_s[4:]) == {16}
 
 
-def test_after_an_unforeseen_blackout_all_goes_on_at_once() -> None:
+def test_after_an_unforeseen_blackout_everything_resumes_at_once() -> None:
     pair = Pair(link(), fates=[LOST] * 40)
     pair.run([message(n) for n in range(60)])
     assert pair.delivered == [message(n) for n in range(60)]
     assert len(pair.sent) < 60 + 40 + 16
 
 
-def test_news_goes_out_once_though_answers_are_overdue_where_that_is_asked_for() -> None:
+def test_with_keeps_on_new_segments_are_sent_once_though_replies_are_overdue() -> None:
     config = TransferConfig(segment_byte=64, window=200, keeps_on=True)
     pair = Pair(link(), fates=[LOST] * 1000, config=config)
     pair.run([message(0)], until_s=100)
@@ -260,20 +138,20 @@ def test_news_goes_out_once_though_answers_are_overdue_where_that_is_asked_for()
     assert max(pair.again()) >= to_ns(15), "what was sent before still backs off"
 
 
-def test_heard_again_the_oldest_go_out_at_once_and_no_more_than_eight() -> None:
+def test_when_heard_again_the_oldest_eight_at_most_are_retransmitted_at_once() -> None:
     pair = Pair(link(), fates=[LOST] * 1000)
     pair.run([message(n) for n in range(16)], until_s=200)
     before = len(pair.sent)
     pair.sender.resume(pair.now_ns)
-    oldest = list(pair.sender._again)
+    oldest = list(pair.sender._retransmit)
     pair._say()
     assert pair.sent[before][1] == pair.now_ns, "the first without waiting, the next behind it"
     assert len(oldest) == 8
     pair.sender.resume(pair.now_ns)
-    assert len(pair.sender._again) <= 16
+    assert len(pair.sender._retransmit) <= 16
 
 
-def test_heard_in_time_nothing_is_sent_again() -> None:
+def test_when_no_reply_is_overdue_resuming_retransmits_nothing() -> None:
     pair = Pair(link())
     pair.sender.offer(message(0))
     pair._say()
@@ -297,7 +175,7 @@ def test_messages_that_never_end_fill_no_more_than_two_windows() -> None:
 
 
 @pytest.mark.parametrize(("spare", "copies"), [(0.0, 1), (0.15, 2), (0.25, 3), (10.0, 4)])
-def test_what_is_lost_on_a_long_way_is_sent_in_copies_as_far_as_the_spare_goes(
+def test_over_long_light_times_lost_segments_are_sent_in_as_many_copies_as_the_spare_allows(
     spare: float, copies: int
 ) -> None:
     config = TransferConfig(segment_byte=64, window=100, spare=spare)
@@ -306,127 +184,9 @@ def test_what_is_lost_on_a_long_way_is_sent_in_copies_as_far_as_the_spare_goes(
     assert [n for n, _ in pair.sent if n < 3] == [0, 1, 2] * (1 + copies), "round after round"
 
 
-def test_a_long_report_comes_in_parts_that_fit() -> None:
+def test_a_long_report_is_split_into_parts_that_fit() -> None:
     config = TransferConfig(segment_byte=64, window=400, margin_s=0.0)
     pair = Pair(link(rate_bit_s=80_000), fates=[GOOD, LOST] * 100, config=config)
     pair.run([message(n) for n in range(200)])
     assert pair.delivered == [message(n) for n in range(200)]
     assert len(pair.sent) == 300
-
-
-FATE = st.one_of(
-    st.just(GOOD),
-    st.just(LOST),
-    st.lists(st.floats(0, 0.9), min_size=1, max_size=3).map(tuple),
-    st.lists(st.floats(0, 90), min_size=1, max_size=3).map(tuple),
-)
-SCHEDULES = st.builds(
-    link,
-    delay_s=st.sampled_from([0.0, 1.3, 7.0, 40.0, 300.0]),
-    rate_bit_s=st.sampled_from([None, 800, 8000]),
-    passes=st.sampled_from([0, 10_000]),
-    pass_s=st.sampled_from([6, 20, 80]),
-)
-
-
-@settings(deadline=None)
-@given(
-    SCHEDULES,
-    st.lists(st.binary(max_size=300), max_size=30),
-    st.lists(FATE, max_size=120),
-    st.sampled_from([0.0, 0.25, 2.0]),
-    st.booleans(),
-)
-def test_whatever_happens_everything_arrives_exactly_once(
-    schedule: Schedule,
-    messages: Sequence[bytes],
-    fates: Sequence[tuple[float, ...]],
-    spare: float,
-    in_order: bool,
-) -> None:
-    config = TransferConfig(segment_byte=64, window=16, spare=spare)
-    pair = Pair(schedule, fates, config, in_order=in_order)
-    pair.run(messages)
-    assert pair.sender.is_done
-    if in_order:
-        assert pair.delivered == messages
-    assert sorted(pair.delivered) == sorted(messages)
-
-
-@settings(deadline=None)
-@given(SCHEDULES, st.integers(1, 60), st.lists(FATE, max_size=120))
-def test_nothing_is_sent_again_before_its_answer_could_have_come(
-    schedule: Schedule, count: int, fates: Sequence[tuple[float, ...]]
-) -> None:
-    pair = Pair(schedule, fates)
-    pair.run([message(n) for n in range(count)])
-    there_and_back_ns = 2 * schedule.delay_ns(DOWN, 0)
-    assert all(gap_ns >= there_and_back_ns for gap_ns in pair.again())
-
-
-@settings(deadline=None)
-@given(SCHEDULES, st.integers(1, 60))
-def test_where_nothing_is_lost_nothing_is_sent_twice(schedule: Schedule, count: int) -> None:
-    pair = Pair(schedule)
-    pair.run([message(n) for n in range(count)])
-    assert len(pair.sent) == count
-
-
-@settings(deadline=None)
-@given(SCHEDULES, st.lists(st.floats(0, 0.9).map(lambda late_s: (late_s,)), max_size=60))
-def test_what_is_late_by_less_than_the_margin_is_not_sent_again(
-    schedule: Schedule, fates: Sequence[tuple[float, ...]]
-) -> None:
-    pair = Pair(schedule, fates)
-    pair.run([message(n) for n in range(40)])
-    assert len(pair.sent) == 40
-
-
-@given(st.binary(max_size=80))
-def test_bytes_that_are_none_of_ours_are_refused(payload: bytes) -> None:
-    with suppress(FrameError):
-        decode(payload)
-
-
-SEGMENT = st.builds(
-    Segment,
-    number=st.integers(0, 40),
-    index=st.integers(0, 40),
-    last=st.booleans(),
-    data=st.binary(max_size=3),
-)
-REPORT = st.builds(
-    Report,
-    made_ns=st.integers(0, 100),
-    base=st.integers(0, 30),
-    skipped=st.integers(0, 10),
-    runs=st.lists(st.integers(1, 5), max_size=6).map(tuple),
-    rest=st.booleans(),
-)
-
-
-@given(st.lists(SEGMENT, max_size=200), st.booleans())
-def test_contradictory_segments_raise_one_error_and_take_bounded_memory(
-    segments: Sequence[Segment], in_order: bool
-) -> None:
-    receiver = ReliableReceiver(DOWN, link(), SMALL, in_order=in_order)
-    for segment in segments:
-        try:
-            receiver.receive(segment, 0)
-        except FrameError:
-            continue
-        assert receiver._parts_held <= 2 * SMALL.window
-        assert len(receiver._beyond) < SMALL.window
-
-
-@given(st.lists(REPORT, max_size=30))
-def test_contradictory_reports_raise_one_error(reports: Sequence[Report]) -> None:
-    sender = ReliableSender(DOWN, link(), SMALL)
-    sender.offer(bytes(64 * 10))
-    for now_ns, report in enumerate(reports):
-        sender.take(to_ns(now_ns))
-        try:
-            sender.receive(report, to_ns(now_ns))
-        except FrameError:
-            continue
-        sender.next_ns(to_ns(now_ns))

@@ -7,7 +7,7 @@ import pytest
 from typer.testing import CliRunner, Result
 
 from farside.link.channel.node import Channel
-from farside.link.check import Report, check_link
+from farside.link.check import CheckReport, check_link
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.missions.commands import link_check as link_check_cli
 from farside.missions.commands.main import app
@@ -54,7 +54,7 @@ def test_one_json_object_says_the_same(tmp_path: Path) -> None:
 
 
 def test_a_value_outside_is_exit_status_one(monkeypatch: pytest.MonkeyPatch) -> None:
-    def of_another(config: LinkConfig, frames: int, seed: int, tell: object) -> Report:
+    def of_another(config: LinkConfig, frames: int, seed: int, on_progress: object) -> CheckReport:
         asked = LinkConfig(up=OneWay(loss=0.2))
         given = LinkConfig(up=OneWay(loss=0.3))
         return check_link(asked, lambda _config, rngs: Channel(given, rngs), frames, seed)
@@ -65,7 +65,7 @@ def test_a_value_outside_is_exit_status_one(monkeypatch: pytest.MonkeyPatch) -> 
     assert "outside" in result.output
 
 
-def test_a_profile_that_is_none_is_refused(tmp_path: Path) -> None:
+def test_an_invalid_profile_is_refused(tmp_path: Path) -> None:
     profile = tmp_path / "mine.toml"
     profile.write_text("[up]\nlos = 0.5\n", encoding="utf-8")
     result = link_check(str(profile))

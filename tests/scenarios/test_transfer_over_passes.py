@@ -1,8 +1,8 @@
 """A megabyte from Mars: three passes of 8 minutes, 20 minutes' light time, 5 % of frames lost.
 
-A pass comes every 90 minutes. What is sent down in one is answered at the beginning of the next:
-the answers must arrive while the rover sees the relay. So there are three chances for a segment,
-and 1 of 8,000 would be lost in all of them if it were sent once in each.
+A pass comes every 90 minutes. What is sent down in one is acknowledged at the beginning of the
+next, since reports must arrive while the rover sees the relay. So a segment has three attempts, and
+1 of 8,000 would be lost in all of them if it were sent once in each.
 """
 
 import heapq
@@ -15,8 +15,9 @@ import numpy as np
 import pytest
 
 from farside.link import Blackout, Channel, LinkConfig, OneWay
-from farside.link.endpoint.segments import Report, Segment, decode
-from farside.link.endpoint.transfer import ReliableReceiver, ReliableSender
+from farside.link.endpoint.receiver import ReliableReceiver
+from farside.link.endpoint.segments import ReceptionReport, Segment, decode_part
+from farside.link.endpoint.sender import ReliableSender
 from farside.link.profile.schedule import Schedule
 from farside.node import Direction, Frame, Record, to_ns, to_s
 from farside.topics import Fate, FrameFate, OutageReason
@@ -25,7 +26,7 @@ UP, DOWN = Direction.UP, Direction.DOWN
 PERIOD_S, PASS_S, LIGHT_S, LOSS = 5400.0, 480.0, 1200.0, 0.05
 MEGABYTE = np.random.default_rng(4).bytes(1_000_000)
 SEGMENTS = 1000
-ALL_KNOWING = SEGMENTS / (1 - LOSS)
+OMNISCIENT = SEGMENTS / (1 - LOSS)
 WINDOW_S = 60
 
 decode_fate = msgspec.json.Decoder(FrameFate).decode
@@ -59,7 +60,7 @@ class End(ABC):
             heapq.heappush(self._inbox, (frame.time_ns, frame.sequence, frame.payload))
         while self._now_ns < until_ns:
             while self._inbox and self._inbox[0][0] <= self._now_ns:
-                self._hear(decode(heapq.heappop(self._inbox)[2]))
+                self._hear(decode_part(heapq.heappop(self._inbox)[2]))
             for payload in self._say():
                 yield Frame(self._direction, self._sequence, self._now_ns, payload)
                 self._sequence += 1
@@ -67,7 +68,7 @@ class End(ABC):
             self._now_ns = min([until_ns, *(time_ns for time_ns in due if time_ns is not None)])
 
     @abstractmethod
-    def _hear(self, heard: Segment | Report) -> None: ...
+    def _hear(self, heard: Segment | ReceptionReport) -> None: ...
 
     @abstractmethod
     def _say(self) -> Iterable[bytes]: ...
@@ -83,8 +84,8 @@ class SendingEnd(End):
         super().__init__(direction)
         self._service = service
 
-    def _hear(self, heard: Segment | Report) -> None:
-        assert isinstance(heard, Report)
+    def _hear(self, heard: Segment | ReceptionReport) -> None:
+        assert isinstance(heard, ReceptionReport)
         self._service.receive(heard, self._now_ns)
         if self._service.is_done and self.done_ns is None:
             self.done_ns = self._now_ns
@@ -104,7 +105,7 @@ class ReceivingEnd(End):
         super().__init__(direction)
         self._service = service
 
-    def _hear(self, heard: Segment | Report) -> None:
+    def _hear(self, heard: Segment | ReceptionReport) -> None:
         assert isinstance(heard, Segment)
         for message in self._service.receive(heard, self._now_ns):
             assert message == MEGABYTE
@@ -119,7 +120,7 @@ class ReceivingEnd(End):
 
 
 class Outcome(NamedTuple):
-    """How a transfer went: when it was whole, when the sender knew, and what became of frames."""
+    """How a transfer went: when it was complete, when the sender knew, and the fates of frames."""
 
     whole_s: float | None
     known_s: float | None
@@ -128,8 +129,8 @@ class Outcome(NamedTuple):
 
     @property
     def ratio(self) -> float:
-        """Data frames for each one that an all-knowing sender would need."""
-        return len(self.data) / ALL_KNOWING
+        """Data frames for each one that an omniscient sender would need."""
+        return len(self.data) / OMNISCIENT
 
     def count(self, fate: Fate) -> int:
         return sum(one.fate is fate for one in self.data)
@@ -164,7 +165,7 @@ def transfer(config: LinkConfig, seed: int, until_s: float = 4 * PERIOD_S) -> Ou
 
 @pytest.mark.parametrize("seed", range(10))
 def test_a_megabyte_arrives_whole_in_three_passes(seed: int) -> None:
-    """And with fewer than 1.3 times the frames that an all-knowing sender would need."""
+    """And with fewer than 1.3 times the frames that an omniscient sender would need."""
     found = transfer(passes(4), seed)
     assert found.whole_s < 2 * PERIOD_S + PASS_S + LIGHT_S
     assert found.known_s < 3 * PERIOD_S + PASS_S, "the answer waits for the fourth pass"
@@ -182,10 +183,10 @@ def test_nothing_is_sent_while_the_schedule_says_closed() -> None:
 
 @pytest.mark.parametrize("seed", range(5))
 @pytest.mark.parametrize("number", [0, 1, 2])
-def test_an_unforeseen_blackout_in_a_pass_costs_what_was_sent_into_it(
+def test_an_unforeseen_blackout_in_a_pass_costs_no_more_than_what_was_sent_during_it(
     number: int, seed: int
 ) -> None:
-    """Nobody can know of it before the next pass; then it is made good without a storm."""
+    """Nobody can know of it before the next pass; then it is made up for without a flood."""
     middle_s = number * PERIOD_S + 200
     found = transfer(passes(6, (middle_s, middle_s + 120)), seed, 6 * PERIOD_S)
     assert found.whole_s is not None
@@ -194,15 +195,15 @@ def test_an_unforeseen_blackout_in_a_pass_costs_what_was_sent_into_it(
 
 
 @pytest.mark.parametrize("number", [0, 1, 2])
-def test_a_pass_that_is_lost_as_a_whole_is_made_good_in_those_after_it(number: int) -> None:
+def test_later_passes_make_up_for_one_lost_completely(number: int) -> None:
     start_s = number * PERIOD_S
     found = transfer(passes(6, (start_s, start_s + PASS_S + 1)), seed=0, until_s=6 * PERIOD_S)
     assert found.known_s is not None
-    assert (len(found.data) - found.count(Fate.OUTAGE)) / ALL_KNOWING < 1.3
+    assert (len(found.data) - found.count(Fate.OUTAGE)) / OMNISCIENT < 1.3
 
 
-def test_into_silence_goes_new_data_while_there_is_some_and_then_little() -> None:
-    """Both ends are cut off for good: everything is sent once, and then a few in each pass."""
+def test_during_silence_new_data_is_sent_once_and_then_only_probes() -> None:
+    """Both ends are cut off for good: everything is sent once, then a few segments per pass."""
     found = transfer(passes(6, (1, 6 * PERIOD_S)), seed=0, until_s=6 * PERIOD_S)
     in_passes = [
         sum(1 for one in found.data if n * PERIOD_S <= one.sent_ns / 1e9 < (n + 1) * PERIOD_S)

@@ -1,7 +1,7 @@
-"""Contact plans: when one node can send to another, how fast, and how far it is.
+"""Contact plans: when one node can send to another, at what rate, and at what light time.
 
-`farside.link.profile.plans.ion` and `farside.link.profile.plans.hdtn` read them. All times of a
-plan are those of sending.
+Read by `farside.link.profile.plans.ion` and `farside.link.profile.plans.hdtn`. All times of a plan
+are those of sending.
 """
 
 from bisect import bisect_left, bisect_right
@@ -12,12 +12,12 @@ from typing import Generic, NamedTuple, TypeVar
 from farside.link.profile.config import Affected, Blackout, DelayPoint, RateStep
 from farside.topics import OutageReason
 
-_STEP_S = 1e-6  # delay tables are linear between their points, so a step in one takes this long
+_STEP_S = 1e-6  # how long a step takes in a delay table, which is linear between its points
 _PAIRS_SHOWN = 20
 
 
 class ContactPlanError(ValueError):
-    """No plan, or none for these nodes, can be made of the text. Says where, and what is wrong."""
+    """A contact plan is invalid, or has no link between these nodes. Says where and why."""
 
 
 class Contact(NamedTuple):
@@ -31,7 +31,7 @@ class Contact(NamedTuple):
 
 
 class Range(NamedTuple):
-    """What `source` sends to `dest` from `begin_s` up to `end_s` is under way for `owlt_s`."""
+    """What `source` sends to `dest` from `begin_s` up to `end_s` has the light time `owlt_s`."""
 
     begin_s: float
     end_s: float
@@ -41,7 +41,7 @@ class Range(NamedTuple):
 
 
 class Plan(NamedTuple):
-    """Contacts and ranges in order of time; ranges hold for one direction each."""
+    """Contacts and ranges in order of time, each for one direction."""
 
     contacts: tuple[Contact, ...]
     ranges: tuple[Range, ...]
@@ -51,7 +51,7 @@ _Entry = TypeVar("_Entry", Contact, Range)
 
 
 class Book(Generic[_Entry]):
-    """Contacts or ranges of all pairs of nodes; those of one pair do not overlap."""
+    """The contacts or the ranges of all pairs of nodes; those of one pair do not overlap."""
 
     def __init__(self) -> None:
         self._by_pair: dict[tuple[int, int], list[_Entry]] = {}
@@ -60,14 +60,18 @@ class Book(Generic[_Entry]):
         return chain.from_iterable(self._by_pair.values())
 
     def overlapping(self, new: _Entry) -> _Entry | None:
-        """An entry of the pair of `new` that has time in common with it."""
+        """An entry of the same pair that overlaps `new`, if there is one."""
         entries = self._by_pair.get((new.source, new.dest), [])
         at = bisect_left(entries, new)
         near = entries[max(0, at - 1) : at + 1]
         return next((e for e in near if e.begin_s < new.end_s and new.begin_s < e.end_s), None)
 
     def add(self, new: _Entry) -> None:
-        """Enter `new`, unless it overlaps another."""
+        """Add `new`.
+
+        Raises:
+            ContactPlanError: if it overlaps another entry of its pair.
+        """
         if other := self.overlapping(new):
             kind = type(new).__name__.lower()
             raise ContactPlanError(
@@ -78,7 +82,11 @@ class Book(Generic[_Entry]):
         entries.insert(bisect_left(entries, new), new)
 
     def take(self, source: int, dest: int, begin_s: float | None) -> list[_Entry]:
-        """Take out what begins at `begin_s`, or all entries of the pair."""
+        """Remove and return the entry that begins at `begin_s`, or all entries of the pair.
+
+        Raises:
+            ContactPlanError: if there are none.
+        """
         entries = self._by_pair.get((source, dest), [])
         taken = [entry for entry in entries if begin_s in {None, entry.begin_s}]
         if not taken:
@@ -93,7 +101,7 @@ def _span(entry: Contact | Range) -> str:
 
 
 def plan_of(contacts: Iterable[Contact], ranges: Iterable[Range], name: str) -> Plan:
-    """The plan in the file `name`.
+    """The plan with these contacts and ranges, from the file `name`.
 
     Raises:
         ContactPlanError: if it has no contacts.
@@ -105,18 +113,18 @@ def plan_of(contacts: Iterable[Contact], ranges: Iterable[Range], name: str) -> 
 
 
 class WayTables(NamedTuple):
-    """The delay and the rate of one direction, as `farside.link.profile.config.OneWay` has them."""
+    """Delay and rate of one direction, as in `farside.link.profile.config.OneWay`."""
 
     delay_table: tuple[DelayPoint, ...]
     rate_table: tuple[RateStep, ...]
 
 
 class LinkTables(NamedTuple):
-    """What a plan says of the link between two of its nodes.
+    """The link between two nodes of a plan.
 
     Attributes:
         up, down: the two directions.
-        blackouts: the times without contact, at the rover's end.
+        blackouts: the times without contact, at the rover's end of the path.
     """
 
     up: WayTables
@@ -127,10 +135,10 @@ class LinkTables(NamedTuple):
 def link_tables(plan: Plan, ground: int, rover: int, duration_s: float) -> LinkTables:
     """The link between the nodes `ground` and `rover` from time 0 to `duration_s`.
 
-    Between ranges the light time is the last known, before the first one it is that of the first.
-    Between contacts the rate is that of the last one: what is sent then is lost anyway. The times
-    of contacts are those of sending, and outages are at the rover's end, so those of the uplink
-    begin and end a light time after the contacts.
+    Between ranges the light time is that of the last range; before the first, that of the first.
+    Between contacts the rate is that of the last contact: what is sent then is lost anyway.
+    Contacts have the times of sending, and outages are at the rover's end, so those of the uplink
+    begin and end one light time after the contacts.
 
     Raises:
         ContactPlanError: if the plan has no contacts between the two, one way or the other, or no
@@ -155,7 +163,7 @@ def link_tables(plan: Plan, ground: int, rover: int, duration_s: float) -> LinkT
 
 
 def gaps(spans: Iterable[tuple[float, float]], duration_s: float) -> Iterator[tuple[float, float]]:
-    """The times from 0 to `duration_s` that are in none of `spans`, which come in order."""
+    """The spans from 0 to `duration_s` that are in none of `spans`, which must be in order."""
     closed_s = 0.0
     for begin_s, end_s in spans:
         if begin_s >= duration_s:
@@ -182,7 +190,7 @@ def _contacts(plan: Plan, source: int, dest: int) -> list[Contact]:
 
 
 class _LightTime:
-    """The light time over time for what one node sends to another: steps, from ranges."""
+    """Light time over time of what one node sends to another, in steps, from ranges."""
 
     def __init__(self, plan: Plan, contact: Contact) -> None:
         pair = contact.source, contact.dest
@@ -204,7 +212,7 @@ class _LightTime:
         return self._owlts_s[max(0, bisect_left(self._begins_s, time_s) - 1)]
 
     def table(self, duration_s: float) -> tuple[DelayPoint, ...]:
-        """The same as a table that a run of `duration_s` needs."""
+        """The light times as a delay table for a run of `duration_s`."""
         points = [DelayPoint(t_s=0.0, delay_s=self.from_s(0.0))]
         for begin_s, owlt_s in zip(self._begins_s, self._owlts_s, strict=True):
             last = points[-1]
@@ -216,7 +224,7 @@ class _LightTime:
 
 
 def _rate_table(contacts: Iterable[Contact], duration_s: float) -> tuple[RateStep, ...]:
-    """The rates of contacts in order, each from its begin on, the first one from 0 on."""
+    """The rates of contacts in order, each from its beginning on, the first from 0 on."""
     steps: list[RateStep] = []
     for one in contacts:
         step = RateStep(t_s=max(0.0, one.begin_s) if steps else 0.0, rate_bit_s=one.rate_bit_s)

@@ -1,4 +1,4 @@
-"""Contact plans as HDTN has them: a JSON object with an array of contacts."""
+"""Contact plans of HDTN: a JSON object with an array of contacts."""
 
 import json
 import re
@@ -18,8 +18,8 @@ from farside.validation import one_line, shown
 _LOOKS_LIKE_ION = re.compile(r"^\s*a\s+(?:contact|range)\s", re.MULTILINE)
 _JSON_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*"|[{}\[\]\n]')
 
-_GREATEST = 10**18
-"""Of any number in a plan."""
+_MAX = 10**18
+"""The largest number allowed in a plan."""
 
 _KEYS = {
     "source": "a node number",
@@ -34,15 +34,15 @@ _KEYS = {
 def parse_hdtn(text: str, name: str) -> Plan:
     """Read a plan of HDTN, a JSON object with an array `contacts`.
 
-    Rates are in bits per second there, and every contact brings its light time. Keys that HDTN does
-    not need to know when a link is up are passed over.
+    Rates are in bits per second, and every contact has its light time. Keys that do not bear on
+    when a link is up are ignored.
 
     Args:
         text: the file.
         name: what to call it in errors.
 
     Raises:
-        ContactPlanError: if it is no such object, or a contact contradicts another.
+        ContactPlanError: if it is no such object, or a contact overlaps another.
     """
     contacts: Book[Contact] = Book()
     ranges: Book[Range] = Book()
@@ -58,7 +58,7 @@ def parse_hdtn(text: str, name: str) -> Plan:
 
 
 def _entries(text: str, name: str) -> list[dict[str, object]]:
-    """What stands in the array `contacts`, unchecked."""
+    """The objects in the array `contacts`, unchecked."""
     try:
         data = json.loads(
             text, parse_constant=_refuse_constant, object_pairs_hook=_with_each_key_once
@@ -99,7 +99,7 @@ def _with_each_key_once(pairs: list[tuple[str, object]]) -> dict[str, object]:
 
 
 def _entry_lines(text: str) -> Iterator[int]:
-    """The line on which each entry of the array `contacts` begins, of text that is sound JSON."""
+    """The line on which each entry of the array `contacts` begins, in valid JSON."""
     line, depth, is_contacts = 1, 0, False
     for mark in _JSON_TOKEN.findall(text):
         if mark == "\n":
@@ -139,13 +139,13 @@ def _contact(entry: dict[str, object]) -> tuple[Contact, float]:
 
 def _number(entry: dict[str, object], key: str) -> float:
     value = entry[key]
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= _GREATEST:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 <= value <= _MAX:
         raise ContactPlanError(f"{key}: expected {_KEYS[key]}, found {shown(value)}")
     return float(value)
 
 
 def _whole(entry: dict[str, object], key: str) -> int:
     value = entry[key]
-    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= _GREATEST:
+    if isinstance(value, bool) or not isinstance(value, int) or not 0 <= value <= _MAX:
         raise ContactPlanError(f"{key}: expected {_KEYS[key]}, found {shown(value)}")
     return value

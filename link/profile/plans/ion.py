@@ -1,4 +1,4 @@
-"""Contact plans as the commands of ION's program ionadmin. Source: its manual page ionrc(5)."""
+"""Contact plans of ION: commands for its program ionadmin. Source: the manual page ionrc(5)."""
 
 import calendar
 import re
@@ -28,23 +28,23 @@ _MANAGED = frozenset(
         *("outbound", "outer", "production", "search", "usage", "utcdelta"),
     )
 )
-"""What the command `m` may be about; none of it bears on the plan."""
+"""What the command `m` may manage; none of it bears on the plan."""
 
 
 def parse_ion(text: str, name: str) -> Plan:
     """Read a plan of ION, a file of commands for its program ionadmin.
 
-    Rates are in bytes per second there. A range from a lower to a higher node number holds for both
-    directions, unless one in the opposite direction overlaps it. Time 0 is where `+0` is before any
-    `@`; in a plan with dates it is the first date. Commands that plan nothing are passed over, and
-    so are contacts that only register a node or have no time (a start of -1, a stop of 0).
+    Rates are in bytes per second. A range from a lower to a higher node number holds for both
+    directions, unless one in the opposite direction overlaps it. Time 0 is that of `+0` before any
+    `@`; in a plan with dates it is the first date. Commands that plan nothing are ignored, and so
+    are contacts that only register a node or have no time (a start of -1, a stop of 0).
 
     Args:
         text: the file.
         name: what to call it in errors.
 
     Raises:
-        ContactPlanError: if a line is not such a command, or contradicts another.
+        ContactPlanError: if a line is no such command, or contradicts another.
     """
     if text.lstrip()[:1] in {"{", "["}:
         raise ContactPlanError(
@@ -54,7 +54,7 @@ def parse_ion(text: str, name: str) -> Plan:
     reader = _IonReader()
     for number, line in enumerate(text.split("\n"), start=1):
         try:
-            reader.obey(line.partition("#")[0].split())
+            reader.execute(line.partition("#")[0].split())
         except ContactPlanError as error:
             raise ContactPlanError(f"{name}, line {number}: {error}") from None
     reader.imply_ranges()
@@ -62,7 +62,7 @@ def parse_ion(text: str, name: str) -> Plan:
 
 
 class _IonReader:
-    """Obeys the commands of a plan one by one, as ionadmin would."""
+    """Executes the commands of a plan one by one, as ionadmin would."""
 
     def __init__(self) -> None:
         self.contacts: Book[Contact] = Book()
@@ -71,8 +71,8 @@ class _IonReader:
         self._zero_date: int | None = None
         self._is_relative = False
 
-    def obey(self, words: Sequence[str]) -> None:
-        """Take in the words of one line."""
+    def execute(self, words: Sequence[str]) -> None:
+        """Execute the command in the words of one line."""
         match words:
             case []:
                 pass
@@ -92,7 +92,7 @@ class _IonReader:
                 )
 
     def imply_ranges(self) -> None:
-        """Add the ranges from higher to lower node numbers that go without saying."""
+        """Add the implied ranges from higher to lower node numbers."""
         for one in list(self.ranges):
             back = one._replace(source=one.dest, dest=one.source)
             if one.source < one.dest and not self.ranges.overlapping(back):
@@ -134,7 +134,7 @@ class _IonReader:
 
     def _delete(self, noun: str, fields: Sequence[str]) -> None:
         start, source, dest = _fields(fields, f"d {noun}", "start", "from", "to")
-        if start in {"-1", "0"}:  # a contact that was passed over
+        if start in {"-1", "0"}:  # a contact that was ignored
             return
         begin_s = None if start == "*" else self._time_s(start)
         book = self.contacts if noun == "contact" else self.ranges
@@ -162,7 +162,7 @@ class _IonReader:
 
 
 def _date(word: str) -> int:
-    """Seconds from 1970 to a date of ION, in UTC and without leap seconds."""
+    """Seconds from 1970 to a date in ION's format, in UTC and without leap seconds."""
     if match := _DATE.fullmatch(word):
         year, month, day, hour, minute, second = map(int, match.groups())
         is_time = hour < 24 and minute < 60 and second < 60
@@ -177,7 +177,7 @@ def _date(word: str) -> int:
 
 
 def _fields(fields: Sequence[str], command: str, *names: str, confidence: int = 0) -> Sequence[str]:
-    """`fields` if there are as many as names, and up to so many for the confidence."""
+    """`fields`, if there are as many as `names`, and up to `confidence` more."""
     if len(names) <= len(fields) <= len(names) + confidence:
         return fields
     form = " ".join((command, *names, *["[confidence]"] * confidence))
@@ -185,7 +185,7 @@ def _fields(fields: Sequence[str], command: str, *names: str, confidence: int = 
 
 
 def _check_confidence(rest: Sequence[str]) -> None:
-    """A contact counts whatever its confidence: what becomes of it is for the mission to say."""
+    """Check a confidence; contacts count whatever it is, for outages are up to the mission."""
     if rest and not 0 < _decimal(rest[0], "a confidence") <= 1:
         raise ContactPlanError(f"expected a confidence above 0, 1 at most, found {rest[0]}")
 

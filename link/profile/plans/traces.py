@@ -1,6 +1,6 @@
 """Traces of delivery opportunities in mahimahi's format.
 
-A line is a whole number of milliseconds from the start: the moment at which 1500 bytes may pass.
+Each line is a whole number of milliseconds from the start, at which 1500 bytes may pass.
 """
 
 import re
@@ -11,19 +11,19 @@ _WHOLE = re.compile(r"[0-9]{1,15}")
 
 
 class TraceError(ValueError):
-    """The text is no trace. Says on which line, and what is wrong."""
+    """The text is no trace. Says on which line and why."""
 
 
 def parse_trace(text: str, name: str) -> tuple[int, ...]:
-    """The times of a trace in milliseconds, in order; several at one time are several chances.
+    """The times of a trace in milliseconds, in order; a repeated time is several opportunities.
 
     Args:
         text: the file.
         name: what to call it in errors.
 
     Raises:
-        TraceError: if a line is no whole number or less than the one before, or if there is none
-            above 0, since a trace that starts again must have a length.
+        TraceError: if a line is no whole number or less than the one before, or if none is above 0,
+            since a trace that repeats must have a length.
     """
     times_ms: list[int] = []
     for number, line in enumerate(text.removesuffix("\n").split("\n"), start=1):

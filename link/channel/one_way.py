@@ -1,0 +1,268 @@
+"""One direction of the channel: from hand-over to arrival, and the fate of every frame."""
+
+from bisect import bisect_left
+from collections import deque
+from collections.abc import Sequence
+from itertools import accumulate, compress, repeat
+from operator import add, attrgetter, itemgetter
+from typing import NamedTuple
+
+from numpy.random import Generator
+
+from farside.link.channel.agenda import Agenda, PendingRecord
+from farside.link.channel.chance import UNIMPAIRED, Impairment, RandomImpairments
+from farside.link.channel.outages import Outages
+from farside.link.channel.queueing import Transmission, Transmitter
+from farside.link.profile.config import LinkConfig, OneWay
+from farside.link.profile.schedule import Delay, Outage, outages_of
+from farside.node import Direction, Frame, to_ns
+from farside.topics import Fate, FrameFate, LinkOutage, OutageReason
+
+_time = attrgetter("time_ns")
+
+
+class Departures(NamedTuple):
+    """Frames that will arrive, at their time of arrival, and when the last bit of each left."""
+
+    ends_ns: list[int]
+    frames: list[Frame]
+
+
+class _Outcomes(NamedTuple):
+    """What became of some frames, as columns of `FrameFate`."""
+
+    arrivals_ns: Sequence[int | None]
+    fates: Sequence[Fate]
+    flipped_bits: Sequence[int]
+    outages: Sequence[OutageReason | None]
+
+    @classmethod
+    def never(cls, fates: Sequence[Fate]) -> "_Outcomes":
+        """The outcomes of frames that were never sent."""
+        none = [None] * len(fates)
+        return cls(none, fates, [0] * len(fates), none)
+
+
+class OneWayChannel:
+    """One direction: random impairments, a transmitter, propagation, outages at the rover's end.
+
+    Args:
+        direction: which one.
+        link: the link, resolved.
+        rng: the direction's generator, from which one per purpose is spawned.
+
+    Attributes:
+        agenda: the records that are decided but not yet due.
+        config: the settings in force.
+    """
+
+    def __init__(self, direction: Direction, link: LinkConfig, rng: Generator) -> None:
+        self._direction = direction
+        self._changes = deque(
+            sorted(
+                (
+                    (to_ns(change.at_s), change)
+                    for change in link.changes
+                    if change.direction.includes(direction)
+                ),
+                key=itemgetter(0),
+            )
+        )
+        self.config = link.way(direction)
+        self._least_delay_ns = self.config.least_delay_ns
+        self._impairments = RandomImpairments(rng, self.config)
+        self._transmitter = Transmitter(self.config)
+        self._delay = Delay(self.config)
+        self._latest_ns = 0
+        self._delivered = Departures([], [])
+        self._outages = Outages(scheduled := outages_of(link, direction))
+        self._outages_noted = 0
+        self.agenda = Agenda()
+        for begin_ns, end_ns, reason in scheduled:
+            self._note_outage(begin_ns, reason, down=True)
+            self._note_outage(end_ns, reason, down=False)
+
+    def advance(self, until_ns: int, frames: Sequence[Frame]) -> Departures:
+        """Take the frames handed over before `until_ns`, and apply the changes due by then.
+
+        Returns:
+            the frames that left and will arrive.
+        """
+        begin = 0
+        while self._changes and self._changes[0][0] < until_ns:
+            at_ns, change = self._changes.popleft()
+            end = bisect_left(frames, at_ns, lo=begin, key=_time)
+            self._run(at_ns, frames[begin:end])
+            self.change(at_ns, change.applied_to(self.config))
+            begin = end
+        self._run(until_ns, frames[begin:])
+        delivered, self._delivered = self._delivered, Departures([], [])
+        return delivered
+
+    @property
+    def next_ns(self) -> int | None:
+        """See `Channel.next_ns`."""
+        leaves_ns = self._transmitter.next_ns
+        if leaves_ns is None:
+            return None
+        arrives_ns = leaves_ns + self._least_delay_ns
+        return min(arrives_ns, self._changes[0][0]) if self._changes else arrives_ns
+
+    def outage(self, now_ns: int) -> Outage | None:
+        """See `Channel.outage`."""
+        return self._outages.at(now_ns)
+
+    def change(self, now_ns: int, config: OneWay) -> None:
+        """Use `config` from `now_ns` on; see `Channel.change`."""
+        before, self.config = self.config, config
+        self._least_delay_ns = config.least_delay_ns
+        self._impairments.configure(config)
+        self._transmitter.change(now_ns, config)
+        self._settle()
+        if (config.delay_s, config.delay_table) != (before.delay_s, before.delay_table):
+            self._delay = Delay(config)
+            # What is sent from now on may overtake what was sent before.
+            self._latest_ns = 0
+
+    def set_out(self, now_ns: int, *, out: bool) -> None:
+        """Be out, or as scheduled, from `now_ns` on; see `Channel.set_out`."""
+        if out is not self._outages.is_commanded:
+            self._outages.toggle(now_ns)
+            self._note_outage(now_ns, OutageReason.CONTROL, down=out)
+
+    def _run(self, until_ns: int, frames: Sequence[Frame]) -> None:
+        self._transmitter.run(until_ns, frames, self._impairments.draw(frames))
+        self._settle()
+
+    def _settle(self) -> None:
+        """Decide the fate of the frames that have left, or never will.
+
+        Column by column, which is three times as fast as frame by frame.
+        """
+        sent, dropped = self._transmitter.take()
+        if dropped:
+            frames = [drop.transmission for drop in dropped]
+            fates = [drop.fate for drop in dropped]
+            self._note(frames, _Outcomes.never(fates), [drop.time_ns for drop in dropped], copy=0)
+        if sent:
+            self._propagate(sent)
+
+    def _propagate(self, sent: Sequence[Transmission]) -> None:
+        propagated_ns = self._propagated_ns([one.end_ns for one in sent])
+        # For the order of arrival, lost and held-back frames count as if they were neither, and
+        # duplicates do not count: so no impairment alters the effect of another.
+        jittered_ns = map(add, propagated_ns, [one.jitter_ns for one in sent])
+        in_order_ns = list(accumulate(jittered_ns, max, initial=self._latest_ns))[1:]
+        self._latest_ns = in_order_ns[-1]
+        arrivals_ns = in_order_ns.copy()
+        impaired = _impaired(sent)
+        for index, impairment in impaired:
+            arrivals_ns[index] += impairment.hold_ns
+        fates = self._decide(sent, impaired, arrivals_ns, copy=0)
+        duplicated: list[Transmission] = []
+        copies_ns: list[int] = []
+        for index, impairment in impaired:
+            if impairment.copy_ns is not None and fates[index] is Fate.DELIVERED:
+                duplicated.append(sent[index])
+                copy_ns = max(propagated_ns[index] + impairment.copy_ns, in_order_ns[index])
+                copies_ns.append(copy_ns + impairment.hold_ns)
+        if duplicated:
+            self._decide(duplicated, _impaired(duplicated), copies_ns, copy=1)
+
+    def _propagated_ns(self, ends_ns: Sequence[int]) -> list[int]:
+        if self.config.delay_table:
+            return [end_ns + self._delay.at(end_ns) for end_ns in ends_ns]
+        delay_ns = self._least_delay_ns
+        return [end_ns + delay_ns for end_ns in ends_ns]
+
+    def _decide(
+        self,
+        sent: Sequence[Transmission],
+        impaired: Sequence[tuple[int, Impairment]],
+        arrivals_ns: Sequence[int],
+        copy: int,
+    ) -> Sequence[Fate]:
+        """Decide and record the fates of frames that would arrive at these times."""
+        fates = [Fate.DELIVERED] * len(sent)
+        for index, impairment in impaired:
+            fates[index] = impairment.loss or Fate.DELIVERED
+        known_ns, ends_ns = arrivals_ns, [one.end_ns for one in sent]
+        if self._direction is Direction.UP:
+            reasons = self._outages.reasons(arrivals_ns, arrivals_ns)
+        else:
+            reasons = self._outages.reasons([one.start_ns for one in sent], ends_ns)
+            if reasons:
+                # A downlink frame is known to be lost to an outage as it leaves.
+                times_ns = zip(reasons, ends_ns, arrivals_ns, strict=True)
+                known_ns = [end if reason else arrival for reason, end, arrival in times_ns]
+        for index, reason in enumerate(reasons or ()):
+            if reason is not None:
+                fates[index] = Fate.OUTAGE
+        delivered = [fate is Fate.DELIVERED for fate in fates]
+        payloads = [one.frame.payload for one in sent]
+        flipped = [0] * len(sent)
+        for index, impairment in impaired:
+            if impairment.flips and delivered[index]:
+                payloads[index] = _flipped(payloads[index], impairment.flips)
+                flipped[index] = len(impairment.flips)
+        sequences = [one.frame.sequence for one in sent]
+        frames = map(Frame, repeat(self._direction), sequences, arrivals_ns, payloads)
+        self._delivered.ends_ns.extend(compress(ends_ns, delivered))
+        self._delivered.frames.extend(compress(frames, delivered))
+        outcomes = _Outcomes(
+            [
+                time if arrives else None
+                for time, arrives in zip(arrivals_ns, delivered, strict=True)
+            ],
+            fates,
+            flipped,
+            reasons or [None] * len(sent),
+        )
+        self._note(sent, outcomes, known_ns, copy)
+        return fates
+
+    def _note(
+        self,
+        transmissions: Sequence[Transmission],
+        outcomes: _Outcomes,
+        known_ns: Sequence[int],
+        copy: int,
+    ) -> None:
+        frames = [one.frame for one in transmissions]
+        sequences = [frame.sequence for frame in frames]
+        messages = map(
+            FrameFate,
+            repeat(self._direction),
+            sequences,
+            [one.size_byte for one in transmissions],
+            [frame.time_ns for frame in frames],
+            [one.start_ns for one in transmissions],
+            [one.end_ns for one in transmissions],
+            outcomes.arrivals_ns,
+            outcomes.fates,
+            [one.priority for one in transmissions],
+            repeat(copy),
+            outcomes.flipped_bits,
+            outcomes.outages,
+        )
+        keys = known_ns, repeat(self._direction), sequences, repeat(copy)
+        self.agenda.add(list(map(PendingRecord, *keys, messages)))
+
+    def _note_outage(self, time_ns: int, reason: OutageReason, *, down: bool) -> None:
+        # Numbered, so that the end of one outage is recorded before the beginning of the next.
+        self._outages_noted += 1
+        outage = LinkOutage(self._direction, down=down, reason=reason)
+        self.agenda.add([PendingRecord(time_ns, self._direction, -1, self._outages_noted, outage)])
+
+
+def _flipped(payload: bytes, bits: Sequence[int]) -> bytes:
+    flipped = bytearray(payload)
+    for bit in bits:
+        flipped[bit // 8] ^= 1 << bit % 8
+    return bytes(flipped)
+
+
+def _impaired(transmissions: Sequence[Transmission]) -> list[tuple[int, Impairment]]:
+    """Index and impairment of those that meet with more than jitter."""
+    impairments = [one.impairment for one in transmissions]
+    return [(index, one) for index, one in enumerate(impairments) if one is not UNIMPAIRED]

@@ -1,0 +1,64 @@
+"""When one direction is out: as scheduled, and as commanded during the run."""
+
+import math
+from bisect import bisect_right
+from collections.abc import Sequence
+
+from farside.link.profile.schedule import Outage
+from farside.node import NEVER_NS
+from farside.topics import OutageReason
+
+
+class Outages:
+    """The outages of one direction.
+
+    Args:
+        scheduled: in order and without overlaps.
+    """
+
+    def __init__(self, scheduled: Sequence[Outage]) -> None:
+        self._begins_ns = [outage.begin_ns for outage in scheduled]
+        self._ends_ns = [outage.end_ns for outage in scheduled]
+        self._reasons = [outage.reason for outage in scheduled]
+        # The end of one that lasts is infinite.
+        self._commanded: list[tuple[int, float]] = []
+
+    @property
+    def is_commanded(self) -> bool:
+        """Whether the direction has been commanded out."""
+        return bool(self._commanded) and self._commanded[-1][1] == math.inf
+
+    def toggle(self, now_ns: int) -> None:
+        """Command the direction out, or back to its schedule if it was."""
+        if self.is_commanded:
+            self._commanded[-1] = self._commanded[-1][0], now_ns
+        else:
+            self._commanded.append((now_ns, math.inf))
+
+    def reasons(
+        self, starts_ns: Sequence[int], ends_ns: Sequence[int]
+    ) -> Sequence[OutageReason | None] | None:
+        """For each span, why the direction is out at any moment of it; `None` if it never is.
+
+        Both ends belong to a span.
+        """
+        if self._reason(min(starts_ns), max(ends_ns)) is None:
+            return None
+        return list(map(self._reason, starts_ns, ends_ns))
+
+    def at(self, now_ns: int) -> Outage | None:
+        """The outage at `now_ns`. One that was commanded has no known end, so `NEVER_NS`."""
+        if self.is_commanded:
+            return Outage(self._commanded[-1][0], NEVER_NS, OutageReason.CONTROL)
+        first = bisect_right(self._ends_ns, now_ns)
+        if first < len(self._ends_ns) and self._begins_ns[first] <= now_ns:
+            return Outage(self._begins_ns[first], self._ends_ns[first], self._reasons[first])
+        return None
+
+    def _reason(self, start_ns: int, end_ns: int) -> OutageReason | None:
+        first = bisect_right(self._ends_ns, start_ns)
+        if first < len(self._ends_ns) and self._begins_ns[first] <= end_ns:
+            return self._reasons[first]
+        if any(begin_ns <= end_ns and start_ns < stop_ns for begin_ns, stop_ns in self._commanded):
+            return OutageReason.CONTROL
+        return None
