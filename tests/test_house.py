@@ -19,7 +19,7 @@ MODULES = sorted(
 )
 PYPROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())
 PROJECT = PYPROJECT["project"]
-LINES = 500
+LINES = 400
 CONSTRAINTS = (ROOT / "constraints.txt").read_text()
 
 

@@ -6,8 +6,9 @@ from typing import Any, cast
 
 import numpy as np
 import pytest
+from goal_runs import drive, reached
 
-from farside.dem import DynamicExpectancyModel, Goal, InherentGoal, Sensed
+from farside.dem import DynamicExpectancyModel, Goal, InherentGoal
 from tests.dem.conftest import Grid, MakeModel, RunCycle
 
 
@@ -18,26 +19,6 @@ def driven(make_model: MakeModel, corridor: Grid, cycle: RunCycle) -> DynamicExp
     for action in "EEEEEWWWWW" * 2:
         cycle(model, corridor.tokens(), corridor.do(action))
     return model
-
-
-def drive(model: DynamicExpectancyModel, world: Grid, patience: int) -> list[Sensed]:
-    """Leave the model alone until it has no goals, and return what it sensed."""
-    story = []
-    for _ in range(patience):
-        story.append(model.sense(world.tokens()))
-        if not model.goals:
-            model.perform(None)
-            return story
-        model.perform(world.do(model.choose().action))
-    raise AssertionError(f"{model.goals} not reached from {world.at} in {patience} cycles")
-
-
-def reached(story: Sequence[Sensed]) -> list[tuple[str, ...]]:
-    return [goal.tokens for sensed in story for goal in sensed.reached]
-
-
-def suspended(story: Sequence[Sensed]) -> list[tuple[str, ...]]:
-    return [sign for sensed in story for sign in sensed.suspended]
 
 
 def test_goals_are_visited_in_order_of_priority_and_those_on_the_way_in_passing(
@@ -304,118 +285,3 @@ def test_hypotheses_for_a_removed_sign_are_removed_even_with_a_prediction_due(
     sensed = model.sense(["at:A", "drill:out"])
     assert sensed.active == (("at:A",), ("drill:out",))
     assert (sensed.succeeded, sensed.failed) == (2, 0)
-
-
-@pytest.fixture
-def two_ways(grid: Grid) -> Grid:
-    """Along the bottom it is 5 moves from the west end to the east end, over the top it is 13."""
-    world = type(grid)(
-        "....##",
-        ".##.##",
-        ".##.##",
-        ".##.##",
-        "......",
-    )
-    world.at = (0, 0)
-    return world
-
-
-def learn(model: DynamicExpectancyModel, world: Grid, actions: str) -> None:
-    for action in actions:
-        model.sense(world.tokens())
-        model.perform(world.do(action))
-
-
-GOAL = ("at:5,0",)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_a_path_blocked_for_good_is_abandoned_and_exploration_finds_a_detour(
-    make_model: MakeModel, two_ways: Grid, seed: int
-) -> None:
-    """Only the bottom row is known when a rock falls on it; the detour is over the top."""
-    model = make_model(seed, recovery=50)
-    learn(model, two_ways, "EEEEEWWWWW" * 2)
-    two_ways.places.remove((2, 0))
-    model.set_goal(GOAL, priority=1.0)
-    story, free_choices = [], []
-    for _ in range(2000):
-        story.append(model.sense(two_ways.tokens()))
-        if story[-1].reached:
-            break
-        choice = model.choose()
-        if model.goals[0].suspended:
-            free_choices.append(choice)
-        model.perform(two_ways.do(choice.action))
-    broken = [cycle for cycle, sensed in enumerate(story) if sensed.suspended]
-    recovered = [cycle for cycle, sensed in enumerate(story) if sensed.recovered]
-    assert [later - earlier for earlier, later in zip(broken, recovered, strict=True)] == [50]
-    assert [choice.goal for choice in free_choices] == [None] * 50
-    assert {choice.action for choice in free_choices} == set("NESW")
-    assert reached(story) == [GOAL]
-    assert [sensed.tokens for sensed in story[-3:]] == [("at:3,0",), ("at:4,0",), GOAL]
-    model.perform(None)
-    two_ways.at = (0, 0)
-    model.set_goal(GOAL, priority=1.0)
-    again = drive(model, two_ways, patience=20)
-    assert len(again) - 1 == two_ways.steps_to((5, 0))[0, 0] == 13
-    assert suspended(again) == []
-
-
-def test_with_a_known_detour_even_a_long_one_the_goal_is_not_suspended(
-    make_model: MakeModel, two_ways: Grid
-) -> None:
-    model = make_model()
-    learn(model, two_ways, "EEEEEWWNNNNWWWSSSS" * 6)
-    two_ways.at = (0, 0)
-    learn(model, two_ways, "NNNNEEESSSSEEWWWWW" * 6)
-    model.set_goal(GOAL, priority=1.0)
-    learn(model, two_ways, "E")
-    two_ways.places.remove((2, 0))
-    at_first = model.policy_path()[0].cost_to_go
-    story = drive(model, two_ways, patience=60)
-    assert reached(story) == [GOAL]
-    assert suspended(story) == []
-    assert two_ways.steps_to((5, 0))[1, 0] * 2.66 > 2.0 * at_first
-
-
-def test_a_detour_many_times_as_long_as_the_path_is_still_taken(
-    make_model: MakeModel, grid: Grid, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The neighbouring goal can no longer be entered from here, only from around a ring of 14."""
-    ring = type(grid)("....", ".##.", ".##.", ".##.", "....")
-    model = make_model()
-    learn(model, ring, ("EEENNNNWWWSSSS" + "NNNNEEESSSSWWW") * 3)
-    model.set_goal(["at:1,0"], priority=1.0)
-    beside = ring.beside
-    monkeypatch.setattr(
-        ring,
-        "beside",
-        lambda place, action: place if (place, action) == ((0, 0), "E") else beside(place, action),
-    )
-    story = drive(model, ring, patience=60)
-    assert reached(story) == [("at:1,0",)]
-    assert suspended(story) == []
-    assert len(story) - 1 > 13
-
-
-def test_leading_the_robot_away_from_its_goal_does_not_suspend_the_goal(
-    make_model: MakeModel, cycle: RunCycle
-) -> None:
-    """Going east from `bog` works so rarely that the goal is ten times as far from there."""
-    model = make_model()
-    path = [(["bog"], "E"), (["bank"], "E"), (["goal"], None)]
-    for tokens, action in path[1:] * 4 + path:
-        cycle(model, tokens, action)
-    for _ in range(8):
-        cycle(model, ["bog"], "E")
-    cycle(model, ["bog"], None)
-    cycle(model, ["bank"], None)
-    model.set_goal(["goal"], priority=1.0)
-    assert cycle(model, ["bank"], "W").suspended == ()
-    near = next(row.value for row in model.policy_map() if row.sign == ("bank",))
-    assert model.sense(["bog"]).suspended == ()
-    far = model.choose()
-    assert far.goal == ("goal",)
-    assert far.cost_to_go > 4 * near
-    assert far.cost_to_go > 4 * 2 * 2.66
