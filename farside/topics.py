@@ -154,6 +154,20 @@ class GoalEntry(msgspec.Struct, frozen=True):
     source: GoalSource
 
 
+class StoreEntry(msgspec.Struct, frozen=True):
+    """What has become of the telemetry that was stored while the link was out.
+
+    Attributes:
+        kept: how many messages were stored so far.
+        given_up: how many of them were dropped since the store was full.
+        waiting: how many are not known to have arrived at the ground.
+    """
+
+    kept: int
+    given_up: int
+    waiting: int
+
+
 # --- /link -------------------------------------------------------------------------------------
 
 
@@ -307,6 +321,7 @@ ROVER_COMMAND = _topic("/rover/command", CommandTaken)
 ROVER_GOAL = _topic("/rover/goal", GoalEntry)
 ROVER_PROPOSAL = _topic("/rover/proposal", Proposal)
 ROVER_FRAME = _topic("/rover/frame", FrameEvent)
+ROVER_STORE = _topic("/rover/store", StoreEntry)
 
 LINK_FRAME = _topic("/link/frame", FrameFate)
 LINK_OUTAGE = _topic("/link/outage", LinkOutage)

@@ -23,6 +23,7 @@ from farside.topics import (
     ROVER_FRAME,
     ROVER_GOAL,
     ROVER_MODE,
+    ROVER_STORE,
     TRUTH_POSE,
     TRUTH_YARD,
     CommandSent,
@@ -33,6 +34,7 @@ from farside.topics import (
     FrameStage,
     GoalChange,
     GoalSource,
+    StoreEntry,
 )
 
 T = TypeVar("T", bound=msgspec.Struct)
@@ -248,6 +250,12 @@ class RunView:
         """The DEM's last cycle, which gives the sizes of its lists; `None` if there was none."""
         record = self._log.latest(ROVER_CYCLE, self._log.end_ns)
         return None if record is None else cast("Cycle", decode(record))
+
+    @property
+    def store(self) -> StoreEntry:
+        """What became of the telemetry that the rover stored while the link was out."""
+        record = self._log.latest(ROVER_STORE, self._log.end_ns)
+        return StoreEntry(0, 0, 0) if record is None else cast("StoreEntry", decode(record))
 
     # --- the link ------------------------------------------------------------------------------
 

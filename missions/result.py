@@ -53,6 +53,22 @@ class LinkResult(msgspec.Struct, frozen=True):
     downlink: LinkCounters
 
 
+class StoreResult(msgspec.Struct, frozen=True):
+    """The telemetry that the rover stored while the link was out.
+
+    Attributes:
+        kept: how many messages were stored.
+        arrived: how many are known to have arrived at the ground.
+        given_up: how many were dropped since the store was full.
+        waiting: how many were still to arrive at the end of the run.
+    """
+
+    kept: int
+    arrived: int
+    given_up: int
+    waiting: int
+
+
 class DemResult(msgspec.Struct, frozen=True):
     """The DEM's lists at the end: number of Signs and hypotheses, and mean C_m."""
 
@@ -101,5 +117,6 @@ class RunResult(msgspec.Struct, frozen=True, kw_only=True):
     goals: tuple[GoalResult, ...]
     modes: tuple[ModeResult, ...]
     link: LinkResult
+    store: StoreResult
     dem: DemResult
     lost_processes: tuple[LostProcessResult, ...] = ()

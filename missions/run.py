@@ -29,6 +29,7 @@ from farside.missions.result import (
     ModeResult,
     Outcome,
     RunResult,
+    StoreResult,
 )
 from farside.missions.schema import MissionFile
 from farside.node import Direction, Record, Role, to_ns, to_s
@@ -210,12 +211,19 @@ def _result(
         link=LinkResult(
             uplink=view.link_counters(Direction.UP), downlink=view.link_counters(Direction.DOWN)
         ),
+        store=_store_result(view),
         dem=DemResult(dem.signs, dem.hypotheses, dem.mean_cm) if dem else DemResult(0, 0, 0.0),
         lost_processes=tuple(
             LostProcessResult(lost.role, lost.how, to_s(lost.time_ns))
             for lost in end.lost_processes
         ),
     )
+
+
+def _store_result(view: RunView) -> StoreResult:
+    store = view.store
+    arrived = store.kept - store.given_up - store.waiting
+    return StoreResult(store.kept, arrived, store.given_up, store.waiting)
 
 
 def _outcome(judgements: Sequence[Judgement], *, aborted: bool) -> Outcome:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from numpy.random import Generator
 
 from farside.dem import DynamicExpectancyModel
-from farside.link.endpoint.endpoint import LinkTerms, rover_endpoint
+from farside.link.endpoint.endpoint import LinkTerms, StoreState, rover_endpoint
 from farside.messages import Command, Failsafe, FailsafeChanged, Telemetry, Tokens
 from farside.node import NS_PER_S, Frame, Journal, Step, to_ns, to_s
 from farside.places import ACTIONS, Cell, Chart, place_token
@@ -26,6 +26,7 @@ from farside.topics import (
     ROVER_CYCLE,
     ROVER_ESTIMATE,
     ROVER_FAILSAFE,
+    ROVER_STORE,
     TRUTH_BUMP,
     TRUTH_POSE,
     TRUTH_YARD,
@@ -36,6 +37,7 @@ from farside.topics import (
     Estimate,
     FailsafeEntry,
     Pose,
+    StoreEntry,
     Yard,
 )
 
@@ -90,7 +92,9 @@ class Rover:
         goals = Goals(self._model, mission, self._journal, self._events)
         self._pilot = Pilot(self._model, goals, self._battery, self._journal, self._events)
         self._unheard: deque[Telemetry] = deque()
-        self._telemetry_at_ns = 0
+        self._house_at_ns = 0
+        self._report_at_ns = self._reported_ns = 0
+        self._store_state = StoreState(0, 0, 0)
         self._move: Move | None = None
         self._doing: Undertaking | None = None
         self._began_ns = 0
@@ -129,8 +133,10 @@ class Rover:
         if self._stirred and self._move is None:
             self._stirred = False
             self._decide()
-        if now_ns >= self._telemetry_at_ns:
+        if now_ns >= self._house_at_ns:
             self._keep_house()
+        if now_ns >= self._report_at_ns:
+            self._report()
 
     # --- the link ----------------------------------------------------------------------------
 
@@ -151,7 +157,7 @@ class Rover:
         self._stirred = True
 
     def _keep_house(self) -> None:
-        self._telemetry_at_ns = self._now_ns + _TELEMETRY_NS
+        self._house_at_ns = self._now_ns + _TELEMETRY_NS
         self._flow()
         self._pilot.feel()
         truth = self._world.pose
@@ -169,7 +175,13 @@ class Rover:
         own = self._estimate
         self._journal.note(ROVER_ESTIMATE, Estimate(own.x_m, own.y_m, own.heading_rad))
         self._stirred = True
-        self._report()
+        self._note_store()
+
+    def _note_store(self) -> None:
+        state = self._endpoint.store_state
+        if state != self._store_state:
+            self._store_state = state
+            self._journal.note(ROVER_STORE, StoreEntry(*state))
 
     def _report(self) -> None:
         own = self._estimate
@@ -188,6 +200,17 @@ class Rover:
         )
         self._endpoint.send(telemetry, self._now_ns)
         self._keep(telemetry)
+        self._reported_ns = self._now_ns
+        self._report_by(self._now_ns + _TELEMETRY_NS)
+
+    def _report_by(self, wanted_ns: int) -> None:
+        """Send telemetry at `wanted_ns`, or as soon after it as the rate allows.
+
+        What is only stored waits for no rate.
+        """
+        is_heard = self._failsafe.state is Failsafe.NOMINAL
+        interval_ns = self._endpoint.telemetry_interval_ns(self._now_ns) if is_heard else 0
+        self._report_at_ns = max(wanted_ns, self._reported_ns + interval_ns)
 
     def _keep(self, telemetry: Telemetry) -> None:
         """Store telemetry that the ground may have missed, to be forwarded when the link is back.
@@ -313,4 +336,5 @@ class Rover:
         self._model.perform(self._doing.action)
         self._move = self._doing = None
         self._cycle()
-        self._telemetry_at_ns = self._now_ns
+        self._house_at_ns = self._now_ns
+        self._report_by(self._now_ns)

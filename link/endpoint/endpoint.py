@@ -3,7 +3,8 @@
 A message is packed (MessagePack), cut if it is larger than a frame, numbered and sealed. Its type
 decides the service, see `SERVICES`: *expedited*, where only the latest counts and nothing is
 retransmitted, or *reliable*, in order and until it has arrived. What is made while the link is out
-can wait in a store and is sent, marked as stored, when the link is back.
+can wait in a store. When the link is back it is sent by a reliable stream of its own, below
+everything else and in what that leaves of the rate.
 """
 
 import heapq
@@ -17,7 +18,7 @@ from farside.link.endpoint.fragments import Fragmenter, Reassembler
 from farside.link.endpoint.keys import simulated_key
 from farside.link.endpoint.receiver import ReliableReceiver
 from farside.link.endpoint.segments import ReceptionReport, Segment, decode_part
-from farside.link.endpoint.sender import ReliableSender
+from farside.link.endpoint.sender import ReliableSender, Sending
 from farside.link.endpoint.store import Store
 from farside.link.endpoint.transfer import TransferConfig
 from farside.link.endpoint.wire import OVERHEAD_BYTE, Flag, FrameError, Opener, Sealer, unpack
@@ -38,9 +39,11 @@ from farside.topics import GROUND_FRAME, ROVER_FRAME, FrameEvent, FrameStage
 _SEGMENT_OVERHEAD_BYTE = 24
 _REASSEMBLY_NS = 600 * NS_PER_S
 _SILENCE_NS = 10 * NS_PER_S
-_STORED_SHARE = 0.5
+_LIVE_SHARE = 0.8  # of the rate for telemetry, so that there is room for all else
+_LIVE_SHARE_BESIDE_STORED = 0.5
 _BURST_NS = NS_PER_S // 10
-_STORED_BYTE_S = 64 * 1024  # where the rate has no limit
+_BURST_BYTE = 2048  # what is sent from the store at once must fit into the transmit queue
+_STORED_MARGIN_S = 10.0  # what is sent from the store waits for all else
 
 _Out = TypeVar("_Out", bound=msgspec.Struct)
 _In = TypeVar("_In", bound=msgspec.Struct)
@@ -73,8 +76,23 @@ SERVICES: dict[type[msgspec.Struct], Service] = {
 
 _SEGMENT = Service(reliable=True, priority=3)
 _REPORT = Service(reliable=True, priority=4)
-_STORED = Service(reliable=False, priority=0)
+_STORED = Service(reliable=True, priority=0)
 _PLAIN = Flag(0)
+_STORED_SEGMENT, _STORED_REPORT = Flag.STORED | Flag.RELIABLE, Flag.STORED | Flag.REPORT
+
+
+class StoreState(NamedTuple):
+    """What has become of the messages that were stored.
+
+    Attributes:
+        kept: how many were stored so far.
+        given_up: how many of them were dropped since the store was full.
+        waiting: how many are not known to have arrived at the other end.
+    """
+
+    kept: int
+    given_up: int
+    waiting: int
 
 
 class LinkTerms(NamedTuple):
@@ -151,9 +169,14 @@ class Endpoint(Generic[_Out, _In]):
         self._segment_byte = transfer.segment_byte
         self._backlog: deque[bytes] = deque()
         self._wake_ns = 0
+        stored = TransferConfig(segment_byte=transfer.segment_byte, margin_s=_STORED_MARGIN_S)
         self._store = Store(terms.store_byte)
-        self._budget_byte = 0.0
-        self._forwarded_ns = 0
+        self._stored_sender = ReliableSender(outgoing, terms.schedule, stored)
+        self._stored_receiver = ReliableReceiver(incoming, terms.schedule, stored)
+        self._forwarded: deque[int] = deque()  # the segment after the last of each message
+        self._kept = 0
+        self._telemetry_byte = 0
+        self._busy_ns = 0  # until then the transmitter sends what it was given so far
         self._outbox: list[Frame] = []
         self._inbox: list[tuple[int, int, int, Frame]] = []
         self._expected = 0
@@ -169,28 +192,56 @@ class Endpoint(Generic[_Out, _In]):
             self._wake_ns = now_ns
             self.pump(now_ns)
         else:
+            if isinstance(message, Telemetry):
+                self._telemetry_byte = len(payload) + OVERHEAD_BYTE
             self._send(payload, type(message).__name__, now_ns, service)
 
     def store(self, message: _Out, made_ns: int) -> int:
         """Keep `message` for when the link returns; returns how many stored ones were dropped."""
+        self._kept += 1
         return len(self._store.add(_encode(message), made_ns, SERVICES[type(message)].priority))
 
-    def forward(self, now_ns: int) -> None:
-        """Send from the store as much as half the rate has let through since the last call.
+    @property
+    def store_state(self) -> StoreState:
+        """What has become of the messages that were stored."""
+        while self._forwarded and self._forwarded[0] <= self._stored_sender.acknowledged:
+            self._forwarded.popleft()
+        waiting = len(self._store) + len(self._forwarded)
+        return StoreState(self._kept, self._store.dropped, waiting)
 
-        To be called often while the link is up: what is sent at once must fit into its queue.
+    def forward(self, now_ns: int) -> None:
+        """Send from the store, and repeat what was lost of it, as far as the transmitter is idle.
+
+        To be called often while the link is up.
         """
-        if not self._store:
-            self._forwarded_ns = now_ns
+        sender, most_byte = self._stored_sender, _BURST_BYTE
+        if not self._store and sender.is_done:
             return
-        elapsed_ns, self._forwarded_ns = now_ns - self._forwarded_ns, now_ns
-        if self._schedule.opens_ns(self._outgoing, now_ns) > now_ns:
-            return
-        elapsed_ns = min(elapsed_ns, _BURST_NS)
-        self._budget_byte += self._stored_byte_s(now_ns) * elapsed_ns / NS_PER_S
-        for item in self._store.take(self._budget_byte):
-            self._budget_byte -= len(item.payload)
-            self._send(item.payload, "Telemetry", now_ns, _STORED, Flag.STORED)
+        while most_byte > 0 and self._busy_ns <= now_ns + _BURST_NS:
+            if (
+                self._store
+                and not sender.unsent
+                and sender.room >= self._segments(self._store.next)
+            ):
+                self._forwarded.append(sender.offer(self._store.pop()).stop)
+            at_ns = sender.next_ns(now_ns)
+            if at_ns is None or at_ns > now_ns + _BURST_NS:
+                return
+            sending = sender.take(at_ns)
+            if sending is None:
+                return
+            most_byte -= len(sending.payload)
+            self._put(sending.payload, _segment_text(sending), now_ns, _STORED, _STORED_SEGMENT)
+
+    def telemetry_interval_ns(self, now_ns: int) -> int:
+        """The least time between telemetry messages that leaves room for all else.
+
+        They take four fifths of the rate, and half of it while stored ones wait (project defaults).
+        """
+        size_byte = self._telemetry_byte
+        begin_ns, end_ns = self._schedule.sends_ns(self._outgoing, now_ns, size_byte)
+        waits = self._store or not self._stored_sender.is_done
+        return int((end_ns - begin_ns) / (_LIVE_SHARE_BESIDE_STORED if waits else _LIVE_SHARE))
 
     def pump(self, now_ns: int) -> None:
         """Let the reliable service send what is due: segments, retransmissions, reports."""
@@ -200,11 +251,12 @@ class Endpoint(Generic[_Out, _In]):
         while self._backlog and sender.room >= self._segments(self._backlog[0]):
             sender.offer(self._backlog.popleft())
         while (sending := sender.take(now_ns)) is not None:
-            what = "segment" if sending.attempt == 1 else f"segment, sent {sending.attempt} ×"
-            self._put(sending.payload, what, now_ns, _SEGMENT, Flag.RELIABLE)
+            self._put(sending.payload, _segment_text(sending), now_ns, _SEGMENT, Flag.RELIABLE)
         for report in receiver.take(now_ns):
             self._put(report, "report", now_ns, _REPORT, Flag.REPORT)
-        due_ns = sender.next_ns(now_ns), receiver.next_ns()
+        for report in self._stored_receiver.take(now_ns):
+            self._put(report, "report", now_ns, _REPORT, _STORED_REPORT)
+        due_ns = sender.next_ns(now_ns), receiver.next_ns(), self._stored_receiver.next_ns()
         self._wake_ns = min((due for due in due_ns if due is not None), default=NEVER_NS)
 
     def take_sent(self) -> list[Frame]:
@@ -214,13 +266,6 @@ class Endpoint(Generic[_Out, _In]):
 
     def _segments(self, payload: bytes) -> int:
         return max(1, -(-len(payload) // self._segment_byte))
-
-    def _stored_byte_s(self, now_ns: int) -> float:
-        size_byte = 1000
-        begin_ns, end_ns = self._schedule.sends_ns(self._outgoing, now_ns, size_byte)
-        if end_ns <= begin_ns:
-            return _STORED_BYTE_S
-        return _STORED_SHARE * size_byte * NS_PER_S / (end_ns - begin_ns)
 
     def _send(
         self, payload: bytes, what: str, now_ns: int, service: Service, flags: Flag = _PLAIN
@@ -236,6 +281,8 @@ class Endpoint(Generic[_Out, _In]):
         wire = self._sealer.seal(body, flags)
         frame = Frame(self._outgoing, sequence, now_ns, wire, service.priority, service.lifetime_ns)
         self._tell(frame, FrameStage.MADE, what, now_ns, flags)
+        ready_ns = max(now_ns, self._busy_ns)
+        self._busy_ns = self._schedule.sends_ns(self._outgoing, ready_ns, len(wire))[1]
         if self.in_shadow:
             self._tell(frame, FrameStage.SHADOWED, what, now_ns, flags)
         else:
@@ -274,7 +321,7 @@ class Endpoint(Generic[_Out, _In]):
         if flags & (Flag.RELIABLE | Flag.REPORT):
             part = decode_part(body)
             what = "segment" if isinstance(part, Segment) else "report"
-            payloads = self._take_part(part, frame.time_ns)
+            payloads = self._take_part(part, frame.time_ns, stored=bool(flags & Flag.STORED))
             messages += (unpack(payload, self._decoder) for payload in payloads)
         else:
             whole = self._reassembler.add(body, now_ns) if flags & Flag.FRAGMENT else body
@@ -289,13 +336,18 @@ class Endpoint(Generic[_Out, _In]):
     def _hear(self, arrival_ns: int) -> None:
         if self.heard_ns is not None and arrival_ns - self.heard_ns >= _SILENCE_NS:
             self._sender.resume(arrival_ns)
+            self._stored_sender.resume(arrival_ns)
         self.heard_ns = arrival_ns
 
-    def _take_part(self, part: Segment | ReceptionReport, arrival_ns: int) -> list[bytes]:
+    def _take_part(
+        self, part: Segment | ReceptionReport, arrival_ns: int, *, stored: bool
+    ) -> list[bytes]:
         if isinstance(part, ReceptionReport):
-            self._sender.receive(part, arrival_ns)
+            sender = self._stored_sender if stored else self._sender
+            sender.receive(part, arrival_ns)
             return []
-        return self._receiver.receive(part, arrival_ns)
+        receiver = self._stored_receiver if stored else self._receiver
+        return receiver.receive(part, arrival_ns)
 
     def _tell(
         self, frame: Frame, stage: FrameStage, what: str, now_ns: int, flags: Flag = _PLAIN
@@ -309,6 +361,10 @@ class Endpoint(Generic[_Out, _In]):
             stored=bool(flags & Flag.STORED),
         )
         self._journal.note(self._topic, event, log_time_ns=now_ns)
+
+
+def _segment_text(sending: Sending) -> str:
+    return "segment" if sending.attempt == 1 else f"segment, sent {sending.attempt} ×"
 
 
 def rover_endpoint(terms: LinkTerms, journal: Journal) -> Endpoint[Downlink, Uplink]:

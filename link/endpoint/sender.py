@@ -78,6 +78,16 @@ class ReliableSender:
         return self._config.window - (self.offered - self._base)
 
     @property
+    def unsent(self) -> int:
+        """How many segments offered have never been sent."""
+        return self.offered - self._unsent
+
+    @property
+    def acknowledged(self) -> int:
+        """The number of the oldest segment that is not acknowledged: all below are."""
+        return self._base
+
+    @property
     def is_done(self) -> bool:
         """Whether all segments offered are acknowledged."""
         return not self._held

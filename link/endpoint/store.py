@@ -63,20 +63,22 @@ class Store:
         self.dropped += len(dropped)
         return dropped
 
-    def take(self, budget_byte: float) -> list[Stored]:
-        """Take the next items, in order, whose payloads together fit into `budget_byte`.
+    @property
+    def next(self) -> bytes:
+        """The payload of the next item to send.
 
-        The budget is what live traffic leaves of the link. Smaller items do not overtake one that
-        does not fit: what is left of the budget should be kept for the next call.
+        Raises:
+            IndexError: if the store is empty.
         """
-        taken = []
-        while self._priorities:
-            priority = self._priorities[-1]
-            budget_byte -= len(self._of_priority[priority][0][2].payload)
-            if budget_byte < 0:
-                break
-            taken.append(self._pop(priority))
-        return taken
+        return self._of_priority[self._priorities[-1]][0][2].payload
+
+    def pop(self) -> bytes:
+        """Remove the next item to send; returns its payload.
+
+        Raises:
+            IndexError: if the store is empty.
+        """
+        return self._pop(self._priorities[-1]).payload
 
     def _push(self, item: Stored) -> None:
         heap = self._of_priority.get(item.priority)

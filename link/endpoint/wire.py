@@ -43,7 +43,10 @@ SEQUENCE_LIMIT = 2**32
 more per key. At 1,000 frames a second they last 49 days."""
 
 REPLAY_WINDOW = 1024
-"""How far behind the newest frame an older one may arrive (project default)."""
+"""How far behind the newest frame an older one may arrive (project default).
+
+Stored frames and all others are counted apart, so that a frame is overtaken only by those of higher
+priority that have a lifetime of seconds, or must arrive in order."""
 
 _LEAST_BYTE = 23
 _CRC_OF_WHOLE = 0x2144DF1C  # the CRC-32 of anything that ends in its own CRC-32
@@ -96,7 +99,8 @@ class Flag(IntFlag):
 
     Attributes:
         FRAGMENT: the body is a fragment of a message, see `farside.link.endpoint.fragments`.
-        STORED: made during an outage and kept since; newer values take precedence.
+        STORED: of the stream of what was made during an outage and kept since; newer values take
+            precedence.
         RELIABLE: a segment of the reliable service; without it, expedited.
         REPORT: a reception report of the reliable service.
     """
@@ -188,6 +192,40 @@ class Sealer:
         return sealed + zlib.crc32(sealed).to_bytes(4, "little")
 
 
+class _ReplayWindow:
+    """Which of the newest frames of a kind have been received.
+
+    Args:
+        first: the lowest number that can be.
+        size: how many numbers, up to the newest received, it covers.
+    """
+
+    def __init__(self, first: int, size: int) -> None:
+        self._newest = first - 1
+        self._seen = 0  # bit n: frame `newest - n` has been received
+        self._size = size
+        self._mask = (1 << size) - 1
+
+    @property
+    def oldest(self) -> int:
+        """The lowest number that it covers."""
+        return self._newest - self._size + 1
+
+    def has(self, sequence: int) -> bool:
+        """Whether a frame that is not below `oldest` has been received."""
+        return sequence <= self._newest and bool(self._seen >> (self._newest - sequence) & 1)
+
+    def add(self, sequence: int) -> None:
+        """Note that a frame that is not below `oldest` has been received."""
+        ahead = sequence - self._newest
+        if ahead <= 0:
+            self._seen |= 1 << -ahead
+            return
+        # Never shifted by an arbitrary sequence number: it could be four thousand million.
+        self._seen = (self._seen << ahead | 1) & self._mask if ahead < self._size else 1
+        self._newest = sequence
+
+
 class Opener:
     """Opens frames of one direction: each genuine frame once, and no other.
 
@@ -215,10 +253,8 @@ class Opener:
         self._cipher = _Cipher(key, direction)
         self._numbers = numbers or FromZero()
         self._first = self._reserved = self._numbers.first
-        self._newest = self._first - 1
-        self._seen = 0  # bit n: frame `newest - n` has been received
-        self._window = window
-        self._mask = (1 << window) - 1
+        # Stored frames wait below all others, and any number of those may overtake them.
+        self._windows = {stored: _ReplayWindow(self._first, window) for stored in (False, True)}
         self.refused: Counter[Refusal] = Counter()
 
     def open(self, wire: bytes) -> Opened:
@@ -263,35 +299,28 @@ class Opener:
             raise self._refused(
                 Refusal.MALFORMED, f"expected known flags in frame {sequence}, found {flags:#08b}"
             )
-        self._admit(sequence)
+        self._admit(sequence, self._windows[bool(_FLAGS[flags] & Flag.STORED)])
         return Opened(sequence, _FLAGS[flags], body)
 
-    def _admit(self, sequence: int) -> None:
+    def _admit(self, sequence: int, window: "_ReplayWindow") -> None:
         """Note that a genuine frame has been received.
 
         Raises:
             FrameError: if it has, or may have, been received before.
         """
-        ahead = sequence - self._newest
-        if ahead > 0:
-            if sequence >= self._reserved:
-                self._reserved = self._numbers.reserve(sequence)
-            # Never shifted by an arbitrary sequence number: it could be four thousand million.
-            self._seen = (self._seen << ahead | 1) & self._mask if ahead < self._window else 1
-            self._newest = sequence
-            return
-        if sequence < self._first or -ahead >= self._window:
+        if sequence < max(self._first, window.oldest):
             raise self._refused(
                 Refusal.REPLAYED,
-                f"expected frame {max(self._first, self._newest - self._window + 1)} or later, "
+                f"expected frame {max(self._first, window.oldest)} or later, "
                 f"found {sequence}, too old to tell whether it was received before",
             )
-        bit = 1 << -ahead
-        if self._seen & bit:
+        if window.has(sequence):
             raise self._refused(
                 Refusal.REPLAYED, f"expected each frame once, found {sequence} again"
             )
-        self._seen |= bit
+        if sequence >= self._reserved:
+            self._reserved = self._numbers.reserve(sequence)
+        window.add(sequence)
 
     def _refused(self, reason: Refusal, found: str) -> FrameError:
         return FrameError(f"{self._cipher} frame {reason}: {found}", reason)

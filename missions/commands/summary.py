@@ -4,7 +4,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from farside.missions.result import Outcome, RunResult
+from farside.missions.result import Outcome, RunResult, StoreResult
 
 _STYLE = {Outcome.SUCCESS: "bold green", Outcome.FAILURE: "bold red", Outcome.ABORTED: "bold red"}
 
@@ -16,6 +16,8 @@ def show_summary(result: RunResult, console: Console) -> None:
         if table.row_count:
             console.print(table)
             console.print()
+    if result.store.kept:
+        console.print(_store(result.store))
     console.print(f"log     {result.log}", soft_wrap=True, highlight=False)
     console.print(f"digest  {result.digest}", soft_wrap=True, highlight=False)
 
@@ -71,6 +73,15 @@ def _link(result: RunResult) -> Table:
         delay = "" if counters.delay_s is None else f"{counters.delay_s:.2f} s"
         table.add_row(name, *map(str, counts), delay)
     return table
+
+
+def _store(store: StoreResult) -> Text:
+    text = f"stored telemetry: {store.kept} kept while the link was out, {store.arrived} arrived"
+    if store.given_up:
+        text += f", {store.given_up} given up since the store was full"
+    if store.waiting:
+        text += f", {store.waiting} still waiting at the end"
+    return Text(f"{text}\n")
 
 
 def _expectations(result: RunResult) -> Table:

@@ -29,8 +29,9 @@ from farside.topics import FrameEvent, FrameStage
 SECOND = to_ns(1)
 
 
-def config(**changes: Any) -> LinkConfig:
-    return LinkConfig(up=OneWay(delay_s=1.0), down=OneWay(delay_s=1.0), **changes)
+def config(rate_bit_s: int | None = None, **changes: Any) -> LinkConfig:
+    one_way = OneWay(delay_s=1.0, rate_bit_s=rate_bit_s)
+    return LinkConfig(up=one_way, down=one_way, **changes)
 
 
 class Pair:
@@ -166,6 +167,46 @@ def test_a_full_store_drops_the_oldest() -> None:
     pair.live(3)
     assert pair.at_ground[-1].time_ns == 19
     assert pair.at_ground[0].time_ns == sum(dropped)
+
+
+def test_what_was_stored_arrives_though_frames_of_it_are_lost() -> None:
+    pair = Pair()
+    for number in range(40):
+        pair.rover.store(telemetry(number), number)
+    lossy = iter([True, False, False] * 1000)
+    for _ in range(600):
+        pair.rover.forward(pair.now_ns)
+        pair.live(0.1, loses=lambda frame: next(lossy))
+    assert [message.time_ns for message in pair.at_ground] == list(range(40))
+    assert pair.rover.store_state == StoreState(kept=40, given_up=0, waiting=0)
+
+
+def test_a_stored_frame_is_genuine_however_many_others_overtake_it() -> None:
+    """It waits in the transmit queue below thousands of live frames that leave before it."""
+    pair = Pair()
+    pair.rover.store(telemetry(7), 7)
+    pair.rover.forward(0)
+    (stored,) = pair.rover.take_sent()
+    pair.live(1)
+    for _ in range(3000):
+        pair.rover.send(telemetry(), pair.now_ns)
+    pair.live(2)
+    assert pair.at_ground.count(telemetry()) == 3000
+
+    pair.ground.expect([Frame(stored.direction, stored.sequence, pair.now_ns, stored.payload)])
+    assert list(pair.ground.received(pair.now_ns)) == [telemetry(7)]
+
+
+def test_stored_messages_take_only_what_live_ones_leave_of_the_rate() -> None:
+    pair = Pair(rate_bit_s=2000)
+    for number in range(40):
+        pair.rover.store(telemetry(number), number)
+    pair.rover.send(telemetry(), 0)
+    pair.rover.forward(0)
+    sent = pair.rover.take_sent()
+    assert [frame.priority for frame in sent] == [1], "the transmitter is busy with the live one"
+    interval_ns = pair.rover.telemetry_interval_ns(0)
+    assert interval_ns == pytest.approx(2 * 8 * len(sent[0].payload) / 2000 * 1e9, rel=0.05)
 
 
 def test_in_terrain_shadow_nothing_goes_out_and_nothing_comes_in() -> None:

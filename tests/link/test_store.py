@@ -19,20 +19,17 @@ def filled(*entries: tuple[bytes, int, int], capacity_byte: int = 10_000) -> Sto
     return store
 
 
+def emptied(store: Store) -> list[bytes]:
+    return [store.pop() for _ in range(len(store))]
+
+
 def payloads(found: list[Stored]) -> list[bytes]:
     return [item.payload for item in found]
 
 
 def test_the_highest_priority_is_sent_first_and_of_equals_the_oldest() -> None:
     store = filled((b"late", 9, 0), (b"alarm", 8, 5), (b"early", 1, 0), (b"old alarm", 2, 5))
-    assert payloads(store.take(1000)) == [b"old alarm", b"alarm", b"early", b"late"]
-
-
-def test_no_more_is_sent_than_the_budget_allows() -> None:
-    store = filled((b"12345", 1, 0), (b"67890", 2, 0), (b"x", 3, 0))
-    assert payloads(store.take(7)) == [b"12345"], "a smaller one does not overtake"
-    assert store.take(4) == []
-    assert payloads(store.take(6)) == [b"67890", b"x"]
+    assert emptied(store) == [b"old alarm", b"alarm", b"early", b"late"]
 
 
 def test_a_full_store_drops_the_oldest_of_the_lowest_priority() -> None:
@@ -46,13 +43,13 @@ def test_a_full_store_drops_the_oldest_of_the_lowest_priority() -> None:
 def test_an_item_of_the_lowest_priority_is_itself_dropped() -> None:
     store = filled((b"alarm", 1, 5), capacity_byte=5 + ITEM_BYTE)
     assert payloads(store.add(b"chat", 2, 0)) == [b"chat"]
-    assert payloads(store.take(1000)) == [b"alarm"]
+    assert emptied(store) == [b"alarm"]
 
 
 def test_an_item_that_can_never_fit_displaces_nothing() -> None:
     store = filled((b"kept", 1, 0), capacity_byte=100)
     assert payloads(store.add(bytes(100), 2, 5)) == [bytes(100)]
-    assert payloads(store.take(1000)) == [b"kept"]
+    assert emptied(store) == [b"kept"]
 
 
 @given(items, st.integers(0, 400))
@@ -65,23 +62,19 @@ def test_a_store_is_bounded_and_accounts_for_every_item(
         assert store.held_byte <= capacity_byte
         assert len(store) * ITEM_BYTE <= store.held_byte
     assert store.dropped == len(gone)
-    left = store.take(10_000)
+    left = emptied(store)
     assert (len(store), store.held_byte) == (0, 0)
-    assert sorted(gone + left) == sorted(Stored(p, made_ns, data) for data, made_ns, p in entries)
+    assert sorted(payloads(gone) + left) == sorted(payload for payload, _, _ in entries)
 
 
-@given(items, st.lists(st.integers(0, 40), max_size=30))
-def test_items_are_sent_in_order_and_within_every_budget(
-    entries: Sequence[tuple[bytes, int, int]], budgets: Sequence[int]
+@given(items)
+def test_items_are_sent_by_priority_and_then_oldest_first(
+    entries: Sequence[tuple[bytes, int, int]],
 ) -> None:
     store = filled(*entries)
-    out = []
-    for budget in budgets:
-        taken = store.take(budget)
-        assert sum(len(item.payload) for item in taken) <= budget
-        out += taken
-    rest = out + store.take(10_000)
-    assert rest == sorted(rest, key=lambda item: (-item.priority, item.made_ns))
+    by_rank = sorted(entries, key=lambda entry: (-entry[2], entry[1]))
+    assert store.next == by_rank[0][0] if entries else not store
+    assert emptied(store) == [payload for payload, _, _ in by_rank]
 
 
 @given(items, st.integers(ITEM_BYTE, 400))
