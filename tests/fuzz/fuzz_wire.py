@@ -41,8 +41,8 @@ with atheris.instrument_imports(include=["farside.link"]):
         Drive,
         Heartbeat,
         Mode,
-        PathStep,
         Proposal,
+        ProposedStep,
         SetGoal,
         SetMode,
         Uplink,
@@ -52,7 +52,7 @@ with atheris.instrument_imports(include=["farside.link"]):
 _KEY = simulated_key(0)
 _encode = msgspec.msgpack.encode
 _UPLINK, _DOWNLINK = msgspec.msgpack.Decoder(Uplink), msgspec.msgpack.Decoder(Downlink)
-_STEP = PathStep(("at:A", "facing:N"), "N", 2.5)
+_STEP = ProposedStep(("at:A", "facing:N"), "N", 2.5)
 _MESSAGES = [
     (_UPLINK, b""),
     (_DOWNLINK, b""),
@@ -60,7 +60,7 @@ _MESSAGES = [
     (_UPLINK, _encode(Command(1, 99, Drive("N")))),
     (_UPLINK, _encode(Command(2, 99, SetMode(Mode.SHARED)))),
     (_UPLINK, _encode(Command(3, 99, SetGoal(("at:A", "facing:N"), 2.0)))),
-    (_DOWNLINK, _encode(Proposal(1, ("at:A",), "N", Chooser.GOAL_DIRECTED, (_STEP, _STEP)))),
+    (_DOWNLINK, _encode(Proposal(1, 0, ("at:A",), "N", Chooser.GOAL_DIRECTED, (_STEP, _STEP)))),
 ]
 _HELD_BYTE = 10_000
 _WAY = OneWay(delay_s=1.3, rate_bit_s=8000)
