@@ -63,7 +63,7 @@ class ReliableSender:
         # When each arrives, in order of sending. A plain dict finds its first entry in linear time.
         self._flight: OrderedDict[int, int] = OrderedDict()
         self._retransmit: deque[int] = deque()
-        self._copies: dict[int, int] = {}  # how often those in `_again` are to be sent
+        self._copies: dict[int, int] = {}  # how often those in `_retransmit` are still to be sent
         self._extra_copies = 0
         self._free_ns = 0
         self._heard_ns = 0

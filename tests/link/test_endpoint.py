@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from farside.link import LinkConfig, LinkTerms, OneWay, ground_endpoint, rover_endpoint
+from farside.link.endpoint.endpoint import StoreState
 from farside.logs import decode
 from farside.messages import (
     Chooser,
@@ -176,7 +177,7 @@ def test_what_was_stored_arrives_though_frames_of_it_are_lost() -> None:
     lossy = iter([True, False, False] * 1000)
     for _ in range(600):
         pair.rover.forward(pair.now_ns)
-        pair.live(0.1, loses=lambda frame: next(lossy))
+        pair.live(0.1, loses=lambda _: next(lossy))
     assert [message.time_ns for message in pair.at_ground] == list(range(40))
     assert pair.rover.store_state == StoreState(kept=40, given_up=0, waiting=0)
 

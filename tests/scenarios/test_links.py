@@ -123,6 +123,38 @@ def test_stored_telemetry_goes_below_live_and_never_holds_it_up(
     assert run.link_counters(Direction.DOWN).queue_full == 0
 
 
+@pytest.mark.parametrize(
+    ("preset", "blackout_s", "end_s"),
+    [
+        ("moon", (600, 1500), 2400),
+        ("earth-geo", (600, 1500), 2400),
+        ("tether", (600, 1500), 2400),
+        ("mars-direct", (1000, 1700), 5400),  # live telemetry alone would take 84 % of its rate
+        ("mars-direct", (1000, 2700), 7200),  # and this is more than the store holds
+    ],
+)
+def test_on_every_link_all_that_was_stored_arrives_or_is_told_to_be_given_up(
+    mission: Callable[[str], Rehearsal],
+    preset: str,
+    blackout_s: tuple[float, float],
+    end_s: float,
+) -> None:
+    start_s, stop_s = blackout_s
+    rehearsal = mission("blackout").set("link", {"preset": preset}).set("expect", [])
+    run = rehearsal.set("duration_s", end_s).blackout(start_s, stop_s - start_s).run()
+
+    store = run.result.store
+    assert store.kept >= stop_s - start_s
+    assert store.waiting == 0
+    assert store.arrived + store.given_up == store.kept
+    assert (store.given_up > 0) is (stop_s - start_s > 1200)
+    assert events(run, GROUND_FRAME, FrameStage.REFUSED) == []
+    told = {round(entry.time_ns / 1e9) for _, entry in run.entries(GROUND_TELEMETRY)}
+    untold = set(range(int(start_s), int(stop_s))) - told
+    # On the slow link telemetry is made every 1.05 s.
+    assert len(untold) <= store.given_up + 0.06 * (stop_s - start_s)
+
+
 def test_in_terrain_shadow_nothing_is_heard_and_the_rover_knows_what_to_do(
     mission: Callable[[str], Rehearsal],
 ) -> None:
