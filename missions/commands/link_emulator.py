@@ -116,7 +116,8 @@ def emulate(
         raise typer.BadParameter("expected --up or --down: as it is, nothing would pass")
     config = _load(preset, profile, set_ or (), duration or _HORIZON_S)
     emulator: Emulator[Manner] = Emulator(config, seed)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(number, signal.default_int_handler)
     console = Console(stderr=True)
     with (
         open_side(Role.ROVER, rover_side) as rover,
