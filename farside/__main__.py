@@ -5,6 +5,8 @@ import sys
 from types import FrameType
 from typing import NoReturn
 
+from farside.missions.commands.failures import report
+
 _INTERRUPTED = 130
 
 
@@ -13,9 +15,14 @@ def main() -> NoReturn:
     for number in (signal.SIGINT, signal.SIGTERM):
         # Also where it was inherited as ignored, as by a job in the background of a script.
         signal.signal(number, _leave)
-    from farside.missions.commands.main import main as run_command_line  # noqa: PLC0415
+    try:
+        from farside.missions.commands.main import main as run_command_line  # noqa: PLC0415
 
-    run_command_line()
+        run_command_line()
+    except (SystemExit, KeyboardInterrupt):
+        raise
+    except BaseException as error:  # noqa: BLE001 - none may end with a status that means another
+        sys.exit(report(error))
 
 
 def _leave(_number: int, _frame: FrameType | None) -> NoReturn:
