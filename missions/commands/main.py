@@ -122,7 +122,8 @@ def run(
         typer.Option(
             parser=_give_up_after,
             metavar="S|never",
-            help="End the run if a process does not answer for so many wall-clock seconds.",
+            help="End the run if a process does not answer for so many wall-clock seconds. "
+            "Without it the run waits, and says for whom every ten seconds.",
         ),
     ] = "never",  # type: ignore[assignment]
 ) -> None:

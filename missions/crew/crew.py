@@ -63,7 +63,7 @@ class Patience(NamedTuple):
 
     Attributes:
         tell_s: tell the user after so long, and again each time it has passed (project default).
-        give_up_s: end the run after so long.
+        give_up_s: end the run after so long. Starting is not counted: it may take a minute.
     """
 
     tell_s: float = 10.0

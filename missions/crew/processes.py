@@ -1,6 +1,5 @@
 """A crew with a process each for rover, link and ground, over Zenoh."""
 
-import math
 import os
 import signal
 import subprocess
@@ -118,7 +117,7 @@ class ProcessCrew(Crew):
     def _reports(self, window: int, until_ns: int) -> _Reports:
         """The records of every live role, once all of them are ready for `window`."""
         reports: _Reports = {}
-        give_up_s = min(self._patience.give_up_s, math.inf if window else _START_S)
+        give_up_s = self._patience.give_up_s if window else _START_S
         watchdog = _Watchdog(self._patience._replace(give_up_s=give_up_s), self._tell_waiting)
         while late := [role for role in self._children if role not in reports]:
             try:

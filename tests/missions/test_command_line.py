@@ -3,11 +3,16 @@
 import json
 import signal
 import sys
+from io import StringIO
 
 import pytest
+from rich.console import Console
 
 from farside.logs import LogFile
+from farside.missions import load_mission
 from farside.missions.commands import main as cli
+from farside.missions.commands.progress import ProgressDisplay
+from farside.node import Role
 
 YARD = 'world.map="#####\\n#A.B#\\n#####"'
 
@@ -154,3 +159,11 @@ def test_help_shows_examples(farside):
     assert status == 0
     assert "farside run blackout" in out
     assert "Exit status" in out
+
+
+def test_a_wait_is_told_without_a_terminal_too():
+    text = StringIO()
+    display = ProgressDisplay(load_mission("blackout").mission, Console(file=text))
+    with display:
+        display.wait([Role.ROVER, Role.GROUND], 20.04)
+    assert text.getvalue() == "waiting for rover and ground, 20 s\n"
