@@ -1,5 +1,6 @@
 """The `farside` command, also as `python -m farside`."""
 
+import os
 import signal
 import sys
 from types import FrameType
@@ -15,6 +16,8 @@ def main() -> NoReturn:
     for number in (signal.SIGINT, signal.SIGTERM):
         # Also where it was inherited as ignored, as by a job in the background of a script.
         signal.signal(number, _leave)
+    # OpenBLAS raises SIGINT where it cannot start its threads, of which a run needs none.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         from farside.missions.commands.main import main as run_command_line  # noqa: PLC0415
 

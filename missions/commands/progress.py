@@ -48,7 +48,7 @@ class ProgressDisplay:
     def wait(self, roles: Sequence[Role], waited_s: float) -> None:
         """See `farside.missions.conductor.Watcher`. Shown without a terminal, too."""
         self._progress.console.print(
-            f"waiting for {' and '.join(roles)}, {waited_s:.0f} s", style="yellow", soft_wrap=True
+            f"waiting for {', '.join(roles)}, {waited_s:.0f} s", style="yellow", soft_wrap=True
         )
 
     def _state(self) -> str:

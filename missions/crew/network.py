@@ -14,6 +14,7 @@ channel, so the network itself must lose nothing: it blocks rather than drops, a
 """
 
 import json
+import mmap
 import os
 import secrets
 import tempfile
@@ -36,8 +37,10 @@ _LEASE_MS = 24 * 3600 * 1000
 _ADDRESS = "tcp/127.0.0.1:0"
 _MOST_PENDING = 10_000
 
-# A run takes 21 files. Zenoh aborts the process if it runs out of them while it starts.
+# What has to be free for a run: it opens 25 files, and the heaps of Zenoh's threads take 64 MiB of
+# addresses each, though little memory.
 _FREE_FILES = 32
+_FREE_BYTE = 1 << 30
 
 _QUIET: dict[str, object] = {
     "scouting/multicast/enabled": False,
@@ -159,7 +162,7 @@ def open_router() -> Iterator[Router]:
     Raises:
         InfrastructureError: if it cannot listen, or may not open enough files.
     """
-    _check_open_files()
+    _check_room()
     passwords = {role: secrets.token_urlsafe() for role in Role}
     settings: dict[str, object] = {
         "mode": "router",
@@ -228,16 +231,26 @@ def _reason(error: Exception) -> str:
     return str(error).partition(" at /")[0]
 
 
-def _check_open_files() -> None:
+def _check_room() -> None:
+    """Find out before Zenoh does, which aborts the process where it cannot start a thread."""
+    advice = "raise the limit with `ulimit {}`, or run with --in-process"
     with ExitStack() as stack:
         try:
             for _ in range(_FREE_FILES):
                 stack.callback(os.close, os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC))
         except OSError as error:
             raise InfrastructureError(
-                f"a run in processes needs {_FREE_FILES} more open files than there are: "
-                f"{error.strerror}; raise the limit with `ulimit -n`, or run with --in-process"
+                f"a run in processes needs {_FREE_FILES} more open files: {error.strerror}; "
+                + advice.format("-n")
             ) from error
+    try:
+        # Neither read nor written, so that only the limit on addresses counts.
+        mmap.mmap(-1, _FREE_BYTE, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS, prot=0).close()
+    except OSError as error:
+        raise InfrastructureError(
+            f"a run in processes needs {_FREE_BYTE >> 20} MiB more address space: "
+            f"{error.strerror}; " + advice.format("-v")
+        ) from error
 
 
 def _locator(session: zenoh.Session) -> str:

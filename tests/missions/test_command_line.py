@@ -166,4 +166,4 @@ def test_a_wait_is_told_without_a_terminal_too():
     display = ProgressDisplay(load_mission("blackout").mission, Console(file=text))
     with display:
         display.wait([Role.ROVER, Role.GROUND], 20.04)
-    assert text.getvalue() == "waiting for rover and ground, 20 s\n"
+    assert text.getvalue() == "waiting for rover, ground, 20 s\n"

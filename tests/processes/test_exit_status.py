@@ -129,6 +129,12 @@ def test_too_few_open_files(files, out):
     assert not out.exists()
 
 
+@pytest.mark.parametrize("space_byte", [800_000_000, 400_000_000, 200_000_000, 150_000_000])
+def test_too_little_memory(space_byte, out):
+    done = run(out, limits={resource.RLIMIT_AS: space_byte})
+    assert_ended_in_words(done, 3, "")
+
+
 def test_few_open_files_suffice_in_one_process(out):
     assert run(out, "--in-process", limits={resource.RLIMIT_NOFILE: 8}).returncode == 0
 
