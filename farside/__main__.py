@@ -1,9 +1,12 @@
 """The `farside` command, also as `python -m farside`."""
 
+import os
 import signal
 import sys
 from types import FrameType
 from typing import NoReturn
+
+from farside.missions.commands.failures import report
 
 _INTERRUPTED = 130
 
@@ -16,9 +19,16 @@ def main() -> NoReturn:
     for number in (signal.SIGINT, signal.SIGTERM):
         # Also where it was inherited as ignored, as by a job in the background of a script.
         signal.signal(number, _leave)
-    from farside.missions.commands.main import main as run_command_line  # noqa: PLC0415
+    # OpenBLAS raises SIGINT where it cannot start its threads, of which a run needs none.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    try:
+        from farside.missions.commands.main import main as run_command_line  # noqa: PLC0415
 
-    run_command_line()
+        run_command_line()
+    except (SystemExit, KeyboardInterrupt):
+        raise
+    except BaseException as error:  # noqa: BLE001 - none may end with a status that means another
+        sys.exit(report(error))
 
 
 def _leave(_number: int, _frame: FrameType | None) -> NoReturn:

@@ -69,8 +69,9 @@ class _Tail:
             while written < len(data):
                 written += os.pwrite(self.file, data[written:], self.end + written)
         except OSError as error:
-            os.ftruncate(self.file, self.end)
-            os.pwrite(self.file, _END_MARKS, self.end)
+            with suppress(OSError):  # without the end marks our own reader takes it all the same
+                os.ftruncate(self.file, self.end)
+                os.pwrite(self.file, _END_MARKS, self.end)
             raise LogError(f"the log {self.path} cannot be written: {error.strerror}") from error
         self.end += len(self._waiting)
         self._waiting.clear()
@@ -97,9 +98,9 @@ class Recorder:
         self.path = path
         try:
             self._file = os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
-        except FileExistsError:
+        except FileExistsError as error:
             message = f"{path} already exists, and a log is never overwritten: choose another file"
-            raise LogError(message) from None
+            raise LogError(message) from error
         except (OSError, ValueError) as error:
             reason = error.strerror if isinstance(error, OSError) else str(error)
             raise LogError(f"the log {path} cannot be written: {reason}") from error
@@ -110,7 +111,12 @@ class Recorder:
         self._writer.start(library=f"{LIBRARY} {_VERSION}")
         self._schemas: dict[type[msgspec.Struct], int] = {}
         self._channels = {topic.name: self._register(topic) for topic in TOPICS.values()}
-        self.flush()
+        try:
+            self.flush()
+        except LogError:
+            os.close(self._file)
+            path.unlink()
+            raise
 
     @classmethod
     def in_folder(cls, folder: Path, stem: str) -> Self:
@@ -130,8 +136,9 @@ class Recorder:
             if not path.exists():
                 try:
                     return cls(path)
-                except LogError:
-                    if not path.exists():
+                except LogError as error:
+                    # Somebody else may have taken the name since.
+                    if not isinstance(error.__cause__, FileExistsError):
                         raise
         raise AssertionError
 
@@ -192,13 +199,18 @@ class Recorder:
         self._is_open = False
         try:
             self.flush()
-            self._check_presence()
+            self.check()
             if packed:
                 pack(LogFile(self.path), self.path)
         finally:
             os.close(self._file)
 
-    def _check_presence(self) -> None:
+    def check(self) -> None:
+        """Check that the file still holds all that was flushed.
+
+        Raises:
+            LogError: if it was deleted, replaced or cut.
+        """
         ours = os.fstat(self._file)
         if not (self.path.exists() and os.path.samestat(ours, self.path.stat())):
             raise LogError(f"the log {self.path} was deleted or replaced while it was written")

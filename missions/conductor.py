@@ -10,7 +10,7 @@ from farside.logs.recording import Recorder
 from farside.missions.crew.crew import Crew
 from farside.missions.interrupts import Interrupts
 from farside.missions.schema import MissionFile
-from farside.node import Record, to_ns, to_s
+from farside.node import Record, Role, to_ns, to_s
 
 _PACED_WINDOW_WALL_S = 0.1
 _LONGEST_SLEEP_S = 0.1  # a signal does not end a sleep
@@ -26,6 +26,15 @@ class Watcher(Protocol):
         Args:
             now_s: simulated time that the run has reached.
             records: the records of the window, in log order.
+        """
+        ...
+
+    def wait(self, roles: Sequence[Role], waited_s: float) -> None:
+        """Called when processes do not answer for long, and again while they do not.
+
+        Args:
+            roles: the roles that the run waits for.
+            waited_s: for how long so far, in wall-clock seconds.
         """
         ...
 

@@ -3,19 +3,26 @@
 import math
 import platform
 import time
-from collections.abc import Sequence
-from contextlib import ExitStack, suppress
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack, contextmanager, suppress
 from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
 
 import msgspec
 
-from farside.logs import LogFile, Recorder
+from farside.logs import LogError, LogFile, Recorder
 from farside.logs.views import RunView
 from farside.missions.build import build_node
 from farside.missions.conductor import Conductor, Watcher
-from farside.missions.crew.crew import Crew, CrewError, InProcessCrew, LostProcess
+from farside.missions.crew.crew import (
+    Crew,
+    CrewError,
+    InfrastructureError,
+    InProcessCrew,
+    LostProcess,
+    Patience,
+)
 from farside.missions.crew.processes import ProcessCrew
 from farside.missions.expectations import judge
 from farside.missions.interrupts import Interrupts
@@ -32,11 +39,12 @@ from farside.missions.result import (
     StoreResult,
 )
 from farside.missions.schema import MissionFile
-from farside.node import Direction, Record, Role, to_ns, to_s
+from farside.node import Direction, Node, Record, Role, to_ns, to_s
 
 RUNS = Path("logs/runs")
 """Default folder for logs, relative to the current folder."""
 
+_PATIENT = Patience()
 _LIBRARIES = ("farside", "eclipse-zenoh", "mcap", "msgspec", "numpy", "pymunk")
 
 
@@ -45,6 +53,9 @@ class _Unwatched:
 
     def watch(self, now_s: float, records: Sequence[Record]) -> None:
         """See `Watcher.watch`."""
+
+    def wait(self, roles: Sequence[Role], waited_s: float) -> None:
+        """See `Watcher.wait`."""
 
 
 class FinishedRun(RunView):
@@ -88,6 +99,7 @@ def run_mission(
     out: Path = RUNS,
     watcher: Watcher | None = None,
     window_ns: int | None = None,
+    patience: Patience = _PATIENT,
 ) -> FinishedRun:
     """Run a mission and write its log.
 
@@ -98,28 +110,32 @@ def run_mission(
         out: folder for the log, created if missing.
         watcher: observes the run in progress.
         window_ns: longest window, if shorter than the link allows.
+        patience: how long to wait for a process that does not answer; see `ProcessCrew`.
 
     Ctrl-C or SIGTERM ends the run after the window in progress, a second one at once. The log is
     whole either way.
 
     Raises:
         KeyboardInterrupt: if it came before the first window; no log is written then.
-        CrewError: if the processes cannot be started; no log is written then.
-        LogError: if the log cannot be written.
+        InfrastructureError: if the processes or their network cannot be started, as a `CrewError`
+            where one process is the cause; no log is written then. If the log is damaged, deleted
+            or not accepted by the disk during the run; it holds what was recorded before.
+        LogError: if the log cannot be created.
     """
     mission = loaded.mission
+    watcher = watcher or _Unwatched()
     with Interrupts() as interrupts, ExitStack() as stack:
         with interrupts.breakable(at=1):
-            crew = stack.enter_context(_crew(mission, in_process=in_process))
-        recorder = stack.enter_context(
-            Recorder.in_folder(out, f"{mission.name}-seed{mission.seed}")
-        )
+            crew = stack.enter_context(_crew(mission, patience, watcher, in_process=in_process))
+        recorder = Recorder.in_folder(out, f"{mission.name}-seed{mission.seed}")
+        stack.enter_context(_log_failures())
+        stack.enter_context(recorder)
         _describe(recorder, loaded)
         conductor = Conductor(
             mission,
             crew,
             recorder,
-            watcher or _Unwatched(),
+            watcher,
             interrupts,
             pace=pace,
             window_ns=window_ns,
@@ -127,6 +143,7 @@ def run_mission(
         started_s = time.monotonic()
         end = _conduct(conductor, crew, interrupts)
         wall_s = time.monotonic() - started_s
+        _attach_last_words(recorder, end.lost_processes)
         result = _result(mission, conductor, recorder, end, wall_s)
         recorder.attach("result.json", "application/json", msgspec.json.encode(result))
         recorder.metadata("farside.result", {"outcome": result.outcome, "digest": result.digest})
@@ -138,10 +155,26 @@ def run_mission(
     )
 
 
-def _crew(mission: MissionFile, *, in_process: bool) -> Crew:
+def _crew(mission: MissionFile, patience: Patience, watcher: Watcher, *, in_process: bool) -> Crew:
     if in_process:
-        return InProcessCrew(*(build_node(role, mission) for role in Role))
-    return ProcessCrew(mission)
+        return InProcessCrew(*(_node(role, mission) for role in Role))
+    return ProcessCrew(mission, patience, watcher.wait)
+
+
+def _node(role: Role, mission: MissionFile) -> Node:
+    try:
+        return build_node(role, mission)
+    except Exception as error:
+        raise CrewError(LostProcess.of_node(role, 0, error)) from error
+
+
+@contextmanager
+def _log_failures() -> Iterator[None]:
+    """A log that could be created, and then fails, is no mistake of the caller's."""
+    try:
+        yield
+    except LogError as error:
+        raise InfrastructureError(str(error)) from error
 
 
 class _End(NamedTuple):
@@ -179,6 +212,12 @@ def _describe(recorder: Recorder, loaded: LoadedMission) -> None:
     )
 
 
+def _attach_last_words(recorder: Recorder, lost_processes: Sequence[LostProcess]) -> None:
+    for lost in lost_processes:
+        if lost.last_words:
+            recorder.attach(f"{lost.role}-last-words.txt", "text/plain", lost.last_words.encode())
+
+
 def _result(
     mission: MissionFile,
     conductor: Conductor,
@@ -187,6 +226,7 @@ def _result(
     wall_s: float,
 ) -> RunResult:
     recorder.flush()
+    recorder.check()
     view = RunView(LogFile(recorder.path))
     complete = conductor.now_ns >= to_ns(mission.duration_s)
     judgements = (

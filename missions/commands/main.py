@@ -14,12 +14,13 @@ from rich.console import Console
 from farside import logs
 from farside.link.profile.light import EphemerisError
 from farside.logs import LogError, LogFile, recover
+from farside.missions.commands import failures
 from farside.missions.commands.dem import dem_app
 from farside.missions.commands.dem_stream import StreamError
 from farside.missions.commands.link import link_app
 from farside.missions.commands.progress import ProgressDisplay
 from farside.missions.commands.summary import show_summary
-from farside.missions.crew.crew import CrewError
+from farside.missions.crew.crew import CrewError, InfrastructureError, LostProcess, Patience
 from farside.missions.loading import MissionError, load_mission
 from farside.missions.result import Outcome
 from farside.missions.run import RUNS, FinishedRun, run_mission
@@ -28,7 +29,7 @@ _DONE, _UNMET, _BAD_INPUT, _INFRASTRUCTURE, _INTERRUPTED = 0, 1, 2, 3, 130
 
 _STATUS = (
     "Exit status: 0 done and all expectations met; 1 an expectation was not met; 2 bad input; "
-    "3 a process failed; 130 interrupted by Ctrl-C."
+    "3 a process, the network or the disk failed, or Farside itself; 130 interrupted by Ctrl-C."
 )
 
 app = typer.Typer(
@@ -67,6 +68,20 @@ def _pace(text: str) -> float:
     return pace
 
 
+def _give_up_after(text: str) -> float:
+    if text == "never":
+        return math.inf
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not seconds > 0:
+        raise typer.BadParameter(
+            f"expected a number of seconds above 0, or 'never', found {text!r}"
+        )
+    return seconds
+
+
 def _show_version(wanted: bool) -> None:  # noqa: FBT001 - typer passes it by position
     if wanted:
         print(f"farside {version('farside')}")  # noqa: T201
@@ -103,6 +118,15 @@ def run(
     json: Annotated[
         bool, typer.Option("--json", help="Print the result as one JSON object.")
     ] = False,
+    give_up_after: Annotated[
+        float,
+        typer.Option(
+            parser=_give_up_after,
+            metavar="S|never",
+            help="End the run if a process does not answer for so many wall-clock seconds. "
+            "Without it the run waits, and says for whom every ten seconds.",
+        ),
+    ] = "never",  # type: ignore[assignment]
 ) -> None:
     """Run a mission in a process each for rover, link and ground, and write its log.
 
@@ -114,13 +138,21 @@ def run(
     loaded = load_mission(mission, set_ or (), seed=seed)
     errors = Console(stderr=True)
     with ProgressDisplay(loaded.mission, errors) as display:
-        finished = run_mission(loaded, in_process=in_process, pace=pace, out=out, watcher=display)
+        finished = run_mission(
+            loaded,
+            in_process=in_process,
+            pace=pace,
+            out=out,
+            watcher=display,
+            patience=Patience(give_up_s=give_up_after),
+        )
     if json:
         print(msgspec.json.encode(finished.result).decode())  # noqa: T201
     else:
         show_summary(finished.result, Console())
     for lost in finished.lost_processes:
         _print_error(f"{lost}; the log is {finished.result.log}")
+        _print_last_words(lost)
     raise typer.Exit(_status(finished))
 
 
@@ -197,6 +229,11 @@ def _print_error(message: str) -> None:
     print(f"farside: {message}", file=sys.stderr)  # noqa: T201
 
 
+def _print_last_words(lost: LostProcess) -> None:
+    if failures.traceback_wanted():
+        print(lost.last_words, file=sys.stderr)  # noqa: T201
+
+
 def main() -> NoReturn:
     """The `farside` command."""
     try:
@@ -205,13 +242,18 @@ def main() -> NoReturn:
         app()
     except (MissionError, LogError, StreamError, EphemerisError) as error:
         _print_error(str(error))
-        sys.exit(_BAD_INPUT)
+        sys.exit(_INFRASTRUCTURE if failures.of_machine(error.__cause__) else _BAD_INPUT)
     except BrokenPipeError:
         # The reader of our output has closed it, as `| head` does.
         sys.stderr.close()
         sys.exit(_DONE)
-    except (CrewError, OSError) as error:
+    except InfrastructureError as error:
         _print_error(str(error))
+        if isinstance(error, CrewError):
+            _print_last_words(error.lost)
+        sys.exit(_INFRASTRUCTURE)
+    except OSError as error:
+        _print_error(failures.in_words(error))
         sys.exit(_INFRASTRUCTURE)
     except KeyboardInterrupt:
         sys.exit(_INTERRUPTED)

@@ -9,7 +9,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
 
 from farside.logs import LogEntry, Picture
 from farside.missions.schema import MissionFile
-from farside.node import Record
+from farside.node import Record, Role
 from farside.topics import LINK_OUTAGE, ROVER_FAILSAFE, ROVER_MODE
 
 _SHOWN = {topic.name for topic in (ROVER_MODE, ROVER_FAILSAFE, LINK_OUTAGE)}
@@ -44,6 +44,12 @@ class ProgressDisplay:
             if record.topic in _SHOWN:
                 self._picture.apply(LogEntry.of(record))
         self._progress.update(self._task, completed=now_s, state=self._state())
+
+    def wait(self, roles: Sequence[Role], waited_s: float) -> None:
+        """See `farside.missions.conductor.Watcher`. Shown without a terminal, too."""
+        self._progress.console.print(
+            f"waiting for {', '.join(roles)}, {waited_s:.0f} s", style="yellow", soft_wrap=True
+        )
 
     def _state(self) -> str:
         picture = self._picture

@@ -5,10 +5,16 @@ In each window the launcher sends `Advance` to all three roles. Rover and ground
 launcher. The link waits for the frames of both, advances, and sends the `Frames` for the next
 window before its own `WindowReport`. Once all have reported, the launcher starts the next window.
 This module uses neither Zenoh nor processes.
+
+A role that is sent frames that cannot be right sends the launcher a `Complaint`, ignores the sender
+from then on, and waits for the `Advance` in which the sender is absent.
 """
+
+from collections.abc import Iterator
 
 import msgspec
 
+from farside.missions.crew.checks import ConductError, check_frames, check_window, decoded
 from farside.missions.crew.crew import by_receiver
 from farside.missions.crew.network import (
     Ticket,
@@ -50,7 +56,7 @@ class Frames(msgspec.Struct, frozen=True, array_like=True):
     frames: list[Frame]
 
 
-class WindowReport(msgspec.Struct, frozen=True, array_like=True):
+class WindowReport(msgspec.Struct, frozen=True, array_like=True, tag=True):
     """The role is ready for `window`; `records` are those since its previous report.
 
     The report for window 0 says that the role has joined the run.
@@ -58,6 +64,13 @@ class WindowReport(msgspec.Struct, frozen=True, array_like=True):
 
     window: int
     records: list[Record]
+
+
+class Complaint(msgspec.Struct, frozen=True, array_like=True, tag=True):
+    """Role `about` sent this role something that it must not send; `what` it did."""
+
+    about: Role
+    what: str
 
 
 _encode = msgspec.msgpack.Encoder().encode
@@ -76,47 +89,68 @@ class Party:
     def __init__(self, role: Role, node: Node) -> None:
         self._role, self._node = role, node
         self._sources = frame_sources(role)
-        self._window = 0
+        self._window, self._now_ns = 0, 0
         self._advance = Advance(-1, 0)
+        self._unread: list[tuple[Role, bytes]] = []
         # No frames are under way before the first window.
-        self._frames = {Role.LINK: Frames(0, [])}
+        self._frames: dict[Role, list[Frame]] = {} if role is Role.LINK else {Role.LINK: []}
+        self._ignored: set[Role] = set()
 
     def report(self, records: list[Record]) -> Sample:
         """The report that the role is ready for its next window; the first, that it has joined."""
-        return report_key(self._role), _encode(WindowReport(self._window, records))
+        return self._to_launcher(WindowReport(self._window, records))
 
     def take(self, sample: Sample) -> list[Sample]:
         """Take a sample and, once everything that the window needs is there, advance the node.
 
         Returns:
-            the samples to send: none while something is missing.
+            the samples to send: none while something is missing, except complaints.
 
         Raises:
-            msgspec.DecodeError: if the payload is not of the type that belongs on its key.
+            msgspec.DecodeError: if the launcher sends what is no `Advance`.
         """
         key, payload = sample
         if key == advance_key(self._role):
             self._advance = _advance(payload)
         else:
-            self._frames[self._sources[key]] = _frames(payload)
-        arrivals = self._arrivals()
-        return [] if arrivals is None else self._advance_node(arrivals)
-
-    def _arrivals(self) -> list[Frame] | None:
-        """The frames to take in the current window; `None` while something is missing."""
+            self._unread.append((self._sources[key], payload))
         if self._advance.window != self._window:
-            return None
-        arrivals: list[Frame] = []
-        for sender in self._sources.values():
-            sent = self._frames.get(sender)
-            if sent is not None and sent.window == self._window:
-                arrivals += sent.frames
-            elif sender not in self._advance.absent:
-                return None
-        return arrivals
+            return []
+        complaints = self._read()
+        if any(sender not in self._frames for sender in self._awaited()):
+            return complaints
+        return complaints + self._advance_node()
 
-    def _advance_node(self, arrivals: list[Frame]) -> list[Sample]:
+    def _read(self) -> list[Sample]:
+        """Read the frames received for the window; complaints about those that are wrong."""
+        complaints = []
+        for sender, payload in self._unread:
+            if sender in self._ignored:
+                continue
+            try:
+                self._frames[sender] = self._checked(sender, payload)
+            except ConductError as error:
+                self._ignored.add(sender)
+                complaints.append(self._to_launcher(Complaint(sender, str(error))))
+        self._unread.clear()
+        return complaints
+
+    def _checked(self, sender: Role, payload: bytes) -> list[Frame]:
+        sent = decoded(_frames, payload)
+        check_window(sent.window, self._window, twice=sender in self._frames)
+        check_frames(sent.frames, sender, self._role, self._now_ns, self._advance.until_ns)
+        return sent.frames
+
+    def _awaited(self) -> Iterator[Role]:
+        return (role for role in self._sources.values() if role not in self._advance.absent)
+
+    def _advance_node(self) -> list[Sample]:
+        arrivals = [
+            frame for sender in self._sources.values() for frame in self._frames.get(sender, ())
+        ]
         step = self._node.advance(self._advance.until_ns, arrivals)
+        self._frames.clear()
+        self._now_ns = self._advance.until_ns
         window, self._window = self._window, self._window + 1
         if self._role is Role.LINK:
             outgoing = [
@@ -126,3 +160,6 @@ class Party:
         else:
             outgoing = [(out_key(self._role), _encode(Frames(window, step.frames)))]
         return [*outgoing, self.report(step.records)]
+
+    def _to_launcher(self, message: WindowReport | Complaint) -> Sample:
+        return report_key(self._role), _encode(message)

@@ -1,36 +1,52 @@
 """The crew of a run: its three nodes, advanced together window by window."""
 
+import math
 from collections.abc import Sequence
-from typing import Protocol, Self
+from traceback import format_exception
+from typing import NamedTuple, Protocol, Self
 
 import msgspec
 
-from farside.node import Direction, Frame, Node, Record, Role, to_s
+from farside.node import Direction, Frame, Node, Record, Role, Step, to_s
 
 _RECEIVER = {Direction.UP: Role.ROVER, Direction.DOWN: Role.GROUND}
+_SHOWN_LENGTH = 300
 
 
 class LostProcess(msgspec.Struct, frozen=True):
-    """A role's process that ended before the run.
+    """A role's process, or its node where all run in one process, that ended before the run.
 
     Attributes:
-        role: the role of the process.
+        role: the role.
         time_ns: start of the first window without it.
         how: how it ended, such as "was ended by SIGKILL".
         last_words: the tail of its output, with the traceback if there was one.
+        kind: "process" or "node".
     """
 
     role: Role
     time_ns: int
     how: str
     last_words: str
+    kind: str = "process"
+
+    @classmethod
+    def of_node(cls, role: Role, time_ns: int, error: Exception) -> Self:
+        """A node that raised `error` in this process."""
+        return cls(role, time_ns, "failed", "".join(format_exception(error)).strip(), "node")
 
     def __str__(self) -> str:
-        ended = f"the {self.role} process {self.how} at {to_s(self.time_ns):g} s of simulated time"
-        return f"{ended}; its last words:\n{self.last_words}" if self.last_words else ended
+        when = f"at {to_s(self.time_ns):g} s of simulated time"
+        ended = f"the {self.role} {self.kind} {self.how} {when}"
+        last_line = self.last_words.rpartition("\n")[2]
+        return f"{ended}: {_printable(last_line)}" if last_line else ended
 
 
-class CrewError(Exception):
+class InfrastructureError(Exception):
+    """Something that a run depends on failed: a process, the network, the disk."""
+
+
+class CrewError(InfrastructureError):
     """The run cannot start, or cannot go on, without the process that was lost.
 
     Attributes:
@@ -40,6 +56,18 @@ class CrewError(Exception):
     def __init__(self, lost: LostProcess) -> None:
         super().__init__(str(lost))
         self.lost = lost
+
+
+class Patience(NamedTuple):
+    """How long a run waits for a process that does not answer. All times are wall-clock seconds.
+
+    Attributes:
+        tell_s: tell the user after so long, and again each time it has passed (project default).
+        give_up_s: end the run after so long. Starting is not counted: it may take a minute.
+    """
+
+    tell_s: float = 10.0
+    give_up_s: float = math.inf
 
 
 class Crew(Protocol):
@@ -73,7 +101,8 @@ class Crew(Protocol):
             the records of the window: the rover's, then the link's, then the ground's.
 
         Raises:
-            CrewError: if the rover's process is lost. For the others see `lost_processes`.
+            CrewError: if the rover's process is lost, or one does not answer for as long as the
+                crew's patience lasts. For the others see `lost_processes`.
         """
         ...
 
@@ -83,24 +112,42 @@ class Crew(Protocol):
 
 
 class InProcessCrew(Crew):
-    """A crew in this process. Exceptions in a node propagate to the caller."""
+    """A crew in this process. A node that raises is lost, as its process would be."""
 
     def __init__(self, rover: Node, link: Node, ground: Node) -> None:
-        self._rover, self._link, self._ground = rover, link, ground
+        self._nodes = {Role.ROVER: rover, Role.LINK: link, Role.GROUND: ground}
         self._arrivals = by_receiver([])
+        self._lost: list[LostProcess] = []
+        self._now_ns = 0
 
     @property
     def lost_processes(self) -> Sequence[LostProcess]:
-        """Always empty."""
-        return ()
+        """See `Crew.lost_processes`."""
+        return tuple(self._lost)
 
     def advance(self, until_ns: int) -> list[Record]:
         """See `Crew.advance`."""
-        rover = self._rover.advance(until_ns, self._arrivals[Role.ROVER])
-        ground = self._ground.advance(until_ns, self._arrivals[Role.GROUND])
-        link = self._link.advance(until_ns, rover.frames + ground.frames)
+        rover = self._step(Role.ROVER, until_ns, self._arrivals[Role.ROVER])
+        ground = self._step(Role.GROUND, until_ns, self._arrivals[Role.GROUND])
+        link = self._step(Role.LINK, until_ns, rover.frames + ground.frames)
         self._arrivals = by_receiver(link.frames)
+        self._now_ns = until_ns
         return rover.records + link.records + ground.records
+
+    def _step(self, role: Role, until_ns: int, arrivals: Sequence[Frame]) -> Step:
+        if role in self._nodes:
+            try:
+                return self._nodes[role].advance(until_ns, arrivals)
+            except Exception as error:  # noqa: BLE001 - any exception is the end of the node
+                self._lose(LostProcess.of_node(role, self._now_ns, error), error)
+        return Step([], [])
+
+    def _lose(self, lost: LostProcess, error: Exception) -> None:
+        """Go on without a node, if the run can."""
+        del self._nodes[lost.role]
+        if lost.role is Role.ROVER:
+            raise CrewError(lost) from error
+        self._lost.append(lost)
 
     def close(self) -> None:
         """Does nothing: nothing was started."""
@@ -112,3 +159,9 @@ def by_receiver(frames: Sequence[Frame]) -> dict[Role, list[Frame]]:
     for frame in frames:
         grouped[_RECEIVER[frame.direction]].append(frame)
     return grouped
+
+
+def _printable(line: str) -> str:
+    """`line` without control characters, which would reach the terminal; cut if it is long."""
+    shown = "".join(c if c.isprintable() else repr(c)[1:-1] for c in line[:_SHOWN_LENGTH])
+    return shown + "…" if len(line) > _SHOWN_LENGTH else shown

@@ -14,15 +14,18 @@ channel, so the network itself must lose nothing: it blocks rather than drops, a
 """
 
 import json
+import mmap
+import os
 import secrets
 import tempfile
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from queue import SimpleQueue
 
 import msgspec
 import zenoh
 
+from farside.missions.crew.crew import InfrastructureError
 from farside.node import Role
 
 _ENDS = (Role.ROVER, Role.GROUND)
@@ -30,6 +33,14 @@ _ENDS = (Role.ROVER, Role.GROUND)
 # A process that dies closes its connection. Silence only means that a role is computing, or that
 # the machine is suspended.
 _LEASE_MS = 24 * 3600 * 1000
+
+_ADDRESS = "tcp/127.0.0.1:0"
+_MOST_PENDING = 10_000
+
+# What has to be free for a run: it opens 25 files, and the heaps of Zenoh's threads take 64 MiB of
+# addresses each, though little memory.
+_FREE_FILES = 32
+_FREE_BYTE = 1 << 30
 
 _QUIET: dict[str, object] = {
     "scouting/multicast/enabled": False,
@@ -149,17 +160,26 @@ def open_router() -> Iterator[Router]:
     """A router with new passwords, on a free loopback port; closed on exit.
 
     Raises:
-        zenoh.ZError: if it cannot listen.
+        InfrastructureError: if it cannot listen, or may not open enough files.
     """
+    _check_room()
     passwords = {role: secrets.token_urlsafe() for role in Role}
     settings: dict[str, object] = {
         "mode": "router",
-        "listen/endpoints": ["tcp/127.0.0.1:0"],
+        "listen/endpoints": [_ADDRESS],
+        # Whoever connects and says nothing takes no role's place.
+        "transport/unicast/accept_pending": _MOST_PENDING,
         "adminspace/enabled": True,  # to learn the port; access control keeps the roles out
         "access_control": _access_control(),
     }
-    with _dictionary(passwords) as path:
-        session = _open(settings | {"transport/auth/usrpwd": {"dictionary_file": path}})
+    with ExitStack() as stack:
+        try:
+            path = stack.enter_context(_dictionary(passwords))
+            session = _open(settings | {"transport/auth/usrpwd": {"dictionary_file": path}})
+        except (zenoh.ZError, OSError) as error:
+            raise InfrastructureError(
+                f"the run's network cannot start: {_reason(error)}"
+            ) from error
     with session:
         yield Router(session, passwords)
 
@@ -193,7 +213,44 @@ def _open(settings: dict[str, object]) -> zenoh.Session:
     config = zenoh.Config()
     for key, value in (_QUIET | settings).items():
         config.insert_json5(key, json.dumps(value))
-    return zenoh.open(config)
+    try:
+        return zenoh.open(config)
+    except Exception:
+        raise
+    except BaseException as error:
+        # A panic of Zenoh's, as where no thread can be started, is no `Exception`.
+        if isinstance(error, KeyboardInterrupt | SystemExit):
+            raise
+        raise InfrastructureError(f"Zenoh cannot start: {error}") from error
+
+
+def _reason(error: Exception) -> str:
+    """The words of an error, without the place in Zenoh's source."""
+    if isinstance(error, OSError):
+        return error.strerror or str(error)
+    return str(error).partition(" at /")[0]
+
+
+def _check_room() -> None:
+    """Find out before Zenoh does, which aborts the process where it cannot start a thread."""
+    advice = "raise the limit with `ulimit {}`, or run with --in-process"
+    with ExitStack() as stack:
+        try:
+            for _ in range(_FREE_FILES):
+                stack.callback(os.close, os.open(os.devnull, os.O_RDONLY | os.O_CLOEXEC))
+        except OSError as error:
+            raise InfrastructureError(
+                f"a run in processes needs {_FREE_FILES} more open files: {error.strerror}; "
+                + advice.format("-n")
+            ) from error
+    try:
+        # Neither read nor written, so that only the limit on addresses counts.
+        mmap.mmap(-1, _FREE_BYTE, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS, prot=0).close()
+    except OSError as error:
+        raise InfrastructureError(
+            f"a run in processes needs {_FREE_BYTE >> 20} MiB more address space: "
+            f"{error.strerror}; " + advice.format("-v")
+        ) from error
 
 
 def _locator(session: zenoh.Session) -> str:

@@ -6,16 +6,17 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from queue import Empty
 from typing import IO, Self, cast
 
 import msgspec
 
-from farside.missions.crew.barrier import Advance, Briefing, WindowReport
-from farside.missions.crew.crew import Crew, CrewError, LostProcess
-from farside.missions.crew.network import advance_key, open_router, report_key
+from farside.missions.crew.barrier import Advance, Briefing, Complaint, WindowReport
+from farside.missions.crew.checks import ConductError, check_records, check_window, decoded
+from farside.missions.crew.crew import Crew, CrewError, LostProcess, Patience
+from farside.missions.crew.network import advance_key, frame_sources, open_router, report_key
 from farside.missions.schema import MissionFile
 from farside.node import Record, Role
 
@@ -25,26 +26,40 @@ _POLL_S = 0.05
 _START_S = 60.0
 _END_S = 2.0
 
-_LAST_WORDS_BYTE = 8192
+_LAST_WORDS_BYTE = 65536
+_PATIENT = Patience()
 _REPORTERS = {report_key(role): role for role in Role}
 _SIGNALS = {number.value: number.name for number in signal.Signals}
 
 _encode = msgspec.msgpack.Encoder().encode
-_report = msgspec.msgpack.Decoder(WindowReport).decode
+_message = msgspec.msgpack.Decoder(WindowReport | Complaint).decode
+
+_Reports = dict[Role, list[Record]]
 
 
 class ProcessCrew(Crew):
     """A crew in processes of their own, which run from `__enter__` to `close`.
 
-    If the process of ground or link is lost, the others go on without it. No process outlives this
-    one, however it ends: see `farside.missions.crew.worker`.
+    If the process of ground or link is lost, the others go on without it. A process that publishes
+    what it must not is killed, and lost. No process outlives this one, however it ends: see
+    `farside.missions.crew.worker`.
 
     Args:
         mission: the mission, with its seed.
+        patience: how long to wait for a process that does not answer, such as one that is stopped.
+        tell_waiting: called with the roles that are waited for, and for how many wall-clock
+            seconds so far, whenever the patience says so.
     """
 
-    def __init__(self, mission: MissionFile) -> None:
+    def __init__(
+        self,
+        mission: MissionFile,
+        patience: Patience = _PATIENT,
+        tell_waiting: Callable[[Sequence[Role], float], None] = lambda _roles, _waited_s: None,
+    ) -> None:
         self._mission = mission
+        self._patience = patience
+        self._tell_waiting = tell_waiting
         self._resources = ExitStack()
         self._children: dict[Role, _Child] = {}
         self._lost: list[LostProcess] = []
@@ -55,7 +70,8 @@ class ProcessCrew(Crew):
         """Start router and processes, and wait until all three have joined.
 
         Raises:
-            CrewError: if a process ends, or is not ready within a minute.
+            CrewError: if a process cannot start, ends, or is not ready within a minute.
+            InfrastructureError: if the router cannot start.
         """
         try:
             self._start()
@@ -65,13 +81,16 @@ class ProcessCrew(Crew):
         return self
 
     def _start(self) -> None:
-        self._ready_by_s = time.monotonic() + _START_S
         self._router = self._resources.enter_context(open_router())
         for role in Role:
-            self._children[role] = self._resources.enter_context(_child(role))
+            try:
+                self._children[role] = self._resources.enter_context(_child(role))
+            except OSError as error:
+                how = f"could not be started ({error.strerror})"
+                raise CrewError(LostProcess(role, 0, how, "")) from error
         for role, child in self._children.items():
             child.brief(Briefing(self._router.tickets[role], self._mission))
-        self._reports(0)
+        self._reports(0, until_ns=0)
 
     @property
     def lost_processes(self) -> Sequence[LostProcess]:
@@ -82,7 +101,7 @@ class ProcessCrew(Crew):
         """See `Crew.advance`."""
         window = 0 if self._advance is None else self._advance.window + 1
         self._send(Advance(window, until_ns, tuple(lost.role for lost in self._lost)))
-        reports = self._reports(window + 1)
+        reports = self._reports(window + 1, until_ns)
         self._now_ns = until_ns
         return [record for role in Role if role in reports for record in reports[role]]
 
@@ -95,35 +114,90 @@ class ProcessCrew(Crew):
         for role in self._children:
             self._router.publish(advance_key(role), _encode(advance))
 
-    def _reports(self, window: int) -> dict[Role, list[Record]]:
+    def _reports(self, window: int, until_ns: int) -> _Reports:
         """The records of every live role, once all of them are ready for `window`."""
-        reports: dict[Role, list[Record]] = {}
+        reports: _Reports = {}
+        give_up_s = self._patience.give_up_s if window else _START_S
+        watchdog = _Watchdog(self._patience._replace(give_up_s=give_up_s), self._tell_waiting)
         while late := [role for role in self._children if role not in reports]:
             try:
                 key, payload = self._router.inbox.get(timeout=_POLL_S)
             except Empty:
-                self._check(late)
+                self._check(late, watchdog)
                 continue
-            report = _report(payload)
-            if report.window == window:
-                reports[_REPORTERS[key]] = report.records
+            if (role := _REPORTERS[key]) in self._children:
+                try:
+                    self._take(role, payload, reports, window, until_ns)
+                except ConductError as error:
+                    self._lose(role, str(error))
         return reports
 
-    def _check(self, late: list[Role]) -> None:
-        """Look for processes that ended among those that are late."""
+    def _take(
+        self, role: Role, payload: bytes, reports: _Reports, window: int, until_ns: int
+    ) -> None:
+        message = decoded(_message, payload)
+        if isinstance(message, Complaint):
+            self._take_complaint(role, message)
+            return
+        check_window(message.window, window, twice=role in reports)
+        check_records(message.records, role, self._now_ns, until_ns)
+        reports[role] = message.records
+
+    def _take_complaint(self, role: Role, complaint: Complaint) -> None:
+        if complaint.about not in frame_sources(role).values():
+            raise ConductError(f"complained about the {complaint.about}, which sends it nothing")
+        if complaint.about in self._children:
+            self._lose(complaint.about, f"misled the {role}: it {complaint.what}")
+
+    def _check(self, late: list[Role], watchdog: "_Watchdog") -> None:
+        """Look for processes that ended, or do not answer, among those that are late."""
         for role in late:
             if (how := self._children[role].how_it_ended()) is not None:
                 self._lose(role, how)
-            elif self._advance is None and time.monotonic() > self._ready_by_s:
-                self._lose(role, f"was not ready after {_START_S:g} s")
+        silent = self._silent(late)
+        if silent and watchdog.gives_up(silent):
+            raise CrewError(self._end(silent[0], f"was not ready after {watchdog.waited_s:.0f} s"))
+
+    def _silent(self, late: Sequence[Role]) -> list[Role]:
+        """The live roles that are late through their own doing."""
+        alive = [role for role in late if role in self._children]
+        # Once started, the link waits for the frames of rover and ground, and is late with them.
+        ends: list[Role] = [role for role in alive if role is not Role.LINK]
+        return alive if self._advance is None or not ends else ends
 
     def _lose(self, role: Role, how: str) -> None:
         """Go on without a process, if the run can."""
-        lost = LostProcess(role, self._now_ns, how, self._children.pop(role).last_words())
+        lost = self._end(role, how)
         if self._advance is None or role is Role.ROVER:
             raise CrewError(lost)
         self._lost.append(lost)
         self._send(msgspec.structs.replace(self._advance, absent=(*self._advance.absent, role)))
+
+    def _end(self, role: Role, how: str) -> LostProcess:
+        child = self._children.pop(role)
+        child.kill()
+        return LostProcess(role, self._now_ns, how, child.last_words())
+
+
+class _Watchdog:
+    """Measures one wait, and says so when it is long."""
+
+    def __init__(self, patience: Patience, tell: Callable[[Sequence[Role], float], None]) -> None:
+        self._patience, self._tell = patience, tell
+        self._since_s = time.monotonic()
+        self._tell_at_s = patience.tell_s
+
+    @property
+    def waited_s(self) -> float:
+        return time.monotonic() - self._since_s
+
+    def gives_up(self, silent: Sequence[Role]) -> bool:
+        """Whether to wait no longer for `silent`; tells of them when it is time."""
+        waited_s = self.waited_s
+        if waited_s >= self._tell_at_s:
+            self._tell(silent, waited_s)
+            self._tell_at_s = waited_s + self._patience.tell_s
+        return waited_s >= self._patience.give_up_s
 
 
 class _Child:
@@ -146,6 +220,11 @@ class _Child:
             return None if status is None else f"exited with status {status}"
         return f"was ended by {_SIGNALS.get(-status, f'signal {-status}')}"
 
+    def kill(self) -> None:
+        """End the process at once."""
+        self._process.kill()
+        self._process.wait()
+
     def last_words(self) -> str:
         """The tail of its output."""
         file = self._output.fileno()
@@ -160,8 +239,7 @@ class _Child:
             with suppress(subprocess.TimeoutExpired):
                 self._process.wait(_END_S)
         finally:
-            self._process.kill()
-            self._process.wait()
+            self.kill()
 
 
 @contextmanager

@@ -1,5 +1,6 @@
 """What is recorded is in the file, and the digest changes with any of it."""
 
+import errno
 import os
 import resource
 from collections.abc import Iterator
@@ -270,3 +271,17 @@ def test_the_digest_hashes_the_bytes_that_its_docstring_describes() -> None:
     head = bytes.fromhex("0b00010000000000000002000000")
 
     assert digest_of([POSE]) == sha256(head + b"/truth/pose" + b"{}").hexdigest()
+
+
+def test_a_disk_that_is_full_from_the_start_leaves_no_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Every free name would be as good as the last, for ever."""
+
+    def no_room(*_: object) -> int:
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    monkeypatch.setattr(os, "pwrite", no_room)
+    with pytest.raises(LogError, match=r"run-1\.mcap cannot be written: No space left on device"):
+        Recorder.in_folder(tmp_path, "run")
+    assert list(tmp_path.iterdir()) == []

@@ -4,12 +4,17 @@ import json
 import signal
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from io import StringIO
 from pathlib import Path
 
 import pytest
+from rich.console import Console
 
 from farside.logs import LogFile
+from farside.missions import load_mission
 from farside.missions.commands import main as cli
+from farside.missions.commands.progress import ProgressDisplay
+from farside.node import Role
 
 YARD = 'world.map="#####\\n#A.B#\\n#####"'
 
@@ -175,3 +180,11 @@ def test_help_shows_examples(farside: Callable[..., tuple[int, str, str]]) -> No
     assert status == 0
     assert "farside run blackout" in out
     assert "Exit status" in out
+
+
+def test_a_wait_is_told_without_a_terminal_too() -> None:
+    text = StringIO()
+    display = ProgressDisplay(load_mission("blackout").mission, Console(file=text))
+    with display:
+        display.wait([Role.ROVER, Role.GROUND], 20.04)
+    assert text.getvalue() == "waiting for rover, ground, 20 s\n"

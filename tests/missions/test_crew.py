@@ -1,5 +1,6 @@
 """The crew and its barrier, on toy nodes and without processes."""
 
+import re
 from collections.abc import Callable, Sequence
 
 import msgspec
@@ -7,9 +8,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.missions.crew.barrier import Advance, Party, Sample, WindowReport
+from farside.missions.crew.barrier import Advance, Complaint, Frames, Party, Sample, WindowReport
+from farside.missions.crew.checks import ConductError, check_records
 from farside.missions.crew.crew import CrewError, InProcessCrew, LostProcess
-from farside.missions.crew.network import advance_key, report_key, subscriptions
+from farside.missions.crew.network import (
+    advance_key,
+    in_key,
+    out_key,
+    report_key,
+    subscriptions,
+)
 from farside.node import Direction, Frame, Node, Record, Role, Step
 
 WINDOWS = 4
@@ -22,7 +30,8 @@ class End:
         self.name, self.direction, self.count = name, direction, 0
 
     def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
-        frame = Frame(self.direction, self.count, until_ns, f"{self.name}{self.count}".encode())
+        payload = f"{self.name}{self.count}".encode()
+        frame = Frame(self.direction, self.count, until_ns - 1, payload)
         self.count += 1
         return Step([frame], [note(self.name, until_ns, arrivals)])
 
@@ -31,7 +40,8 @@ class Wire:
     """Delivers every frame, and records it."""
 
     def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
-        return Step(list(arrivals), [note("link", until_ns, arrivals)])
+        delivered = [msgspec.structs.replace(frame, time_ns=until_ns) for frame in arrivals]
+        return Step(delivered, [note("link", until_ns, arrivals)])
 
 
 def note(who: str, time_ns: int, arrivals: Sequence[Frame]) -> Record:
@@ -77,23 +87,57 @@ def test_a_crew_in_one_process_loses_no_process() -> None:
         assert crew.lost_processes == ()
 
 
-def test_an_exception_in_a_node_propagates_from_a_crew_in_one_process() -> None:
-    class Broken:
-        def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
-            raise ZeroDivisionError(until_ns, arrivals)
+class Broken:
+    """Raises in its second window."""
 
-    nodes = toy_nodes() | {Role.LINK: Broken()}
-    with pytest.raises(ZeroDivisionError):
-        InProcessCrew(*nodes.values()).advance(10)
+    def __init__(self, node: Node) -> None:
+        self.node, self.count = node, 0
+
+    def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
+        self.count += 1
+        if self.count == 2:
+            raise ZeroDivisionError("no such thing")
+        return self.node.advance(until_ns, arrivals)
 
 
-def test_a_lost_process_reads_as_a_sentence_that_ends_in_its_last_words() -> None:
-    lost = LostProcess(Role.ROVER, 2_500_000_000, "was ended by SIGKILL", "")
-    assert str(CrewError(lost)) == (
-        "the rover process was ended by SIGKILL at 2.5 s of simulated time"
+def broken_crew(role: Role) -> InProcessCrew:
+    nodes = toy_nodes()
+    return InProcessCrew(*(nodes | {role: Broken(nodes[role])}).values())
+
+
+@pytest.mark.parametrize("role", [Role.LINK, Role.GROUND])
+def test_a_crew_in_one_process_goes_on_without_a_node_that_raised(role: Role) -> None:
+    crew = broken_crew(role)
+    for until_ns in (10, 20, 30):
+        records = crew.advance(until_ns)
+    [lost] = crew.lost_processes
+    assert role not in {record.topic for record in records}
+    assert str(lost) == (
+        f"the {role} node failed at 1e-08 s of simulated time: ZeroDivisionError: no such thing"
     )
+    assert lost.last_words.startswith("Traceback")
+
+
+def test_a_rover_that_raises_ends_the_run() -> None:
+    crew = broken_crew(Role.ROVER)
+    crew.advance(10)
+    with pytest.raises(CrewError, match=r"the rover node failed .* no such thing") as caught:
+        crew.advance(20)
+    assert isinstance(caught.value.__cause__, ZeroDivisionError)
+
+
+def test_a_lost_process_reads_as_one_line_that_ends_in_its_last_one() -> None:
+    lost = LostProcess(Role.ROVER, 2_500_000_000, "was ended by SIGKILL", "")
+    sentence = "the rover process was ended by SIGKILL at 2.5 s of simulated time"
+    assert str(CrewError(lost)) == sentence
     wordy = msgspec.structs.replace(lost, last_words="Traceback\nValueError: 3")
-    assert str(wordy).endswith("simulated time; its last words:\nTraceback\nValueError: 3")
+    assert str(wordy) == f"{sentence}: ValueError: 3"
+
+
+def test_last_words_cannot_steer_the_terminal_or_fill_it() -> None:
+    lost = LostProcess(Role.ROVER, 0, "failed", "\x1b[2J" + "a" * 10_000)
+    assert str(lost).startswith(r"the rover process failed at 0 s of simulated time: \x1b[2Jaaa")
+    assert len(str(lost)) < 400
 
 
 class Table:
@@ -136,9 +180,9 @@ def test_parties_match_plain_calls_however_samples_overtake_each_other(
 ) -> None:
     table, crew = Table(), toy_crew()
     for window in range(WINDOWS):
-        table.advance(Advance(window, window * 10))
+        table.advance(Advance(window, (window + 1) * 10))
         table.deliver(lambda count: data.draw(st.integers(0, count - 1)))
-        assert table.records() == crew.advance(window * 10)
+        assert table.records() == crew.advance((window + 1) * 10)
 
 
 def test_the_first_report_of_a_party_is_for_the_first_window() -> None:
@@ -187,7 +231,89 @@ def test_frames_of_an_absent_role_that_arrived_in_time_still_count() -> None:
     assert contents(table.reports[Role.ROVER].records) == [("rover", b"ground0")]
 
 
-def test_a_party_refuses_a_payload_of_the_wrong_type() -> None:
+def test_a_party_refuses_nonsense_from_the_launcher() -> None:
     party = Party(Role.ROVER, End("rover", Direction.DOWN))
     with pytest.raises(msgspec.DecodeError):
         party.take((advance_key(Role.ROVER), b"nonsense"))
+
+
+def frames(window: int, *frames: Frame) -> bytes:
+    return msgspec.msgpack.encode(Frames(window, list(frames)))
+
+
+def down(time_ns: int, direction: Direction = Direction.DOWN) -> Frame:
+    return Frame(direction, 0, time_ns, b"")
+
+
+WRONG = {
+    "not msgpack": (b"\xc1", "cannot be decoded"),
+    "another type": (msgspec.msgpack.encode({"window": 1}), "cannot be decoded"),
+    "an endless array": (b"\x92\x01\xdd\xff\xff\xff\xff", "cannot be decoded"),
+    "a deep array": (b"\x92\x01" + b"\x91" * 1_000_000, "cannot be decoded"),
+    "the past": (frames(0), "window 0 in window 1"),
+    "the future": (frames(2), "window 2 in window 1"),
+    "a frame of the past": (frames(1, down(9)), "outside the window"),
+    "a frame of the future": (frames(1, down(20)), "outside the window"),
+    "the wrong direction": (frames(1, down(15, Direction.UP)), "in direction up"),
+}
+
+
+@pytest.mark.parametrize(("payload", "words"), WRONG.values(), ids=WRONG)
+def test_wrong_frames_are_complained_about_and_their_sender_is_done_without(
+    payload: bytes, words: str
+) -> None:
+    party = Party(Role.LINK, Wire())
+    party.take((advance_key(Role.LINK), msgspec.msgpack.encode(Advance(0, 10))))
+    for end in (Role.ROVER, Role.GROUND):
+        party.take((out_key(end), frames(0)))
+    party.take((advance_key(Role.LINK), msgspec.msgpack.encode(Advance(1, 20))))
+
+    [(key, said)] = party.take((out_key(Role.ROVER), payload))
+    complaint = msgspec.msgpack.decode(said, type=Complaint)
+    assert (key, complaint.about) == (report_key(Role.LINK), Role.ROVER)
+    assert words in complaint.what
+
+    assert party.take((out_key(Role.ROVER), frames(1, down(15)))) == [], "ignored from now on"
+    assert party.take((out_key(Role.GROUND), frames(1))) == []
+    absent = Advance(1, 20, absent=(Role.ROVER,))
+    *_, (_, said) = party.take((advance_key(Role.LINK), msgspec.msgpack.encode(absent)))
+    assert contents(msgspec.msgpack.decode(said, type=WindowReport).records) == [("link", b"")]
+
+
+def test_frames_sent_twice_are_not_replaced() -> None:
+    party = Party(Role.LINK, Wire())
+    party.take((advance_key(Role.LINK), msgspec.msgpack.encode(Advance(0, 10))))
+    assert party.take((out_key(Role.ROVER), frames(0, down(5)))) == []
+    [(_, said)] = party.take((out_key(Role.ROVER), frames(0)))
+    assert "twice" in msgspec.msgpack.decode(said, type=Complaint).what
+
+
+def test_a_link_that_delivers_into_the_past_is_complained_about() -> None:
+    party = Party(Role.GROUND, End("ground", Direction.UP))
+    party.take((advance_key(Role.GROUND), msgspec.msgpack.encode(Advance(0, 10))))
+    party.take((advance_key(Role.GROUND), msgspec.msgpack.encode(Advance(1, 20))))
+    [(_, said)] = party.take((in_key(Role.GROUND), frames(1, down(9))))
+    assert msgspec.msgpack.decode(said, type=Complaint).about is Role.LINK
+
+
+def record(topic: str, time_ns: int, payload: bytes, publish_time_ns: int = 0) -> Record:
+    return Record(topic, time_ns, publish_time_ns, payload)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "words"),
+    [
+        (record("/no/such", 15, b"{}"), "'/no/such', which is not one of its topics"),
+        (record("/truth/pose", 15, b"{}"), "not one of its topics"),
+        (record("/ground/silence", 9, b"{}"), "outside the window"),
+        (record("/ground/silence", 20, b"{}"), "outside the window"),
+        (record("/ground/silence", 15, b"{}", -1), "publish time of -1 ns"),
+        (record("/ground/silence", 15, b"{}", 1 << 63), "publish time"),
+        (record("/ground/silence", 15, b"[]"), "cannot be decoded"),
+        (record("/ground/silence", 15, b"\xff"), "cannot be decoded"),
+        (record("/ground/silence", 15, b"[" * 1_000_000), "cannot be decoded"),
+    ],
+)
+def test_wrong_records_are_refused(wrong: Record, words: str) -> None:
+    with pytest.raises(ConductError, match=re.escape(words)):
+        check_records([wrong], Role.GROUND, 10, 20)

@@ -149,3 +149,6 @@ class _Memory:
 
     def watch(self, now_s: float, records: Sequence[Record]) -> None:
         pass
+
+    def wait(self, roles: Sequence[Role], waited_s: float) -> None:
+        pass

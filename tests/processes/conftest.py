@@ -21,6 +21,10 @@ LONGEST_S = 120
 PROC = Path("/proc")
 
 LAUNCHER = """
+import signal
+
+signal.signal(signal.SIGINT, signal.default_int_handler)
+
 from farside.missions import load_mission
 from farside.missions.crew.processes import ProcessCrew
 

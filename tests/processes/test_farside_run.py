@@ -21,6 +21,7 @@ from tests.processes.conftest import Family
 pytestmark = pytest.mark.processes
 
 DURATION_S = 120.0
+PATIENCE_S = 3.0
 
 
 class Terminal:
@@ -39,7 +40,16 @@ class Terminal:
         self.family = family
         self.log = out / "blackout-seed1-1.mcap"
         self.process = subprocess.Popen(  # noqa: S603 - our own command
-            [*command, *changes, "--pace", "40", "--out", str(out)],
+            [
+                *command,
+                *changes,
+                "--pace",
+                "40",
+                "--out",
+                str(out),
+                "--give-up-after",
+                str(PATIENCE_S),
+            ],
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             start_new_session=True,
@@ -59,6 +69,10 @@ class Terminal:
 
     def kill(self, role: Role) -> None:
         os.kill(self.family.roles()[role], signal.SIGKILL)
+
+    def suspend(self, role: Role) -> None:
+        """Stop a process without ending it."""
+        os.kill(self.family.roles()[role], signal.SIGSTOP)
 
     def end(self) -> tuple[int, Any, str]:
         """Wait for the end: exit status, result if it printed one, and standard error."""
@@ -116,6 +130,30 @@ def test_an_interrupted_run_leaves_its_result_and_a_complete_log(
     status, result, err = terminal.end()
     assert status == 130
     assert result["outcome"] == "aborted"
+    assert "Traceback" not in err
+    log = LogFile(terminal.log)
+    assert log.complete
+    assert log.digest() == result["digest"]
+
+
+def test_a_run_ends_when_a_process_is_stopped_for_longer_than_it_may(terminal: Terminal) -> None:
+    terminal.suspend(Role.LINK)
+    status, result, err = terminal.end()
+    assert status == 3
+    assert result["outcome"] == "aborted"
+    assert "process was not ready after" in err
+    assert str(terminal.log) in err
+    log = LogFile(terminal.log)
+    assert log.complete
+    assert log.digest() == result["digest"]
+
+
+def test_a_second_signal_ends_a_run_that_waits_for_a_stopped_process(terminal: Terminal) -> None:
+    terminal.suspend(Role.LINK)
+    for number in (signal.SIGINT, signal.SIGTERM):
+        terminal.process.send_signal(number)
+    status, result, err = terminal.end()
+    assert status == 130
     assert "Traceback" not in err
     log = LogFile(terminal.log)
     assert log.complete
