@@ -1,5 +1,6 @@
 """Fixtures for all tests: Farside as others install it, and `pytester` for tests in documents."""
 
+import os
 from pathlib import Path
 
 import pytest
@@ -7,6 +8,13 @@ from distributions import build, checkout, environment, install
 from hypothesis import settings
 
 pytest_plugins = ["pytester"]
+
+# The user's terminal and tastes are none of the tests' business. Set before anything reads them,
+# and for the processes that tests start as well.
+for _name in ("COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR", "TTY_COMPATIBLE", "FARSIDE_TRACEBACK"):
+    os.environ.pop(_name, None)
+os.environ["TERM"] = "xterm-256color"
+
 # How long an example takes depends on who else uses the machine, and no test asserts a wall time.
 settings.register_profile("farside", deadline=None)
 settings.load_profile("farside")
