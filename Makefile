@@ -16,7 +16,7 @@ endif
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help mission test lint bench picture clean
+.PHONY: help mission test lint bench reference picture clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 10
@@ -43,6 +43,9 @@ bench: $(VENV)/.ready-to-develop ## measure simulated seconds per wall second
 	$(BIN)/python tests/bench/dem_worlds.py
 	$(BIN)/python tests/bench/gym_table.py
 	$(BIN)/python tests/bench/peers/table.py
+
+reference: $(VENV)/.ready-to-develop ## write the reference in docs/mission.md
+	$(BIN)/python docs/mission.py
 
 picture: $(VENV)/.ready-to-develop ## draw docs/blackout.svg, the picture in the README
 	$(BIN)/python docs/picture.py

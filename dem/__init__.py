@@ -5,15 +5,20 @@ whoever chose the action. Once a goal is set, the policy value of every known Si
 from what was learned.
 """
 
-from farside.dem.cycle import Choice, Sensed
-from farside.dem.lists.goals import Goal, InherentGoal
-from farside.dem.lists.hypotheses import Hypothesis
-from farside.dem.lists.signs import Sign
-from farside.dem.memory import UnreadableMemoryError
-from farside.dem.model import DynamicExpectancyModel
-from farside.dem.parameters import Curiosity, Parameters
-from farside.dem.policy.planning import PolicyStep, PolicyValue, Why
-from farside.dem.shadow import Delta, DeltaError, ShadowModel
+from typing import TYPE_CHECKING
+
+from farside.lazily import lazily
+
+if TYPE_CHECKING:
+    from farside.dem.cycle import Choice, Sensed
+    from farside.dem.lists.goals import Goal, InherentGoal
+    from farside.dem.lists.hypotheses import Hypothesis
+    from farside.dem.lists.signs import Sign
+    from farside.dem.memory import UnreadableMemoryError
+    from farside.dem.model import DynamicExpectancyModel
+    from farside.dem.parameters import Curiosity, Parameters
+    from farside.dem.policy.planning import PolicyStep, PolicyValue, Why
+    from farside.dem.shadow import Delta, DeltaError, ShadowModel
 
 __all__ = [
     "Choice",
@@ -33,3 +38,25 @@ __all__ = [
     "UnreadableMemoryError",
     "Why",
 ]
+
+__getattr__ = lazily(
+    __name__,
+    {
+        "Choice": "cycle",
+        "Curiosity": "parameters",
+        "Delta": "shadow",
+        "DeltaError": "shadow",
+        "DynamicExpectancyModel": "model",
+        "Goal": "lists.goals",
+        "Hypothesis": "lists.hypotheses",
+        "InherentGoal": "lists.goals",
+        "Parameters": "parameters",
+        "PolicyStep": "policy.planning",
+        "PolicyValue": "policy.planning",
+        "Sensed": "cycle",
+        "ShadowModel": "shadow",
+        "Sign": "lists.signs",
+        "UnreadableMemoryError": "memory",
+        "Why": "policy.planning",
+    },
+)

@@ -5,26 +5,45 @@ from farside.settings import ActionName, Count, NonNegative, PlaceName, Positive
 
 
 class OverrideAt(Section, frozen=True):
-    """Answer the n-th proposal after the goal was sent with `action` instead of approval."""
+    """Answer one proposal with an action of the operator's own instead of approval.
+
+    Attributes:
+        proposal: which one, counted from 1 since the goal was sent.
+        action: the action to perform instead: `N`, `E`, `S` or `W`.
+    """
 
     proposal: Count
     action: ActionName
 
 
 class Tour(Section, frozen=True, tag="tour", tag_field="do"):
-    """Drive the rover by commands from place to place, one move at a time."""
+    """Drive the rover by commands from place to place, one move at a time.
+
+    Attributes:
+        places: where to, in this order.
+    """
 
     places: tuple[PlaceName, ...]
 
 
 class SwitchMode(Section, frozen=True, tag="mode", tag_field="do"):
-    """Change the mode and wait until telemetry confirms it."""
+    """Change the mode and wait until telemetry confirms it.
+
+    Attributes:
+        mode: the mode to change to.
+    """
 
     mode: Mode
 
 
 class Pursue(Section, frozen=True, tag="goal", tag_field="do"):
-    """Send a goal; approve proposals, except for `overrides`, until it is known to be reached."""
+    """Send a goal; approve proposals, except for `overrides`, until it is known to be reached.
+
+    Attributes:
+        place: the goal.
+        priority: its priority; the rover pursues the goal with the highest.
+        overrides: the proposals to answer with another action.
+    """
 
     place: PlaceName
     priority: Positive = 2.0
@@ -32,13 +51,21 @@ class Pursue(Section, frozen=True, tag="goal", tag_field="do"):
 
 
 class AwaitReached(Section, frozen=True, tag="await", tag_field="do"):
-    """Wait until a goal that someone else set is known to be reached."""
+    """Wait until a goal that someone else set is known to be reached.
+
+    Attributes:
+        place: that goal.
+    """
 
     place: PlaceName
 
 
 class WaitUntil(Section, frozen=True, tag="wait", tag_field="do"):
-    """Wait until this simulated time."""
+    """Wait until a time.
+
+    Attributes:
+        until_s: that simulated time.
+    """
 
     until_s: NonNegative
 
@@ -47,7 +74,7 @@ ScriptStep = Tour | SwitchMode | Pursue | AwaitReached | WaitUntil
 
 
 class GroundConfig(Section, frozen=True):
-    """The `[ground]` table.
+    """The ground station: a scripted operator, and what it sends by itself.
 
     Attributes:
         script: the steps of the scripted operator, in order.

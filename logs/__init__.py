@@ -1,7 +1,7 @@
 """A run's log: writing and reading it, querying a run, and showing one.
 
 `recording` and `schemas` write the file and `reading` reads it; `views` answers queries on a run;
-`events`, `picture`, `screen` and `replay` show one in a terminal.
+`events` and `picture` say what happened, and `terminal` shows it.
 """
 
 from farside.logs.digest import Digest, digest_of
@@ -11,8 +11,8 @@ from farside.logs.packing import Recovered, recover
 from farside.logs.picture import LinkPicture, Picture, picture_at
 from farside.logs.reading import LogEntry, LogFile, decode
 from farside.logs.recording import Recorder
-from farside.logs.replay import replay
-from farside.logs.screen import screen
+from farside.logs.terminal.replay import replay
+from farside.logs.terminal.screen import screen
 from farside.logs.views import GoalSpan, LinkCounters, ModeSpan, OutageSpan, RunView
 
 __all__ = [

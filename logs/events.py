@@ -75,9 +75,9 @@ EVENT_TOPICS: tuple[Topic[Any], ...] = (
 
 
 def time_text(t_ns: int) -> str:
-    """Simulated time as hours, minutes and seconds, cut to tenths: `0:12:34.5`."""
-    minutes, tenths = divmod(t_ns // 100_000_000, 600)
-    return f"{minutes // 60}:{minutes % 60:02}:{tenths // 10:02}.{tenths % 10}"
+    """Simulated time in seconds, as mission files and `--start` take it: tenths, `754.5 s`."""
+    seconds, tenths = divmod(t_ns // 100_000_000, 10)
+    return f"{seconds}.{tenths} s"
 
 
 def sign_text(sign: Tokens) -> str:

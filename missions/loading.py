@@ -88,7 +88,7 @@ def load_mission(
 
 def _read(source: str | Path) -> str:
     try:
-        return _find(source).read_bytes().decode()
+        return _find(source).read_bytes().decode("utf-8-sig")
     except OSError as error:
         raise MissionError(f"{source}: expected a mission file, found: {error.strerror}") from error
     except UnicodeDecodeError as error:
@@ -101,7 +101,7 @@ def _read(source: str | Path) -> str:
 
 def _find(source: str | Path) -> Path | Traversable:
     """The file at the path `source` or, if there is none, the shipped mission of that name."""
-    path, shipped = Path(source), _shipped()
+    path, shipped = Path(source), shipped_missions()
     if not path.is_file() and str(source) in shipped:
         return shipped[str(source)]
     if path.exists():
@@ -112,8 +112,8 @@ def _find(source: str | Path) -> Path | Traversable:
     )
 
 
-def _shipped() -> dict[str, Traversable]:
-    """The mission files inside the package, by name."""
+def shipped_missions() -> dict[str, Traversable]:
+    """The mission files that come with Farside, by name."""
     files = resources.files("farside.missions").iterdir()
     return {
         file.name.removesuffix(".toml"): file

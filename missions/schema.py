@@ -13,7 +13,7 @@ from farside.settings import PlaceName, Positive, Section
 
 
 class WorldConfig(Section, frozen=True):
-    """The `[world]` table.
+    """The yard, drawn.
 
     Attributes:
         map: the yard drawn as `farside.places.Chart` reads it, a line for each row of cells,
@@ -37,16 +37,24 @@ class WorldConfig(Section, frozen=True):
 
 
 class ReachedExpected(Section, frozen=True, tag="reached", tag_field="what"):
-    """The goal `place` is truly reached; with `in_blackout`, while both directions are down."""
+    """A goal is truly reached.
+
+    Attributes:
+        place: the goal.
+        in_blackout: it is reached while both directions are down.
+    """
 
     place: PlaceName
     in_blackout: bool = False
 
 
 class AutonomyExpected(Section, frozen=True, tag="autonomy", tag_field="what"):
-    """The rover turns autonomous within `within_s` of each loss of the uplink, never otherwise.
+    """The rover turns autonomous within a time of each loss of the uplink, never otherwise.
 
     Only changes by the failsafe count, not those that the operator orders.
+
+    Attributes:
+        within_s: the time.
     """
 
     within_s: Positive
@@ -69,7 +77,10 @@ class MissionFile(Section, frozen=True):
     Attributes:
         name: name of the mission and of its logs.
         duration_s: simulated time from start to end.
-        world, rover, link, ground: the tables of those names.
+        world: the yard.
+        rover: the rover.
+        link: the link.
+        ground: the ground station.
         about: one line for people.
         seed: seed of every random stream; `--seed` replaces it.
         tick_s: time step of physics and decisions; project default.
@@ -81,7 +92,7 @@ class MissionFile(Section, frozen=True):
     world: WorldConfig
     rover: RoverConfig
     link: LinkConfig
-    ground: GroundConfig
+    ground: GroundConfig = GroundConfig()
     about: str = ""
     seed: Annotated[int, Meta(ge=0)] = 0
     tick_s: Annotated[float, Meta(ge=0.001, le=0.2)] = 0.04

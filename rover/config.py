@@ -14,8 +14,8 @@ class BodyConfig(Section, frozen=True):
         friction: friction coefficient of wheels on soil; times `gravity_m_s2` it bounds every
             acceleration, forward and sideways.
         gravity_m_s2: surface gravity (default: the Moon's).
-        slip_mean, slip_sd: mean and standard deviation of slip, the share of wheel speed lost in
-            the soil.
+        slip_mean: mean slip, the share of wheel speed lost in the soil.
+        slip_sd: standard deviation of slip.
         slip_time_s: correlation time of slip.
     """
 
@@ -69,10 +69,11 @@ class BatteryConfig(Section, frozen=True):
     Attributes:
         capacity_j: energy when full.
         initial: state of charge at the start, 0 to 1.
-        idle_w, drive_w: power drawn always, and on top while driving.
+        idle_w: power drawn always.
+        drive_w: power drawn on top while driving.
         charge_w: charging power on the dock.
-        low, charged: the Token `battery:low` is sensed from when charge falls below `low` until it
-            reaches `charged`.
+        low: state of charge below which the Token `battery:low` is sensed.
+        charged: state of charge from which it is not sensed any more.
         charge_priority: priority of the goal `on_charge` when the battery is empty; it grows from
             0 at `low`.
     """
@@ -113,18 +114,28 @@ class FailsafeConfig(Section, frozen=True):
 
 
 class MissionGoal(Section, frozen=True):
-    """A goal loaded before the start, pursued when the link is lost."""
+    """A goal loaded before the start, pursued when the link is lost.
+
+    Attributes:
+        place: the goal.
+        priority: its priority; the rover pursues the goal with the highest.
+    """
 
     place: PlaceName
     priority: Positive = 1.0
 
 
 class RoverConfig(Section, frozen=True):
-    """The `[rover]` table.
+    """The rover: where it starts, what it is, and how it decides.
 
     Attributes:
         start: the place where the rover starts, such as `D` or `3,4`.
         goals: mission goals, pursued when the link is lost.
+        body: body and wheels.
+        drive: the drive controller.
+        sensors: the sensors of the pose estimate.
+        battery: the battery.
+        failsafe: when silence counts as loss of the link.
         dem: parameters of the Dynamic Expectancy Model.
     """
 

@@ -2,23 +2,33 @@
 
 import os
 import re
+import runpy
 import subprocess
 import tomllib
 from pathlib import Path
 
 import msgspec
+import numpy as np  # noqa: F401 - once per process, and `pytester` forgets what it imported
 import pytest
 
 from farside.link import LinkConfig
 from farside.link.profile.resolve import resolve_link, with_preset
+from farside.missions import load_mission, run_mission
 
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = [
     ROOT / name
-    for name in ("README.md", "CONTRIBUTING.md", "docs/design.md", "docs/dem.md", "docs/link.md")
+    for name in (
+        "README.md",
+        "CONTRIBUTING.md",
+        "docs/mission.md",
+        "docs/design.md",
+        "docs/dem.md",
+        "docs/link.md",
+    )
 ]
 # `make test` is what runs this; the others take minutes and are tried without being run.
-DRY = {"make test", "make lint", "make bench", "make clean", "make picture"}
+DRY = {"make test", "make lint", "make bench", "make clean", "make picture", "make reference"}
 
 
 def blocks(language: str) -> list[str]:
@@ -35,6 +45,12 @@ def commands() -> list[str]:
     return [line.split("  #")[0].strip() for line in lines if line.strip()]
 
 
+def missions() -> dict[str, str]:
+    """The whole missions in the documents, by name."""
+    found = [block for block in blocks("toml") if "\n[world]" in block]
+    return {tomllib.loads(block)["name"]: block for block in found}
+
+
 def test_the_readme_has_commands_to_try() -> None:
     assert {"make mission", "make test", "farside run blackout"} <= set(commands())
 
@@ -43,9 +59,12 @@ def test_the_readme_has_commands_to_try() -> None:
 def test_every_command_in_the_documents_works(tmp_path: Path, installed: Path) -> None:
     """In the order in which a reader comes to them, from a wheel, in a folder of the reader's."""
     (tmp_path / "missions").symlink_to(ROOT / "missions")
+    assert missions()
+    for name, text in missions().items():
+        (tmp_path / f"{name}.toml").write_text(text)
     for command in commands():
         where, line = tmp_path, command
-        if command.startswith("make"):
+        if command.startswith(("make", ". .venv")):
             where, line = ROOT, f"{command} --dry-run" if command in DRY else command
         done = subprocess.run(  # noqa: S603
             ["bash", "-c", line],  # noqa: S607
@@ -58,6 +77,36 @@ def test_every_command_in_the_documents_works(tmp_path: Path, installed: Path) -
         # One of the README's runs is told to lose every fifth frame, and may miss an expectation.
         allowed = {0, 1} if "loss=0.2" in line else {0}
         assert done.returncode in allowed, f"{command}\n{done.stdout}{done.stderr}"
+
+
+def test_farside_is_found_after_the_first_steps_of_the_readme() -> None:
+    """By a newcomer, who has nothing on the path but the system."""
+    readme = (ROOT / "README.md").read_text()
+    steps = readme.index(". .venv/bin/activate")
+    assert readme.index("```sh\nmake mission") < steps < readme.index("```sh\nfarside ")
+    if not (ROOT / ".venv").exists():
+        pytest.skip("no .venv here: the tests run from elsewhere")
+    done = subprocess.run(
+        ["bash", "-c", ". .venv/bin/activate && farside --version"],  # noqa: S607
+        cwd=ROOT,
+        env={"PATH": "/usr/bin:/bin"},
+        check=True,
+        capture_output=True,
+    )
+    assert done.stdout.startswith(b"farside ")
+
+
+def test_logs_are_as_large_as_the_readme_says(tmp_path: Path) -> None:
+    told = re.search(r"`blackout` takes (\d+) kB", (ROOT / "README.md").read_text())
+    log = run_mission(load_mission("blackout"), in_process=True, out=tmp_path).log
+    assert log.stat().st_size == pytest.approx(int(told.group(1)) * 1000, rel=0.1)
+
+
+def test_the_readme_names_the_oldest_python_that_is_supported() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert f"Python {project['requires-python'].removeprefix('>=')} or later" in (
+        ROOT / "README.md"
+    ).read_text().replace("\n", " ")
 
 
 def test_every_test_in_the_documents_passes(pytester: pytest.Pytester) -> None:
@@ -94,3 +143,13 @@ def test_every_path_in_the_documents_is_there() -> None:
         if not (ROOT / path).exists()
     ]
     assert missing == []
+
+
+def test_the_picture_in_the_readme_is_what_replay_shows(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Otherwise: `make picture`."""
+    drawn = tmp_path / "blackout.svg"
+    monkeypatch.setattr("sys.argv", ["picture.py", str(drawn)])
+    runpy.run_path(str(ROOT / "docs/picture.py"), run_name="__main__")
+    assert drawn.read_text() == (ROOT / "docs/blackout.svg").read_text()

@@ -33,7 +33,10 @@ def offered(package: str) -> dict[str, str]:
     return {
         alias.asname or alias.name: node.module
         for node in ast.walk(tree(init))
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.startswith("farside.")
+        if isinstance(node, ast.ImportFrom)
+        and node.module
+        and node.module.startswith("farside.")
+        and node.module != "farside.lazily"
         for alias in node.names
     }
 
@@ -59,7 +62,10 @@ def test_a_package_says_exactly_what_it_offers(package: str) -> None:
 
     assert len(names) == len(set(names))
     assert set(names) == offered(package).keys()
-    assert all(hasattr(import_module(package), name) for name in names)
+    assert all(
+        getattr(import_module(package), name) is getattr(import_module(module), name)
+        for name, module in offered(package).items()
+    )
 
 
 @pytest.mark.parametrize("package", PACKAGES)

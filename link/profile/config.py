@@ -40,14 +40,24 @@ class AtEnd(StrEnum):
 
 
 class DelayPoint(Section, frozen=True):
-    """The propagation delay of what is sent at `t_s`; linear between the points."""
+    """The propagation delay of what is sent at a time; linear between the points.
+
+    Attributes:
+        t_s: the simulated time of sending.
+        delay_s: the delay then.
+    """
 
     t_s: NonNegative
     delay_s: NonNegative
 
 
 class RateStep(Section, frozen=True):
-    """The rate from `t_s` on; 0 for none."""
+    """The rate from a time on.
+
+    Attributes:
+        t_s: the simulated time.
+        rate_bit_s: the rate from then on; 0 for none.
+    """
 
     t_s: NonNegative
     rate_bit_s: Annotated[int, Meta(ge=0)]
@@ -57,8 +67,7 @@ class Trace(Section, frozen=True):
     """Delivery opportunities of 1500 bytes each, in mahimahi's format.
 
     Attributes:
-        file: the trace, one whole number of milliseconds per line; read by
-            `farside.link.profile.resolve`.
+        file: path of the trace, one whole number of milliseconds per line.
         times_ms: its lines.
         at_end: what follows the last line.
     """
@@ -159,6 +168,12 @@ class Affected(StrEnum):
 class Blackout(Section, frozen=True):
     """An outage from `start_s` up to, not including, `end_s` of simulated time.
 
+    Attributes:
+        start_s: when it begins.
+        end_s: when it is over.
+        direction: what is out.
+        reason: the cause that the log names.
+
     Raises:
         ValueError: if it ends before it starts.
     """
@@ -186,7 +201,8 @@ class Passes(Section, frozen=True):
 
     Attributes:
         first_s: when the first pass begins.
-        length_s, period_s: length of a pass, and time from the start of one to that of the next.
+        length_s: length of a pass.
+        period_s: time from the start of one pass to the start of the next.
         direction: what is out between passes.
 
     Raises:
@@ -210,8 +226,9 @@ class ContactPlan(Section, frozen=True):
     """A contact plan of ION or HDTN: contacts give rates and outages, ranges give delays.
 
     Attributes:
-        file: the plan; `.json` for HDTN, anything else for ION.
-        ground, rover: node numbers of the two ends.
+        file: path of the plan; `.json` for HDTN, anything else for ION.
+        ground: node number of the ground.
+        rover: node number of the rover.
     """
 
     file: str
@@ -241,6 +258,12 @@ class LinkChange(Section, frozen=True):
     """From `at_s` on, the keys given here replace those of `direction`.
 
     Delays do not change in this way: a `delay_table` lets the ends know beforehand.
+
+    Attributes:
+        at_s: when it changes.
+        direction: what changes.
+        rate_bit_s: as in `[link.up]`, in place of any rate there, table or trace.
+        loss, bit_error_rate, corrupt, jitter, reorder, duplicate: as in `[link.up]`.
     """
 
     at_s: NonNegative
@@ -266,8 +289,9 @@ class LinkConfig(Section, frozen=True):
     """The `[link]` table: both directions, outages and changes.
 
     Attributes:
-        up, down: the two directions.
-        preset: name of the profile that supplies what this table does not; read by the loader.
+        up: the direction from the ground to the rover.
+        down: the direction from the rover to the ground.
+        preset: name of the profile that supplies what this table does not, such as `moon`.
         ephemeris: gives the delays, and outages at conjunction.
         blackouts: outages at given times, at the rover's end of the path.
         passes: periodic visibility.

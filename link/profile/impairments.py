@@ -14,7 +14,8 @@ class GilbertElliott(Section, frozen=True, tag="gilbert-elliott", tag_field="mod
     Source: Gilbert (1960), Elliott (1963); parameters as in tc-netem's `loss gemodel p r 1-h 1-k`.
 
     Attributes:
-        p, r: probability of going from good to bad, and from bad to good.
+        p: probability of going from good to bad.
+        r: probability of going from bad to good.
         bad_loss: 1 − h, probability that a frame is lost in the bad state.
         good_loss: 1 − k, the same in the good state.
     """
@@ -33,8 +34,11 @@ class FourState(Section, frozen=True, tag="four-state", tag_field="model"):
     returns to 1.
 
     Attributes:
-        p13, p31, p32, p23, p14: probability of going from the first state to the second. `p31` is
-            1 − `p13` where absent, as in tc-netem.
+        p13: probability of going from 1 to 3.
+        p31: probability of going from 3 to 1; 1 − `p13` where absent, as in tc-netem.
+        p32: probability of going from 3 to 2.
+        p23: probability of going from 2 to 3.
+        p14: probability of going from 1 to 4.
 
     Raises:
         ValueError: if the probabilities of leaving a state add up to more than 1.
@@ -69,7 +73,7 @@ class Jitter(Section, frozen=True):
     """Delay on top of the propagation, drawn for each frame; it never makes a frame overtake.
 
     Attributes:
-        spread_s: see `JitterShape`.
+        spread_s: the longest delay if `uniform`, the mean one if `exponential`.
         shape: the distribution, which holds for any correlation (a Gaussian copula).
         correlation: between the jitters of successive frames, of the underlying normal variables;
             −1 to 1 exclusive.
@@ -81,7 +85,12 @@ class Jitter(Section, frozen=True):
 
 
 class Reorder(Section, frozen=True):
-    """A `share` of frames is held back for `hold_s`, while later ones pass."""
+    """Frames held back while later ones pass.
+
+    Attributes:
+        share: the probability that a frame is held back.
+        hold_s: for how long.
+    """
 
     share: Fraction
     hold_s: Positive

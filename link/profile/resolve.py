@@ -24,7 +24,6 @@ from farside.link.profile.plans.contacts import ContactPlanError, LinkTables, ga
 from farside.link.profile.plans.hdtn import parse_hdtn
 from farside.link.profile.plans.ion import parse_ion
 from farside.link.profile.plans.traces import TraceError, parse_trace
-from farside.link.profile.statistics import loss_statistics
 from farside.topics import OutageReason
 from farside.validation import Problem, did_you_mean, dotted, mismatches, shown
 
@@ -347,6 +346,8 @@ def _downlink_loss(at_s: float, loss: LossModel) -> LinkChange:
 
 
 def _greater_loss(model: LossModel, loss: float) -> LossModel:
+    from farside.link.profile.statistics import loss_statistics  # noqa: PLC0415 - numpy
+
     return model if loss_statistics(model).rate >= loss else loss
 
 

@@ -19,9 +19,14 @@ _DEFAULTS = Parameters()
 _DEFAULT_COST = 1.0
 _ROWS = 30
 
-dem_app = typer.Typer(
-    help="The learning controller by itself.", no_args_is_help=True, rich_markup_mode="rich"
-)
+_HELP = """The learning controller by itself.
+
+\b
+farside dem learn drive.jsonl --goal at:B
+farside dem figure1 --out pictures
+"""
+
+app = typer.Typer(help=_HELP, no_args_is_help=True, rich_markup_mode=None, add_completion=False)
 
 
 class GoalPolicy(msgspec.Struct, frozen=True):
@@ -69,7 +74,7 @@ def _action_cost(text: str) -> ActionCost:
     return ActionCost(name, cost)
 
 
-@dem_app.command()
+@app.command()
 def learn(
     stream: Annotated[
         str,
@@ -88,16 +93,21 @@ def learn(
             help="Show the policy towards this Sign: its Tokens, separated by spaces. Repeatable.",
         ),
     ] = None,
-    alpha: Annotated[float, typer.Option(help="α, gain of C_m on success.")] = _DEFAULTS.alpha,
-    beta: Annotated[float, typer.Option(help="β, loss of C_m on failure.")] = _DEFAULTS.beta,
+    alpha: Annotated[
+        float, typer.Option(metavar="X", help="α, gain of C_m on success.")
+    ] = _DEFAULTS.alpha,
+    beta: Annotated[
+        float, typer.Option(metavar="X", help="β, loss of C_m on failure.")
+    ] = _DEFAULTS.beta,
     learning_probability: Annotated[
-        float, typer.Option(help="λ, probability that an opportunity to learn is taken.")
+        float,
+        typer.Option(metavar="X", help="λ, probability that an opportunity to learn is taken."),
     ] = _DEFAULTS.learning_probability,
     initial_cm: Annotated[
-        float, typer.Option(help="C_m of a new hypothesis.")
+        float, typer.Option(metavar="X", help="C_m of a new hypothesis.")
     ] = _DEFAULTS.initial_cm,
     reach: Annotated[
-        int, typer.Option(help="Longest delay of a hypothesis, in cycles.")
+        int, typer.Option(metavar="N", help="Longest delay of a hypothesis, in cycles.")
     ] = _DEFAULTS.reach,
     action_costs: Annotated[
         list[ActionCost] | None,
@@ -114,7 +124,9 @@ def learn(
     no_removal: Annotated[
         bool, typer.Option("--no-removal", help="Keep ineffective hypotheses.")
     ] = False,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the random generator.")] = 0,
+    seed: Annotated[
+        int, typer.Option(min=0, metavar="N", help="Seed of the random generator.")
+    ] = 0,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
     """Feed recorded cycles to the model and print its lists.
@@ -123,8 +135,8 @@ def learn(
     goal of several Tokens.
 
     \b
-    farside dem learn drive.jsonl
-    farside dem learn drive.jsonl --goal at:B --goal "at:2,4 heading:N" --action-cost N=2.66
+    farside dem learn drive.jsonl --action-cost N=2.66
+    farside dem learn drive.jsonl --goal at:B --goal "at:2,4 heading:N"
     tail -n 500 drive.jsonl | farside dem learn - --json
     """
     try:
@@ -230,15 +242,18 @@ def _show_table(
     console.print()
 
 
-@dem_app.command()
+@app.command()
 def figure1(
     out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the pictures.")] = Path(
         "figures"
     ),
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the random actions.")] = SEED,
+    seed: Annotated[
+        int, typer.Option(min=0, metavar="N", help="Seed of the random actions.")
+    ] = SEED,
 ) -> None:
-    """The worked example of the model: a yard of 74 places, learned by 2000 random actions.
+    """Draw the worked example of the model.
 
+    A yard of 74 places is learned by 2000 random actions.
     Three goals are set one after another. For each, the height of a column is the policy value of
     its place: the expected cost to reach the goal. Requires Farside's extra `figures`.
 
@@ -247,8 +262,8 @@ def figure1(
     farside dem figure1 --out pictures --seed 7
     """
     try:
-        from farside.missions.figure1.page import write_page  # noqa: PLC0415 - an extra
-        from farside.missions.figure1.png import write_png  # noqa: PLC0415
+        from farside.missions.figure1.page import write_page  # an extra
+        from farside.missions.figure1.png import write_png
     except ModuleNotFoundError as error:
         raise typer.BadParameter(
             f"expected plotly and Pillow to draw the pictures, found no {error.name}: "

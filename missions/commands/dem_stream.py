@@ -1,6 +1,7 @@
 """Recorded cycles as JSON Lines: the input of `farside dem learn`."""
 
 import sys
+from codecs import BOM_UTF8
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -51,7 +52,7 @@ def read_stream(source: str) -> list[RecordedCycle]:
 def _cycles(name: str, lines: Iterable[bytes]) -> list[RecordedCycle]:
     return [
         _cycle(line, f"{name}: line {number}")
-        for number, line in enumerate(lines, start=1)
+        for number, line in enumerate((line.removeprefix(BOM_UTF8) for line in lines), start=1)
         if line.strip()
     ]
 

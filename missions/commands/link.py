@@ -13,12 +13,12 @@ from farside.missions.commands.link_emulator import emulate
 
 _MORATORIUM_DEG = 2.2
 
-link_app = typer.Typer(no_args_is_help=True, rich_markup_mode="rich")
-link_app.callback(invoke_without_command=True)(emulate)
-link_app.command("check")(check)
+app = typer.Typer(no_args_is_help=True, rich_markup_mode=None, add_completion=False)
+app.callback(invoke_without_command=True)(emulate)
+app.command("check")(check)
 
 
-@link_app.command("light-time")
+@app.command("light-time")
 def show_light_time(
     body: Annotated[str, typer.Argument(metavar="BODY", help=f"One of {', '.join(BODIES)}.")],
     epoch: Annotated[
@@ -30,7 +30,9 @@ def show_light_time(
     ],
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Light time between the Earth and a body, up and down, and its angle from the Sun.
+    """Light time between the Earth and a body, up and down.
+
+    And its angle from the Sun.
 
     The uplink leaves the Earth at the epoch, the downlink arrives there. Between the centres,
     from astropy's built-in ephemeris; needs Farside's extra `astropy`.
@@ -51,9 +53,8 @@ def _show(found: LightTime, console: Console) -> None:
     table = Table.grid(padding=(0, 2, 0, 0))
     table.add_column()
     table.add_column(justify="right")
-    table.add_column(justify="right")
     for name, light_s in (("uplink", found.uplink_s), ("downlink", found.downlink_s)):
-        table.add_row(name, f"{light_s:.3f} s", f"{_minutes(light_s)} min")
+        table.add_row(name, f"{light_s:.3f} s")
     angle_deg = found.sun_earth_target_deg
     table.add_row("from the Sun", f"{angle_deg:.3f}°")
     console.print(table)
@@ -62,8 +63,3 @@ def _show(found: LightTime, console: Console) -> None:
             f"in conjunction: below {_MORATORIUM_DEG}°, missions to Mars are sent no commands",
             style="yellow",
         )
-
-
-def _minutes(time_s: float) -> str:
-    minutes, thousandths = divmod(round(time_s * 1000), 60_000)
-    return f"{minutes}:{thousandths / 1000:06.3f}"

@@ -7,18 +7,19 @@ from typing import Annotated
 import msgspec
 import typer
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+from rich.progress import BarColumn, TaskProgressColumn, TextColumn
 from rich.table import Table
 
 from farside.link.check import FRAMES, CheckReport, CheckVerdict, Measurement, check_link
 from farside.link.profile.config import LinkConfig
 from farside.link.profile.resolve import LinkConfigError, load_profile
+from farside.missions.commands.bar import Bar
+from farside.missions.commands.patience import PATIENCE_S, patience
 from farside.node import Direction
 
 _HORIZON_S = 200_000.0
 """How much simulated time passes and light times cover: over two sols (project default)."""
 
-_PATIENCE_S = 2.0
 _UNMET = 1
 _TITLES = {Direction.UP: "Up, from the ground to the rover", Direction.DOWN: "Down, from the rover"}
 _STYLES = {
@@ -37,13 +38,17 @@ def check(
         ),
     ],
     frames: Annotated[
-        int, typer.Option(min=100, help="Frames per direction where something random is measured.")
+        int,
+        typer.Option(min=100, metavar="N", help="Frames per direction, where chance is measured."),
     ] = FRAMES,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the link and of the traffic.")] = 0,
+    seed: Annotated[
+        int, typer.Option(min=0, metavar="N", help="Seed of the link and of the traffic.")
+    ] = 0,
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Send traffic through a link in simulated time, and measure what the link does to it.
+    """Measure whether a link does what its profile says.
 
+    Traffic goes through the link in simulated time.
     The exit status is 1 if a value asked for falls outside the interval measured.
 
     \b
@@ -52,7 +57,8 @@ def check(
     farside link check mars-relay --json
     """
     try:
-        config = load_profile(profile, _HORIZON_S)
+        with patience("reading the profile"):
+            config = load_profile(profile, _HORIZON_S)
     except LinkConfigError as error:
         raise typer.BadParameter(str(error), param_hint="PROFILE") from error
     console = Console()
@@ -67,19 +73,12 @@ def check(
 
 def _checked(config: LinkConfig, frames: int, seed: int, console: Console) -> CheckReport:
     """The report; a progress bar appears if it takes longer than two seconds."""
-    bar = Progress(
-        TextColumn("measuring"),
-        BarColumn(),
-        TaskProgressColumn(),
-        console=console,
-        transient=True,
-        disable=not console.is_terminal,
-    )
+    bar = Bar(TextColumn("measuring"), BarColumn(), TaskProgressColumn(), console=console)
     task, started_s = bar.add_task("", total=1.0), monotonic()
 
     def show_progress(share: float) -> None:
         bar.update(task, completed=share)
-        if monotonic() - started_s > _PATIENCE_S:
+        if monotonic() - started_s > PATIENCE_S:
             bar.start()
 
     try:

@@ -83,7 +83,7 @@ def emulate(
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Replace a value of it: up.loss=0.1"),
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the random streams.")] = 0,
+    seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of the random streams.")] = 0,
     duration: Annotated[
         float | None, typer.Option(min=0, metavar="S", help="End after so many seconds.")
     ] = None,
@@ -91,19 +91,20 @@ def emulate(
         bool, typer.Option("--json", help="Print the counters as one JSON object at the end.")
     ] = False,
 ) -> None:
-    """A link between Zenoh programs: it delays, loses and changes what they say.
+    """A link that stands between any Zenoh programs.
 
-    Without a command it stands between two Zenoh domains, on a wall clock, until
-    Ctrl-C: the keys of --up pass from the ground's domain to the rover's, those of
-    --down the other way, whoever publishes. On the ground's side, a Zenoh get of
-    farside/link/counters replies with the counters, and one of farside/link/control
-    with a payload such as {"down": {"loss": 0.2}} or {"both": {"out": true}} changes it.
+    It delays, loses and changes what they say. Without a command it stands between two
+    Zenoh domains, on a wall clock, until Ctrl-C: the keys of --up pass from the ground's
+    domain to the rover's, those of --down the other way, whoever publishes. On the
+    ground's side, a Zenoh get of farside/link/counters replies with the counters, and one of
+    farside/link/control with a payload such as {"down": {"loss": 0.2}} or
+    {"both": {"out": true}} changes it.
 
     \b
     farside link --rover-side tcp/10.0.0.2:7447 --ground-side tcp/10.0.0.1:7447 \\
         --up 'cmd/**' --down 'tlm/**' --preset mars-direct
-    farside link --rover-side listen/tcp/0.0.0.0:7448 --ground-side tcp/localhost:7447 \\
-        --down 'camera/*' --profile relay.toml --set down.loss=0.1
+    farside link --rover-side listen/tcp/0.0.0.0:7448 \\
+        --ground-side tcp/localhost:7447 --down 'camera/*' --profile relay.toml
     """
     if context.invoked_subcommand is not None:
         return

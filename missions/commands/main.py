@@ -1,29 +1,26 @@
-"""The `farside` command: `run`, `check` and `replay`, beside `link` and `dem`."""
+"""The command line: `farside run`, `check`, `replay` and more.
+
+What a command needs is imported when it is called: `farside check` starts without physics, Zenoh
+or the log's libraries.
+"""
 
 import math
 import signal
 import sys
-from importlib.metadata import version
+from importlib import import_module
 from pathlib import Path
-from typing import Annotated, NoReturn
+from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 
-import msgspec
 import typer
-from rich.console import Console
+from typer.core import TyperGroup
 
-from farside import logs
-from farside.link.profile.light import EphemerisError
-from farside.logs import LogError, LogFile, recover
 from farside.missions.commands import failures
-from farside.missions.commands.dem import dem_app
-from farside.missions.commands.dem_stream import StreamError
-from farside.missions.commands.link import link_app
-from farside.missions.commands.progress import ProgressDisplay
-from farside.missions.commands.summary import show_summary
-from farside.missions.crew.crew import CrewError, InfrastructureError, LostProcess, Patience
-from farside.missions.loading import MissionError, load_mission
-from farside.missions.result import Outcome
-from farside.missions.run import RUNS, FinishedRun, run_mission
+from farside.missions.commands.formats import list_missions, show_schema
+from farside.missions.commands.patience import patience
+
+if TYPE_CHECKING:
+    from farside.missions.crew.crew import LostProcess
+    from farside.missions.run import FinishedRun
 
 _DONE, _UNMET, _BAD_INPUT, _INFRASTRUCTURE, _INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -32,16 +29,45 @@ _STATUS = (
     "3 a process, the network or the disk failed, or Farside itself; 130 interrupted by Ctrl-C."
 )
 
+_HELP = """Simulate rover missions over delayed, lossy links.
+
+\b
+farside missions                 what ships
+farside run blackout             run one, and leave a log
+farside replay LOG               watch it again
+"""
+
+_GROUPS = {
+    "link": "A link that stands between any Zenoh programs.",
+    "dem": "The learning controller by itself.",
+}
+"""Commands with commands of their own, and what the list of commands says of them."""
+
+
+class _Commands(TyperGroup):
+    """The commands, with the groups that are imported when they are called."""
+
+    def __init__(self, **settings: Any) -> None:
+        super().__init__(**settings)
+        for name, help_text in _GROUPS.items():
+            self.add_command(TyperGroup(name=name, help=help_text))
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
+        name, command, rest = super().resolve_command(ctx, args)
+        if name in _GROUPS:
+            module = import_module(f"farside.missions.commands.{name}")
+            command = typer.main.get_command(module.app)
+        return name, command, rest
+
+
 app = typer.Typer(
-    help="Simulate rover missions over delayed, lossy links.",
+    cls=_Commands,
+    help=_HELP,
     no_args_is_help=True,
-    rich_markup_mode="rich",
-    add_completion=False,
+    rich_markup_mode=None,  # plain help: flags as flags, sentences and examples whole
+    context_settings={"help_option_names": ["-h", "--help"]},
     pretty_exceptions_enable=False,
 )
-
-app.add_typer(link_app, name="link")
-app.add_typer(dem_app, name="dem")
 
 Mission = Annotated[
     str,
@@ -84,6 +110,8 @@ def _give_up_after(text: str) -> float:
 
 def _show_version(wanted: bool) -> None:  # noqa: FBT001 - typer passes it by position
     if wanted:
+        from importlib.metadata import version
+
         print(f"farside {version('farside')}")  # noqa: T201
         raise typer.Exit
 
@@ -102,7 +130,7 @@ def _farside(
 def run(
     mission: Mission,
     seed: Annotated[
-        int | None, typer.Option(min=0, help="Seed, in place of the mission's.")
+        int | None, typer.Option(min=0, metavar="N", help="Seed, in place of the mission's.")
     ] = None,
     in_process: Annotated[
         bool, typer.Option("--in-process", help="Run everything in this process, without Zenoh.")
@@ -114,7 +142,9 @@ def run(
         ),
     ] = "max",  # type: ignore[assignment]  # typer parses the default as it parses an argument
     set_: Set = None,
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the log.")] = RUNS,
+    out: Annotated[
+        Path, typer.Option(metavar="DIR", help="Folder for the log.", show_default=True)
+    ] = Path("logs/runs"),
     json: Annotated[
         bool, typer.Option("--json", help="Print the result as one JSON object.")
     ] = False,
@@ -128,14 +158,26 @@ def run(
         ),
     ] = "never",  # type: ignore[assignment]
 ) -> None:
-    """Run a mission in a process each for rover, link and ground, and write its log.
+    """Run a mission and write its log.
+
+    It takes a process each for rover, link and ground, unless --in-process.
 
     \b
     farside run blackout
     farside run missions/blackout.toml --seed 7 --set link.up.loss=0.2
     farside run blackout --in-process --pace 10
     """
-    loaded = load_mission(mission, set_ or (), seed=seed)
+    import msgspec
+    from rich.console import Console
+
+    from farside.missions.commands.progress import ProgressDisplay
+    from farside.missions.commands.summary import show_summary
+    from farside.missions.crew.crew import Patience
+    from farside.missions.loading import load_mission
+    from farside.missions.run import run_mission
+
+    with patience("reading the mission"):
+        loaded = load_mission(mission, set_ or (), seed=seed)
     errors = Console(stderr=True)
     with ProgressDisplay(loaded.mission, errors) as display:
         finished = run_mission(
@@ -164,7 +206,10 @@ def check(mission: Mission, set_: Set = None) -> None:
     farside check missions/blackout.toml
     farside check blackout --set rover.start="A"
     """
-    loaded = load_mission(mission, set_ or ())
+    from farside.missions.loading import load_mission
+
+    with patience("reading the mission"):
+        loaded = load_mission(mission, set_ or ())
     places = len(loaded.mission.world.chart().cells)
     print(  # noqa: T201
         f"{loaded.source}: good. {loaded.mission.name}: {loaded.mission.duration_s:g} s, "
@@ -172,8 +217,8 @@ def check(mission: Mission, set_: Set = None) -> None:
     )
 
 
-@app.command()
-def replay(
+@app.command(name="replay")
+def replay_log(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="Log of a run.")],
     speed: Annotated[
         float,
@@ -183,15 +228,23 @@ def replay(
         float, typer.Option(min=0, metavar="S", help="Start at this simulated time, in seconds.")
     ] = 0.0,
 ) -> None:
-    """Replay a log: the map, the modes, the link. Ctrl-C ends it.
+    """Replay a log: the map, the modes, the link.
+
+    Ctrl-C ends it. Into a pipe it prints a line per event.
 
     \b
     farside replay logs/runs/blackout-seed1-1.mcap
     farside replay logs/runs/blackout-seed1-1.mcap --start 600 --speed 10
-    farside replay logs/runs/blackout-seed1-1.mcap | less    (a line per event)
+    farside replay logs/runs/blackout-seed1-1.mcap | grep mode
     """
+    from rich.console import Console
+
+    from farside.logs import LogFile, replay
+
+    with patience("reading the log"):
+        file = LogFile(log)
     try:
-        logs.replay(LogFile(log), Console(), speed=speed, start_s=start)
+        replay(file, Console(), speed=speed, start_s=start, waiting=patience)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--start") from error
 
@@ -200,20 +253,29 @@ def replay(
 def recover_log(
     log: Annotated[Path, typer.Argument(metavar="LOG", help="A log that nobody finished.")],
 ) -> None:
-    """Make a whole log of one whose writer was killed, or that is damaged.
+    """Make a whole log of one that is unfinished or damaged.
 
-    It lies beside the old one, which stays as it is.
+    Such is a log whose writer was killed. The new one lies beside it, and the old one stays.
 
     \b
     farside recover logs/runs/blackout-seed1-1.mcap
     """
-    recovered = recover(LogFile(log))
+    from farside.logs import LogFile, recover
+
+    with patience("making a whole log"):
+        recovered = recover(LogFile(log))
     print(f"{recovered.path}: {recovered.messages} messages")  # noqa: T201
     if recovered.damage is not None:
         _print_error(recovered.damage)
 
 
-def _status(finished: FinishedRun) -> int:
+app.command("missions")(list_missions)
+app.command("schema")(show_schema)
+
+
+def _status(finished: "FinishedRun") -> int:
+    from farside.missions.result import Outcome
+
     if finished.interrupted:
         return _INTERRUPTED
     match finished.result.outcome:
@@ -229,8 +291,8 @@ def _print_error(message: str) -> None:
     print(f"farside: {message}", file=sys.stderr)  # noqa: T201
 
 
-def _print_last_words(lost: LostProcess) -> None:
-    if failures.traceback_wanted():
+def _print_last_words(lost: "LostProcess | None") -> None:
+    if lost is not None and failures.traceback_wanted():
         print(lost.last_words, file=sys.stderr)  # noqa: T201
 
 
@@ -240,24 +302,37 @@ def main() -> NoReturn:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, signal.default_int_handler)
         app()
-    except (MissionError, LogError, StreamError, EphemerisError) as error:
+    except SystemExit:
+        raise
+    except KeyboardInterrupt:
+        sys.exit(_INTERRUPTED)
+    except _bad_input() as error:
         _print_error(str(error))
         sys.exit(_INFRASTRUCTURE if failures.of_machine(error.__cause__) else _BAD_INPUT)
-    except BrokenPipeError:
-        # The reader of our output has closed it, as `| head` does.
-        sys.stderr.close()
-        sys.exit(_DONE)
-    except InfrastructureError as error:
+    except _broken_infrastructure() as error:
         _print_error(str(error))
-        if isinstance(error, CrewError):
-            _print_last_words(error.lost)
+        _print_last_words(getattr(error, "lost", None))
         sys.exit(_INFRASTRUCTURE)
     except OSError as error:
         _print_error(failures.in_words(error))
         sys.exit(_INFRASTRUCTURE)
-    except KeyboardInterrupt:
-        sys.exit(_INTERRUPTED)
     sys.exit(_DONE)
+
+
+def _bad_input() -> tuple[type[Exception], ...]:
+    """What bad input raises. The classes are imported once there is something to catch."""
+    from farside.link.profile.light import EphemerisError
+    from farside.logs import LogError
+    from farside.missions.commands.dem_stream import StreamError
+    from farside.missions.loading import MissionError
+
+    return MissionError, LogError, StreamError, EphemerisError
+
+
+def _broken_infrastructure() -> type[Exception]:
+    from farside.missions.crew.crew import InfrastructureError
+
+    return InfrastructureError
 
 
 if __name__ == "__main__":

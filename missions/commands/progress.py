@@ -5,9 +5,10 @@ from types import TracebackType
 from typing import Self
 
 from rich.console import Console
-from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn
+from rich.progress import BarColumn, TaskProgressColumn, TextColumn
 
 from farside.logs import LogEntry, Picture
+from farside.missions.commands.bar import Bar
 from farside.missions.schema import MissionFile
 from farside.node import Record, Role
 from farside.topics import LINK_OUTAGE, ROVER_FAILSAFE, ROVER_MODE
@@ -27,15 +28,15 @@ class ProgressDisplay:
 
     def __init__(self, mission: MissionFile, console: Console) -> None:
         self._picture = Picture()
-        self._progress = Progress(
+        self._progress = Bar(
             TextColumn("[bold]{task.description}"),
             BarColumn(),
             TaskProgressColumn(),
             TextColumn("{task.completed:.0f} / {task.total:.0f} s"),
             TextColumn("{task.fields[state]}"),
             console=console,
-            disable=not console.is_terminal,
         )
+        self._duration_s = mission.duration_s
         self._task = self._progress.add_task(mission.name, total=mission.duration_s, state="")
 
     def watch(self, now_s: float, records: Sequence[Record]) -> None:
@@ -43,7 +44,8 @@ class ProgressDisplay:
         for record in records:
             if record.topic in _SHOWN:
                 self._picture.apply(LogEntry.of(record))
-        self._progress.update(self._task, completed=now_s, state=self._state())
+        state = self._state() if now_s < self._duration_s else "finishing the log"
+        self._progress.update(self._task, completed=now_s, state=state)
 
     def wait(self, roles: Sequence[Role], waited_s: float) -> None:
         """See `farside.missions.conductor.Watcher`. Shown without a terminal, too."""

@@ -23,10 +23,13 @@ class Rehearsal:
     """
 
     def __init__(
-        self, source: str | Path, out: Path, assignments: Mapping[str, object] | None = None
+        self,
+        source: str | Path,
+        out: str | Path,
+        assignments: Mapping[str, object] | None = None,
     ) -> None:
         self._source = source
-        self._out = out
+        self._out = Path(out)
         self._assignments = dict(assignments or {})
 
     def set(self, key: str, value: object) -> Self:

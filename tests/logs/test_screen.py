@@ -5,7 +5,10 @@ import math
 from typing import Any
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from noting import logged
+from rich.cells import cell_len
 from rich.console import Console
 
 from farside.logs import LogEntry, Picture, screen
@@ -65,7 +68,7 @@ def lost(run: Any) -> Any:
 
 
 AT_80_BY_24 = """\
-  0:00:37.5   AUTONOMOUS    LOST                                   blackout.mcap
+  37.5 s   AUTONOMOUS    LOST                                      blackout.mcap
 ╭─ yard ─────────────────────────╮╭─ rover ────────────────────────────────────╮
 │ ██████████████                 ││ at       at:D, 0.00 m/s                    │
 │ ██A   ██  B ██                 ││ battery  ████████████░░░░ 75%              │
@@ -81,13 +84,13 @@ AT_80_BY_24 = """\
 │                                ││ ground silence telemetry   36.8 s old      │
 ╰─ ◇ for the ground  • proposed ─╯╰────────────────────────────────────────────╯
 ╭─ events ─────────────────────────────────────────────────────────────────────╮
-│ 0:00:03.0 rover  goal at:B set (operator, priority 1)                        │
-│ 0:00:04.0 link   uplink: blackout begins                                     │
-│ 0:00:04.0 link   downlink: blackout begins                                   │
-│ 0:00:15.0 rover  failsafe hold after 10.0 s of silence                       │
-│ 0:00:15.0 ground hears nothing from the rover                                │
-│ 0:00:35.0 rover  failsafe lost after 30.0 s of silence                       │
-│ 0:00:35.0 rover  mode autonomous: link lost                                  │
+│  3.0 s rover  goal at:B set (operator, priority 1)                           │
+│  4.0 s link   uplink: blackout begins                                        │
+│  4.0 s link   downlink: blackout begins                                      │
+│ 15.0 s rover  failsafe hold after 10.0 s of silence                          │
+│ 15.0 s ground hears nothing from the rover                                   │
+│ 35.0 s rover  failsafe lost after 30.0 s of silence                          │
+│ 35.0 s rover  mode autonomous: link lost                                     │
 ╰──────────────────────────────────────────────────────────────────────────────╯"""
 
 
@@ -105,7 +108,7 @@ def test_it_fills_a_larger_terminal(lost: Any) -> None:
 def test_the_end_of_the_run_is_shown_if_known(lost: Any) -> None:
     header = shown(lost, 37.5, end_ns=to_ns(90)).splitlines()[0]
 
-    assert header.startswith("  0:00:37.5 / 0:01:30.0   AUTONOMOUS    LOST ")
+    assert header.startswith("  37.5 s / 90.0 s   AUTONOMOUS    LOST ")
 
 
 def test_the_screen_of_an_empty_picture_says_that_nothing_is_known(run: Any) -> None:
@@ -164,3 +167,84 @@ def test_the_rover_and_its_position_at_the_ground_have_different_colours(lost: A
     text = page.getvalue()
     assert "\x1b[1;32m↑ \x1b[0m" in text
     assert "\x1b[1;35m◇ \x1b[0m" in text
+
+
+@settings(deadline=None)
+@given(
+    width=st.integers(40, 160),
+    height=st.integers(10, 60),
+    wide=st.integers(3, 130),
+    high=st.integers(3, 80),
+    data=st.data(),
+)
+def test_at_any_size_all_that_matters_is_on_the_screen(
+    width: int, height: int, wide: int, high: int, data: st.DataObject
+) -> None:
+    """However large the map: the clock, the modes, the rover, the newest event, nothing beyond."""
+    walled = "#" + "." * (wide - 2) + "#"
+    chart = Chart(("#" * wide, *[walled] * (high - 2), "#" * wide), 1.0)
+    east, north = data.draw(st.sampled_from(sorted(chart.tokens)))
+    picture = Picture(chart=chart)
+    picture.apply(logged(0, ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST)))
+    picture.apply(logged(0, FailsafeEntry(Failsafe.LOST, 30.0)))
+    picture.apply(logged(0, Pose(east + 0.5, north + 0.5, math.pi / 4, 0.0, "at:1,1", 1.0)))
+    page = io.StringIO()
+    console = Console(file=page, width=width, height=height, color_system=None)
+
+    console.print(screen(picture, to_ns(1234.5), width=width, height=height, end_ns=to_ns(9999)))
+
+    lines = page.getvalue().splitlines()
+    assert len(lines) == height
+    assert all(cell_len(line) <= width for line in lines)
+    assert "1234.5 s" in lines[0]
+    assert " AUTONOMOUS " in lines[0]
+    assert " LOST " in lines[0]
+    assert "failsafe lost" in "\n".join(lines)
+    rows = [row for row, line in enumerate(lines) if "↗" in line]
+    assert len(rows) == 1
+    title, shown_east = lines[1], lines[rows[0]].partition("↗")[0]
+    assert ("more" in title) == any(arrow in title for arrow in "←→↑↓")
+    # What lies behind an edge that is not dashed is wall: the map ends there.
+    assert shown_east[0] == ("┊" if "←" in title else "│")
+    assert ("←" in title) == (shown_east[2] != "█")
+
+
+def test_a_map_larger_than_its_place_shows_the_part_about_the_rover(run: Any) -> None:
+    walled = "#" + "." * 58 + "#"
+    picture = Picture(chart=Chart(("#" * 60, *[walled] * 38, "#" * 60), 1.0))
+    picture.apply(logged(0, ModeEntry(Mode.GUIDED, ModeCause.START)))
+    picture.apply(logged(0, Pose(30.5, 38.5, math.pi, 0.0, "at:30,38", 1.0)))
+    page = io.StringIO()
+    console = Console(file=page, width=40, height=10, color_system=None)
+
+    console.print(screen(picture, to_ns(5), width=40, height=10))
+
+    assert (
+        page.getvalue().replace("UNKNOWN \n", "UNKNOWN\n")
+        == """\
+  5.0 s   GUIDED    UNKNOWN
+╭─ yard, more ← → ↓ ───────────────────╮
+┊ ████████████████████████████████████ ┊
+┊                   ←                  ┊
+┊                                      ┊
+┊                                      ┊
+╰┄┄┄┄┄┄┄ ◇ for the ground  • proposed ┄╯
+╭─ events ─────────────────────────────╮
+│ 0.0 s rover mode guided: start       │
+╰──────────────────────────────────────╯
+"""
+    )
+
+
+def test_in_a_narrow_and_tall_terminal_the_instruments_stand_below_the_map(run: Any) -> None:
+    walled = "#" + "." * 58 + "#"
+    picture = Picture(chart=Chart(("#" * 60, *[walled] * 38, "#" * 60), 1.0))
+    page = io.StringIO()
+    console = Console(file=page, width=60, height=40, color_system=None)
+
+    console.print(screen(picture, 0, width=60, height=40))
+
+    lines = page.getvalue().splitlines()
+    titles = [line.split()[1].rstrip(",") for line in lines if line.startswith("╭")]
+    assert titles == ["yard", "rover", "link", "events"]
+    assert len(lines) == 40

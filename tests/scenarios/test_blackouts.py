@@ -6,6 +6,7 @@ the link goes.
 """
 
 from collections.abc import Callable
+from pathlib import Path
 
 import pytest
 
@@ -212,3 +213,8 @@ def test_a_rover_with_a_small_battery_charges_by_itself_when_alone(
     battery = [(t, pose.battery) for t, pose in run.entries(TRUTH_POSE)]
     assert max(level for t, level in battery if t > charged[0].reached_s) > 0.85
     assert min(level for t, level in battery if t > low_s) > 0
+
+
+def test_a_rehearsal_takes_its_folder_as_text_too(tmp_path: Path) -> None:
+    run = Rehearsal("blackout", str(tmp_path)).set("duration_s", 1).set("expect", []).run()
+    assert run.log.parent == tmp_path

@@ -4,6 +4,7 @@ import math
 import shlex
 import time
 from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
 
 from rich.console import Console, RenderableType
 from rich.live import Live
@@ -12,11 +13,15 @@ from rich.text import Text
 from farside.logs.events import EVENT_TOPICS, time_text
 from farside.logs.picture import PICTURE_TOPICS, Picture, picture_at
 from farside.logs.reading import LogEntry, LogFile
-from farside.logs.screen import screen
+from farside.logs.terminal.screen import screen
 from farside.node import to_ns, to_s
 
 _UPDATE_S = 0.1
 """Wall time between two screen updates: smooth to the eye, and light on a slow terminal."""
+
+
+def _unseen(_words: str) -> AbstractContextManager[None]:
+    return nullcontext()
 
 
 def replay(
@@ -27,6 +32,7 @@ def replay(
     start_s: float = 0.0,
     sleep: Callable[[float], None] = time.sleep,
     now: Callable[[], float] = time.monotonic,
+    waiting: Callable[[str], AbstractContextManager[None]] = _unseen,
 ) -> None:
     """Replay a log on a terminal screen or, where output is not a terminal, print its event lines.
 
@@ -40,6 +46,7 @@ def replay(
         start_s: simulated time at which to start.
         sleep: waits for a number of wall seconds.
         now: wall time in seconds, from any origin.
+        waiting: is entered, with words on what for, while a person has to wait.
 
     Raises:
         ValueError: if `speed` is not positive or `start_s` is not within the run.
@@ -53,7 +60,9 @@ def replay(
         )
     try:
         if console.is_interactive:
-            _Replay(log, console, speed, to_ns(start_s)).show(sleep, now)
+            with waiting("reading the log up to the start"):
+                playing = _Replay(log, console, speed, to_ns(start_s))
+            playing.show(sleep, now)
         else:
             _print_lines(log, console, to_ns(start_s))
     except KeyboardInterrupt:
@@ -73,7 +82,7 @@ def _print_lines(log: LogFile, console: Console, start_ns: int) -> None:
     for record in log.records(EVENT_TOPICS):
         line = picture.apply(LogEntry.of(record))
         if line is not None and line.t_ns >= start_ns:
-            text = f"{time_text(line.t_ns):>10}  {line.role:<6}  {line.text}"
+            text = f"{time_text(line.t_ns):>11}  {line.role:<6}  {line.text}"
             console.print(Text(text), soft_wrap=True)
 
 

@@ -1,10 +1,10 @@
 """The terminal screen: a `Picture` drawn as a map with instruments and events."""
 
-import math
 from collections.abc import Sequence
 from enum import StrEnum
 from typing import TypeVar
 
+from rich.box import Box
 from rich.console import Group, RenderableType
 from rich.panel import Panel
 from rich.table import Table
@@ -12,20 +12,22 @@ from rich.text import Text
 
 from farside.logs.events import EventLine, sign_text, time_text
 from farside.logs.picture import Picture
+from farside.logs.terminal.yard import Yard, draw_yard
 from farside.messages import Failsafe, Mode
 from farside.node import Direction, Role, to_s
-from farside.places import ROCK, SHADOW, WALL, Cell, Chart, place_name
 from farside.topics import ActionStarted
 
-_ARROWS = "→↗↑↖←↙↓↘"
 _DIRECTION_LABELS = {Direction.UP: "↑ up", Direction.DOWN: "↓ down"}
 
 _LEGEND = "[magenta]◇[/] for the ground  [cyan]•[/] proposed"
 
-_MAP_WIDTH_MIN = 30
-_INSTRUMENTS_WIDTH_MIN = 42
+_MAP_WIDTH_MIN, _MAP_HEIGHT_MIN = 30, 8
+_INSTRUMENTS_WIDTH_MIN = 40
+_BESIDE = 6  # columns of frames about a map and the instruments beside it
 _BODY_HEIGHT_MIN = 14
+_LINK_HEIGHT = 5
 _EVENTS_MIN = 3
+_TALL, _WIDE = 20, 76  # rows and columns from which nothing has to give way
 _BATTERY_WIDTH = 16
 
 _DIM, _GOOD, _FAIR, _BAD = "bright_black", "green", "yellow", "bold red"
@@ -34,8 +36,6 @@ _FAILSAFE_STYLES = {Failsafe.NOMINAL: _GOOD, Failsafe.HOLD: _FAIR, Failsafe.LOST
 _ROLE_STYLES = {Role.ROVER: "green", Role.LINK: "yellow", Role.GROUND: "magenta"}
 
 _State = TypeVar("_State", bound=StrEnum)
-_Mark = tuple[str, str]
-"""A character of the map and its style."""
 
 
 def screen(
@@ -47,7 +47,12 @@ def screen(
     title: str = "farside",
     end_ns: int | None = None,
 ) -> RenderableType:
-    """Draw a picture, at its best in 100 columns by 30 rows and usable from 80 by 24.
+    """Draw a picture, at its best in 100 columns by 30 rows and usable from 40 by 10.
+
+    Clock, modes and events always have their place. A map that is larger than its own shows the
+    part about the rover; dashes for an edge, and an arrow in the title, say where it goes on. The
+    instruments stand beside the map, in a narrow terminal below it, and give way where there is
+    room for neither.
 
     It reads without colours too: every state has its own word or character.
 
@@ -55,27 +60,59 @@ def screen(
         picture: the state of the run at `now_ns`.
         now_ns: simulated time.
         width: columns to fill.
-        height: rows to fill; a tall map takes more.
+        height: rows to fill.
         title: text at the top right.
         end_ns: simulated time at which the run ends, if known.
     """
-    drawing = _map(picture, width - _INSTRUMENTS_WIDTH_MIN - 4)
-    body_height = max(2 + len(drawing), _BODY_HEIGHT_MIN)
-    body = Table.grid(expand=True)
-    body.add_column(width=4 + max(_MAP_WIDTH_MIN, *(row.cell_len for row in drawing)))
-    body.add_column(ratio=1)
-    body.add_row(
-        _panel("yard", Group(*drawing), height=body_height, legend=_LEGEND),
-        Group(
-            _panel("rover", _rover(picture), height=body_height - 5),
-            _panel("link", _link(picture, now_ns), height=5),
-        ),
-    )
-    events = max(_EVENTS_MIN, height - 1 - body_height - 2)
+    beside = width >= _MAP_WIDTH_MIN + _INSTRUMENTS_WIDTH_MIN + _BESIDE
+    events_min = _EVENTS_MIN if height >= _TALL else 1
+    room = height - 1 - (events_min + 2)
+    map_width = (width - _INSTRUMENTS_WIDTH_MIN - 2 if beside else width) - 4
+    stacked = not beside and room >= _BODY_HEIGHT_MIN + _MAP_HEIGHT_MIN
+    below = _BODY_HEIGHT_MIN if stacked else 0
+    yard = draw_yard(picture, map_width, room - below - 2)
+    body_height = min(max(2 + len(yard.rows), _BODY_HEIGHT_MIN if beside else 0), room - below)
+    events = room - body_height - below + events_min
+    yard_panel = _yard_panel(yard, body_height)
+    if beside:
+        body = Table.grid(expand=True)
+        body.add_column(width=4 + max(_MAP_WIDTH_MIN, yard.width))
+        body.add_column(ratio=1)
+        body.add_row(yard_panel, _instruments(picture, now_ns, body_height))
+        panels: list[RenderableType] = [body]
+    elif stacked:
+        panels = [yard_panel, _instruments(picture, now_ns, below)]
+    else:
+        panels = [yard_panel]
     return Group(
-        _header(picture, now_ns, title, end_ns),
-        body,
+        _header(picture, now_ns, title, end_ns, wide=width >= _WIDE),
+        *panels,
         _panel("events", _events(list(picture.lines)[-events:]), height=events + 2),
+    )
+
+
+def _yard_panel(yard: Yard, height: int) -> Panel:
+    """The map; an edge behind which it goes on is dashed."""
+    panel = _panel(
+        f"yard, more {' '.join(yard.more)}" if yard.more else "yard",
+        Group(*yard.rows),
+        height=height,
+        legend=_LEGEND,
+    )
+    west, east = ("┊" if arrow in yard.more else "│" for arrow in "←→")
+    north, south = ("┄" if arrow in yard.more else "─" for arrow in "↑↓")
+    sides = f"{west}  {east}\n"
+    panel.box = Box(f"╭{north}{north}╮\n{sides}├──┤\n{sides}├──┤\n├──┤\n{sides}╰{south}{south}╯\n")
+    return panel
+
+
+def _instruments(picture: Picture, now_ns: int, height: int) -> RenderableType:
+    """The rover's and the link's panels; the rover's alone where there is no room for both."""
+    if height < _BODY_HEIGHT_MIN // 2 + _LINK_HEIGHT:
+        return _panel("rover", _rover(picture), height=height)
+    return Group(
+        _panel("rover", _rover(picture), height=height - _LINK_HEIGHT),
+        _panel("link", _link(picture, now_ns), height=_LINK_HEIGHT),
     )
 
 
@@ -91,12 +128,16 @@ def _panel(title: str, inside: RenderableType, *, height: int, legend: str | Non
     )
 
 
-def _header(picture: Picture, now_ns: int, title: str, end_ns: int | None) -> Table:
-    state = Text(f"  {time_text(now_ns)}", style="bold")
-    if end_ns is not None:
+def _header(
+    picture: Picture, now_ns: int, title: str, end_ns: int | None, *, wide: bool
+) -> RenderableType:
+    state = Text(f"  {time_text(now_ns)}", style="bold", no_wrap=True)
+    if end_ns is not None and wide:
         state.append(f" / {time_text(end_ns)}", style=_DIM)
     for badge in (_badge(picture.mode, _MODE_STYLES), _badge(picture.failsafe, _FAILSAFE_STYLES)):
         state.append("  ").append(badge)
+    if not wide:
+        return state
     header = _grid([(state, Text(f"{title}  ", style=_DIM))])
     header.expand = True
     header.columns[1].justify = "right"
@@ -122,63 +163,6 @@ def _grid(rows: Sequence[Sequence[str | Text]]) -> Table:
         if index < len(grid.columns) - 1:
             column.min_width = max(len(row[index]) for row in rows)
     return grid
-
-
-# --- the map -----------------------------------------------------------------------------------
-
-
-def _map(picture: Picture, width: int) -> list[Text]:
-    """The rows of the map; a cell takes two columns, to look square, if `width` allows."""
-    chart = picture.chart
-    if chart is None:
-        return [Text("no map yet", style=_DIM)]
-    marks = _marks(picture, chart)
-    columns = 2 if 2 * len(chart.rows[0]) <= width else 1
-    drawing = []
-    for north, characters in zip(reversed(range(len(chart.rows))), chart.rows, strict=True):
-        row = Text(no_wrap=True)
-        for east, character in enumerate(characters):
-            mark, style = marks.get(Cell(east, north), (" ", ""))
-            if character == WALL:
-                mark, style = "█" * columns, _DIM
-            elif character == ROCK:
-                mark, style = "▒" * columns, _FAIR
-            elif character == SHADOW and mark == " ":
-                mark, style = "~", _DIM
-            row.append(mark.ljust(columns), style=style)
-        drawing.append(row)
-    return drawing
-
-
-def _marks(picture: Picture, chart: Chart) -> dict[Cell, _Mark]:
-    """The mark of each place; the rover covers the ground's fix of it, which covers the rest."""
-    proposed = {
-        token for step in (picture.proposal.path if picture.proposal else ()) for token in step.sign
-    }
-    goals = {token for sign in picture.goals for token in sign}
-    marks = {
-        cell: _place_mark(
-            place_name(token),
-            visited=token in picture.visited,
-            proposed=token in proposed,
-            goal=token in goals,
-        )
-        for token, cell in chart.cells.items()
-    }
-    if picture.telemetry is not None:
-        marks[chart.cell_at(picture.telemetry.x_m, picture.telemetry.y_m)] = ("◇", "bold magenta")
-    if picture.pose is not None:
-        arrow = _ARROWS[round(picture.pose.heading_rad / (math.pi / 4)) % 8]
-        marks[chart.cell_at(picture.pose.x_m, picture.pose.y_m)] = (arrow, "bold green")
-    return marks
-
-
-def _place_mark(place: str, *, visited: bool, proposed: bool, goal: bool) -> _Mark:
-    if place.isalpha():
-        return place, "bold yellow" if goal else "bold cyan" if proposed else "bold"
-    if proposed:
-        return "•", "cyan"
-    return ("·", _DIM) if visited else (" ", "")
 
 
 # --- the instruments ---------------------------------------------------------------------------
@@ -243,13 +227,15 @@ def _age(picture: Picture, now_ns: int) -> str:
 
 
 def _events(lines: Sequence[EventLine]) -> Table:
+    times = [time_text(line.t_ns) for line in lines]
+    wide = max(map(len, times), default=0)
     return _grid(
         [
             (
-                Text(time_text(line.t_ns), style=_DIM),
+                Text(time.rjust(wide), style=_DIM),
                 Text(line.role, style=_ROLE_STYLES[line.role]),
                 Text(line.text, style=_DIM if line.routine else ""),
             )
-            for line in lines
+            for time, line in zip(times, lines, strict=True)
         ]
     )

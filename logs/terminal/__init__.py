@@ -1,0 +1,1 @@
+"""A log in the terminal: the screen, the map on it, and the replay."""
