@@ -15,8 +15,8 @@ import typer
 from typer.core import TyperGroup
 
 from farside.missions.commands import failures
+from farside.missions.commands.display.patience import patience
 from farside.missions.commands.formats import list_missions, show_schema
-from farside.missions.commands.patience import patience
 
 if TYPE_CHECKING:
     from farside.missions.crew.crew import LostProcess
@@ -170,8 +170,8 @@ def run(
     import msgspec
     from rich.console import Console
 
-    from farside.missions.commands.progress import ProgressDisplay
-    from farside.missions.commands.summary import show_summary
+    from farside.missions.commands.display.progress import ProgressDisplay
+    from farside.missions.commands.display.summary import show_summary
     from farside.missions.crew.crew import Patience
     from farside.missions.loading import load_mission
     from farside.missions.run import run_mission

@@ -15,7 +15,7 @@ from rich.console import Console
 from farside.logs import LogFile
 from farside.missions import load_mission
 from farside.missions.commands import main as cli
-from farside.missions.commands.progress import ProgressDisplay
+from farside.missions.commands.display.progress import ProgressDisplay
 from farside.missions.format import mission_schema
 from farside.missions.loading import shipped_missions
 from farside.node import Role

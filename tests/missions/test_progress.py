@@ -10,9 +10,9 @@ from rich.cells import cell_len
 from rich.console import Console
 
 from farside.missions import load_mission
-from farside.missions.commands import patience as patience_module
-from farside.missions.commands.patience import patience
-from farside.missions.commands.progress import ProgressDisplay
+from farside.missions.commands.display import patience as patience_module
+from farside.missions.commands.display.patience import patience
+from farside.missions.commands.display.progress import ProgressDisplay
 
 ERASED = "\r\x1b[1A\x1b[2K"
 CODES = re.compile(r"\x1b\[[0-9;?]*[a-zA-Z]")

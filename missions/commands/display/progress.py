@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, TaskProgressColumn, TextColumn
 
 from farside.logs import LogEntry, Picture
-from farside.missions.commands.bar import Bar
+from farside.missions.commands.display.bar import Bar
 from farside.missions.schema import MissionFile
 from farside.node import Record, Role
 from farside.topics import LINK_OUTAGE, ROVER_FAILSAFE, ROVER_MODE

@@ -30,7 +30,7 @@ def _show(words: str, shown: ExitStack) -> None:
     from rich.console import Console
     from rich.progress import BarColumn, TextColumn
 
-    from farside.missions.commands.bar import Bar
+    from farside.missions.commands.display.bar import Bar
 
     bar = Bar(TextColumn(words), BarColumn(), console=Console(stderr=True))
     bar.add_task("", total=None)

@@ -1,0 +1,1 @@
+"""What commands show in a terminal: progress while they work, and a summary at the end."""
