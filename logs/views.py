@@ -3,6 +3,7 @@
 from bisect import bisect_right
 from collections import Counter, defaultdict
 from collections.abc import Iterable, Iterator, Sequence
+from enum import StrEnum
 from functools import cached_property
 from operator import attrgetter
 from pathlib import Path
@@ -14,7 +15,14 @@ import msgspec
 from farside.logs.reading import LogFile, decode
 from farside.messages import Failsafe, Mode, ModeCause, Tokens
 from farside.node import Direction, Record, Topic, to_ns, to_s
-from farside.places import Chart, is_place_token
+from farside.places import (
+    BATTERY_LOW,
+    ON_CHARGE,
+    Chart,
+    is_place_token,
+    place_name,
+    place_token,
+)
 from farside.topics import (
     GROUND_COMMAND,
     GROUND_FRAME,
@@ -26,6 +34,7 @@ from farside.topics import (
     ROVER_FRAME,
     ROVER_GOAL,
     ROVER_MODE,
+    TOPICS,
     TRUTH_POSE,
     TRUTH_YARD,
     CommandSent,
@@ -37,8 +46,10 @@ from farside.topics import (
     GoalChange,
     GoalSource,
 )
+from farside.validation import did_you_mean, shown
 
 T = TypeVar("T", bound=msgspec.Struct)
+E = TypeVar("E", bound=StrEnum)
 
 _log_time_ns = attrgetter("log_time_ns")
 
@@ -138,7 +149,14 @@ class RunView:
         return to_s(self._end_ns)
 
     def entries(self, topic: Topic[T]) -> tuple[tuple[float, T], ...]:
-        """All messages of a topic, each with its log time in seconds."""
+        """All messages of a topic, each with its log time in seconds.
+
+        Raises:
+            ValueError: if no log has such a topic. The message names the nearest one.
+        """
+        if topic.name not in TOPICS:
+            hint = did_you_mean(topic.name, TOPICS)
+            raise ValueError(f"expected a topic of the log, found {shown(topic.name)}{hint}")
         if topic.name not in self._decoded:
             self._decoded[topic.name] = tuple(
                 (to_s(record.log_time_ns), decode(record)) for record in self._records[topic.name]
@@ -195,23 +213,41 @@ class RunView:
         It does not count where the rover only believed to be at a place: the truth must agree.
 
         Args:
-            token: the Sign's Token, or its Tokens in any order.
+            token: the Sign's Token, or its Tokens in any order. The name of a place, such as `B`,
+                stands for its Token, `at:B`.
 
         Raises:
-            ValueError: if it names a place that the map lacks.
+            ValueError: if there is no Token, or one is neither a place of the map nor any that the
+                rover senses or anybody set as a goal. The message names the nearest one.
         """
-        sign = (token,) if isinstance(token, str) else tuple(sorted(token))
-        self._check_places(sign)
+        named = (token,) if isinstance(token, str) else tuple(token)
+        sign = tuple(sorted({self._token(name) for name in named}))
+        if not sign:
+            raise ValueError("expected one Token at least, found none")
         times = (goal.reached_s for goal in self.goals if goal.tokens == sign)
         return next((t_s for t_s in times if t_s is not None), None)
 
-    def _check_places(self, sign: Tokens) -> None:
+    def _token(self, name: str) -> str:
+        """The Token of this name, or of the place of this name."""
+        wanted = {token for goal in self.goals for token in goal.tokens}
+        tokens = wanted.union((ON_CHARGE, BATTERY_LOW))
+        if name in tokens or name in self._chart.cells:
+            return name
+        if name in self._chart.places:
+            return place_token(name)
+        hint = self._chart.like(place_name(name))
+        if not hint and not is_place_token(name):
+            hint = did_you_mean(name, sorted(tokens))
+        known = ", ".join(self._chart.named)
+        raise ValueError(
+            f"expected a place of the map ({known} or EAST,NORTH) or a Token such as {ON_CHARGE}, "
+            f"found {shown(name)}{hint}"
+        )
+
+    @cached_property
+    def _chart(self) -> Chart:
         yard = self._latest(TRUTH_YARD, 0)
-        places = Chart(yard.rows, yard.cell_m).cells
-        for token in sign:
-            if is_place_token(token) and token not in places:
-                named = ", ".join(sorted(place for place in places if "," not in place))
-                raise ValueError(f"the map has no place {token}; its named places are {named}")
+        return Chart(yard.rows, yard.cell_m)
 
     @cached_property
     def goals(self) -> tuple[GoalStory, ...]:
@@ -273,9 +309,11 @@ class RunView:
         """
         frames = [frame for _, frame in self.entries(LINK_FRAME)]
         if direction is not None:
-            frames = [frame for frame in frames if frame.direction is Direction(direction)]
+            way = _member("direction", direction, Direction)
+            frames = [frame for frame in frames if frame.direction is way]
         if fate is not None:
-            frames = [frame for frame in frames if frame.fate is Fate(fate)]
+            end = _member("fate", fate, Fate)
+            frames = [frame for frame in frames if frame.fate is end]
         if delivered_between is not None:
             frames = list(_arrived_between(frames, *delivered_between))
         return tuple(frames)
@@ -325,6 +363,20 @@ class RunView:
                 outages.append(OutageSpan(entry.direction, start_s, t_s))
         outages += [OutageSpan(way, start_s, self.duration_s) for way, start_s in began.items()]
         return tuple(sorted(outages, key=lambda outage: (outage.start_s, outage.direction != "up")))
+
+
+def _member(what: str, name: str, kind: type[E]) -> E:
+    """The member of an enumeration with this value.
+
+    Raises:
+        ValueError: if there is none. The message names the nearest one.
+    """
+    if name in (known := [member.value for member in kind]):
+        return kind(name)
+    raise ValueError(
+        f"expected the {what} to be one of {', '.join(known)}, found {shown(name)}"
+        f"{did_you_mean(name, known)}"
+    )
 
 
 def _arrived_between(

@@ -1,8 +1,7 @@
 """From a mission file to a checked mission, or to one message that says what is wrong with it."""
 
-import re
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -13,11 +12,10 @@ import msgspec
 from farside.link.profile.resolve import LinkConfigError, resolve_link, with_preset
 from farside.missions.overrides import Assignment, put, read_overrides
 from farside.missions.schema import MissionFile
-from farside.places import ACTIONS, Cell, Chart, place_name
+from farside.places import ACTIONS, Cell, Chart, place_token
 from farside.validation import Key, Problem, did_you_mean, dotted, mismatches, named, shown
 
 _SCHEMA = msgspec.inspect.type_info(MissionFile)
-_COORDINATES = re.compile(r"([0-9]{1,4}),([0-9]{1,4})")
 
 
 class MissionError(Exception):
@@ -156,8 +154,10 @@ def _contradictions(mission: MissionFile, data: dict[str, object]) -> Iterator[P
         text = f"expected at least tick_s = {mission.tick_s:g}, found {mission.duration_s:g}"
         yield Problem(("duration_s",), text)
     chart = mission.world.chart()
+    start = chart.places.get(mission.rover.start)
+    reachable = chart.places.values() if start is None else chart.reachable(start)
     for key, place in named("place", data, _SCHEMA):
-        yield from _misplaced(key, place, mission.rover.start, chart)
+        yield from _misplaced(key, place, mission.rover.start, chart, reachable)
     for key, action in named("action", data, _SCHEMA):
         if action not in ACTIONS:
             expected = "one of " + ", ".join(map(shown, ACTIONS))
@@ -165,26 +165,19 @@ def _contradictions(mission: MissionFile, data: dict[str, object]) -> Iterator[P
             yield Problem(key, f"expected {expected}, found {shown(action)}{hint}")
 
 
-def _misplaced(key: Key, place: str, start: str, chart: Chart) -> Iterator[Problem]:
+def _misplaced(
+    key: Key, place: str, start: str, chart: Chart, reachable: Container[Cell]
+) -> Iterator[Problem]:
     """The problem with a place that is not on the chart, or cut off from the start."""
-    goal, begin = chart.places.get(place), chart.places.get(start)
-    if goal is None:
-        letters = ", ".join(sorted(name for name in chart.places if "," not in name))
+    cell = chart.places.get(place)
+    if cell is None:
+        letters = ", ".join(chart.named)
         names = f"{letters} or EAST,NORTH" if letters else "EAST,NORTH"
-        hint = _nearest_place(place, chart)
+        hint = chart.like(place)
         yield Problem(key, f"expected a place on the map ({names}), found {shown(place)}{hint}")
-    elif begin is not None:
-        try:
-            chart.way(begin, goal)
-        except ValueError as error:
-            text = f"expected a place that the start leads to, found {shown(place)}: {error}"
-            yield Problem(key, text)
-
-
-def _nearest_place(place: str, chart: Chart) -> str:
-    """A question after the place that is nearest to `place`: on the map, or by name."""
-    if chart.places and (pair := _COORDINATES.fullmatch(place)):
-        cell = Cell(int(pair[1]), int(pair[2]))
-        nearest = chart.cell_at(*chart.centre_m(cell))
-        return f"; did you mean {place_name(chart.tokens[nearest])}?"
-    return did_you_mean(place, chart.places)
+    elif cell not in reachable:
+        text = (
+            f"expected a place that the start leads to, found {shown(place)}: "
+            f"no way from {place_token(start)} to {place_token(place)}"
+        )
+        yield Problem(key, text)

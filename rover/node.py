@@ -10,14 +10,14 @@ from farside.dem import DynamicExpectancyModel
 from farside.link.endpoint.endpoint import LinkTerms, rover_endpoint
 from farside.messages import Command, Failsafe, FailsafeChanged, Telemetry, Tokens
 from farside.node import NS_PER_S, Frame, Journal, Step, to_ns, to_s
-from farside.places import ACTIONS, Cell, Chart, place_token
+from farside.places import ACTIONS, BATTERY_LOW, ON_CHARGE, Cell, Chart, place_token
 from farside.rover.battery import Battery
 from farside.rover.config import RoverConfig
 from farside.rover.drive import STAND, Move
 from farside.rover.events import EventQueue
 from farside.rover.failsafe import FailsafeLadder
 from farside.rover.goals import Goals
-from farside.rover.pilot import BATTERY_LOW, ON_CHARGE, Pilot, Undertaking
+from farside.rover.pilot import Pilot, Undertaking
 from farside.rover.senses.estimate import PoseEstimate
 from farside.rover.world.body import TruePose, World
 from farside.topics import (
