@@ -6,6 +6,8 @@ import msgspec
 
 from farside.messages import (
     Approve,
+    BatteryChanged,
+    BatteryState,
     CommandRefused,
     Drive,
     Failsafe,
@@ -17,12 +19,14 @@ from farside.messages import (
     Override,
     SetGoal,
     SetMode,
+    StuckChanged,
     Tokens,
     WithdrawGoal,
 )
 from farside.node import Direction, Role, to_s
 from farside.topics import (
     ActionEnded,
+    BatteryEntry,
     CommandSent,
     CommandTaken,
     EventLearned,
@@ -33,6 +37,7 @@ from farside.topics import (
     ModeEntry,
     OutageReason,
     Silence,
+    StuckEntry,
 )
 
 
@@ -75,11 +80,21 @@ def tell(t_ns: int, entry: msgspec.Struct) -> StoryLine | None:
         case CommandTaken(number=number, order=order, refused=str(why)):
             text = f"refuses command {number} ({_order(order)}): {why}"
             return StoryLine(t_ns, Role.ROVER, text)
+        case _:
+            return _tell_of_condition(t_ns, entry) or _tell_of_link_or_ground(t_ns, entry)
+
+
+def _tell_of_condition(t_ns: int, entry: msgspec.Struct) -> StoryLine | None:
+    match entry:
         case ActionEnded(blocked=True):
             text = f"{entry.action} was blocked, after {entry.duration_s:.1f} s"
             return StoryLine(t_ns, Role.ROVER, text, routine=True)
+        case BatteryEntry(state=battery, charge=charge):
+            return StoryLine(t_ns, Role.ROVER, _battery(battery, charge))
+        case StuckEntry(stuck=stuck, moves=moves) if stuck or t_ns > 0:
+            return StoryLine(t_ns, Role.ROVER, _stuck(stuck=stuck, moves=moves))
         case _:
-            return _tell_of_link_or_ground(t_ns, entry)
+            return None
 
 
 _OUTAGES = {
@@ -116,6 +131,18 @@ def _failsafe(state: Failsafe, silence_s: float) -> str:
     return f"failsafe {state} after {silence_s:.1f} s of silence"
 
 
+def _battery(state: BatteryState, charge: float) -> str:
+    if state is BatteryState.FLAT:
+        return "battery flat: the rover cannot move"
+    return f"battery {state}, {charge:.0%}"
+
+
+def _stuck(*, stuck: bool, moves: int) -> str:
+    if stuck:
+        return f"stuck: the last {moves} moves were blocked"
+    return "moves again"
+
+
 def _goal(entry: GoalEntry) -> str:
     text = f"goal {name(entry.tokens)} {entry.change}"
     if entry.change is GoalChange.SET:
@@ -150,4 +177,8 @@ def _happening(what: Happening) -> str:
             text = f"goal {name(tokens)} reached"
         case CommandRefused(number=number, why=why):
             text = f"command {number} refused: {why}"
+        case BatteryChanged(state=battery, charge=charge):
+            text = _battery(battery, charge)
+        case StuckChanged(stuck=stuck, moves=moves):
+            text = _stuck(stuck=stuck, moves=moves)
     return text

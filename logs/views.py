@@ -13,7 +13,7 @@ from typing import NamedTuple, Self, TypeVar, cast
 import msgspec
 
 from farside.logs.reading import LogFile, decode
-from farside.messages import Failsafe, Mode, ModeCause, Tokens
+from farside.messages import BatteryState, Failsafe, Mode, ModeCause, Tokens
 from farside.node import Direction, Record, Topic, to_ns, to_s
 from farside.places import (
     BATTERY_LOW,
@@ -26,14 +26,17 @@ from farside.places import (
 from farside.topics import (
     GROUND_COMMAND,
     GROUND_FRAME,
+    GROUND_OPERATOR,
     LINK_FRAME,
     LINK_OUTAGE,
+    ROVER_BATTERY,
     ROVER_COMMAND,
     ROVER_CYCLE,
     ROVER_FAILSAFE,
     ROVER_FRAME,
     ROVER_GOAL,
     ROVER_MODE,
+    ROVER_STUCK,
     TOPICS,
     TRUTH_POSE,
     TRUTH_YARD,
@@ -86,6 +89,22 @@ class GoalStory(NamedTuple):
     set_s: float
     reached_s: float | None = None
     withdrawn_s: float | None = None
+
+
+class OperatorSpan(NamedTuple):
+    """From `t_s` on, the operator was at `step` of `of` and waited; see `OperatorEntry`."""
+
+    t_s: float
+    step: int
+    of: int
+    waiting_for: str | None
+
+
+class LeastCharge(NamedTuple):
+    """The least state of charge in a run, 0 to 1, and when the battery first had it."""
+
+    t_s: float
+    charge: float
 
 
 class LinkCounters(msgspec.Struct, frozen=True):
@@ -271,6 +290,30 @@ class RunView:
     def _truly(self, sign: Tokens, t_s: float) -> bool:
         places = [token for token in sign if is_place_token(token)]
         return not places or places == [self.place_at(t_s)]
+
+    @property
+    def least_charge(self) -> LeastCharge | None:
+        """The least true state of charge, as sampled every second; `None` if it never was."""
+        charges = (LeastCharge(t_s, pose.battery) for t_s, pose in self.entries(TRUTH_POSE))
+        return min(charges, key=lambda least: least.charge, default=None)
+
+    @property
+    def flat_since_s(self) -> float | None:
+        """Since when the battery has been flat, `None` if it is not at the end of the run."""
+        t_s, last = next(reversed(self.entries(ROVER_BATTERY)), (0.0, None))
+        return t_s if last and last.state is BatteryState.FLAT else None
+
+    @property
+    def stuck_since_s(self) -> float | None:
+        """Since when the rover has been stuck, `None` if it is not at the end of the run."""
+        t_s, last = next(reversed(self.entries(ROVER_STUCK)), (0.0, None))
+        return t_s if last and last.stuck else None
+
+    @property
+    def operator(self) -> OperatorSpan | None:
+        """Where the operator got to, `None` if there was no script."""
+        t_s, last = next(reversed(self.entries(GROUND_OPERATOR)), (0.0, None))
+        return OperatorSpan(t_s, last.step, last.of, last.waiting_for) if last else None
 
     @property
     def commands_sent(self) -> tuple[tuple[float, CommandSent], ...]:

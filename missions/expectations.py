@@ -7,6 +7,7 @@ from farside.messages import Mode, ModeCause
 from farside.missions.result import Judgement
 from farside.missions.schema import (
     AutonomyExpected,
+    ChargeExpected,
     Expectation,
     NoCrossingExpected,
     ObedienceExpected,
@@ -28,6 +29,8 @@ def judge(expectation: Expectation, run: RunView) -> Judgement:
             return _obedience(run)
         case NoCrossingExpected():
             return _no_crossing(run)
+        case ChargeExpected():
+            return _charge(expectation, run)
 
 
 def _reached(expectation: ReachedExpected, run: RunView) -> Judgement:
@@ -105,6 +108,17 @@ def _no_crossing(run: RunView) -> Judgement:
             detail = f"{direction} frame {frame.sequence} arrived"
             return Judgement(name, met=False, detail=detail)
     return Judgement(name, met=True, detail=f"{len(delivered)} delivered")
+
+
+def _charge(expectation: ChargeExpected, run: RunView) -> Judgement:
+    name = "battery never flat"
+    if expectation.at_least:
+        name = f"charge at least {expectation.at_least:.4g}, {name}"
+    least = run.least_charge
+    if least is None:
+        return Judgement(name, met=False, detail="the charge was never measured")
+    detail = f"least charge {least.charge:.4g} at {least.t_s:.1f} s"
+    return Judgement(name, met=0 < least.charge >= expectation.at_least, detail=detail)
 
 
 def _crossing(

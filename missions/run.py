@@ -25,7 +25,9 @@ from farside.missions.result import (
     LinkResult,
     LostProcess,
     ModeResult,
+    OperatorResult,
     Outcome,
+    RoverResult,
     RunResult,
 )
 from farside.missions.schema import MissionFile
@@ -194,11 +196,28 @@ def _result(
         link=LinkResult(
             uplink=view.link_counters(Direction.UP), downlink=view.link_counters(Direction.DOWN)
         ),
+        rover=_rover(view),
+        operator=_operator(view),
         dem=DemResult(dem.signs, dem.hypotheses, dem.mean_cm) if dem else DemResult(0, 0, 0.0),
         lost_processes=tuple(
             LostProcess(loss.role, loss.how, to_s(loss.time_ns)) for loss in end.losses
         ),
     )
+
+
+def _rover(view: RunView) -> RoverResult:
+    least = view.least_charge
+    return RoverResult(
+        least_charge=least.charge if least else None,
+        least_charge_s=least.t_s if least else None,
+        flat_since_s=view.flat_since_s,
+        stuck_since_s=view.stuck_since_s,
+    )
+
+
+def _operator(view: RunView) -> OperatorResult | None:
+    last = view.operator
+    return OperatorResult(last.step, last.of, last.waiting_for, last.t_s) if last else None
 
 
 def _outcome(judgements: Sequence[Judgement], *, aborted: bool) -> Outcome:

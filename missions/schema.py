@@ -9,7 +9,7 @@ from farside.link.profile.config import LinkConfig
 from farside.node import to_ns
 from farside.places import Chart
 from farside.rover.config import RoverConfig
-from farside.settings import PlaceName, Positive, Section
+from farside.settings import Fraction, PlaceName, Positive, Section
 
 
 class WorldConfig(Section, frozen=True):
@@ -56,7 +56,15 @@ class NoCrossingExpected(Section, frozen=True, tag="no-crossing", tag_field="wha
     """No frame is delivered that had to cross an outage."""
 
 
-Expectation = ReachedExpected | AutonomyExpected | ObedienceExpected | NoCrossingExpected
+class ChargeExpected(Section, frozen=True, tag="charge", tag_field="what"):
+    """The state of charge never falls below `at_least`, and the battery never goes flat."""
+
+    at_least: Fraction = 0.0
+
+
+Expectation = (
+    ReachedExpected | AutonomyExpected | ObedienceExpected | NoCrossingExpected | ChargeExpected
+)
 
 
 class MissionFile(Section, frozen=True):

@@ -28,7 +28,7 @@ from cryptography.hazmat.primitives.kdf.hkdf import HKDF
 
 from farside.node import Direction
 
-WIRE_VERSION = 2
+WIRE_VERSION = 3
 """First byte of every frame. A frame of another version is refused. Every version ends in the CRC,
 so that noise in this byte is told from a foreign version."""
 

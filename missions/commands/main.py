@@ -13,6 +13,7 @@ from rich.console import Console
 
 from farside.link.profile.light import EphemerisError
 from farside.logs import LogError, LogFile, play
+from farside.missions.advice import warnings
 from farside.missions.commands.dem import dem_app
 from farside.missions.commands.dem_stream import StreamError
 from farside.missions.commands.link import link_app
@@ -22,6 +23,7 @@ from farside.missions.crew.crew import CrewError
 from farside.missions.loading import MissionError, load_mission
 from farside.missions.result import Outcome
 from farside.missions.run import RUNS, FinishedRun, run_mission
+from farside.validation import dotted
 
 _DONE, _UNMET, _BAD_INPUT, _INFRASTRUCTURE, _INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -123,13 +125,15 @@ def run(
 
 @app.command()
 def check(mission: Mission, set_: Set = None) -> None:
-    """Check a mission file without running it.
+    """Check a mission file without running it, and warn of what can never come about in it.
 
     \b
     farside check missions/blackout.toml
     farside check blackout --set rover.start="A"
     """
     loaded = load_mission(mission, set_ or ())
+    for key, text in warnings(loaded.mission):
+        _say(f"warning: {loaded.source}: {dotted(key)}: {text}")
     places = len(loaded.mission.world.chart().cells)
     print(  # noqa: T201
         f"{loaded.source}: good. {loaded.mission.name}: {loaded.mission.duration_s:g} s, "

@@ -1,10 +1,12 @@
 """What a run shows when it is over."""
 
+from collections.abc import Iterator
+
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from farside.missions.result import Outcome, RunResult
+from farside.missions.result import OperatorResult, Outcome, RoverResult, RunResult
 
 _STYLE = {Outcome.SUCCESS: "bold green", Outcome.FAILURE: "bold red", Outcome.ABORTED: "bold red"}
 
@@ -27,6 +29,31 @@ def _head(result: RunResult) -> Text:
         f"{result.wall_seconds:.1f} s, {result.speedup:.0f}x real time\n",
         f"DEM: {result.dem.signs} Signs, {result.dem.hypotheses} hypotheses, "
         f"mean C_m {result.dem.mean_cm:.2f}\n",
+        *_rover(result.rover),
+        _operator(result.operator),
+    )
+
+
+def _rover(rover: RoverResult) -> Iterator[str | tuple[str, str]]:
+    """What the battery came down to; and what keeps the rover from moving at the end."""
+    if rover.least_charge is not None:
+        yield f"rover: least charge {rover.least_charge:.0%} at {rover.least_charge_s:.1f} s"
+    if rover.flat_since_s is not None:
+        yield f", battery flat since {rover.flat_since_s:.1f} s", "bold red"
+    if rover.stuck_since_s is not None:
+        yield f", stuck since {rover.stuck_since_s:.1f} s", "bold red"
+    yield "\n"
+
+
+def _operator(operator: OperatorResult | None) -> str:
+    """Where the operator got to, where there was a script."""
+    if operator is None:
+        return ""
+    if operator.waiting_for is None:
+        return f"operator: all {operator.of} steps done at {operator.since_s:.1f} s\n"
+    return (
+        f"operator: at step {operator.step} of {operator.of}, waiting since "
+        f"{operator.since_s:.1f} s for {operator.waiting_for}\n"
     )
 
 

@@ -9,6 +9,8 @@ from noting import logged
 from farside.logs import LinkPicture, Picture, clock, decoded
 from farside.messages import (
     Approve,
+    BatteryChanged,
+    BatteryState,
     Chooser,
     CommandRefused,
     Drive,
@@ -23,12 +25,14 @@ from farside.messages import (
     Proposal,
     SetGoal,
     SetMode,
+    StuckChanged,
     WithdrawGoal,
 )
 from farside.node import Direction, to_ns
 from farside.topics import (
     ActionEnded,
     ActionStarted,
+    BatteryEntry,
     CommandSent,
     CommandTaken,
     EventLearned,
@@ -42,6 +46,7 @@ from farside.topics import (
     OutageReason,
     Pose,
     Silence,
+    StuckEntry,
 )
 
 
@@ -126,6 +131,9 @@ def test_a_goal_that_is_set_again_with_a_new_priority_is_told_once(run: Any) -> 
             CommandTaken(7, Drive("N"), "expired"),
             "rover: refuses command 7 (drive N): expired",
         ),
+        (BatteryEntry(BatteryState.CHARGING, 0.254), "rover: battery charging, 25%"),
+        (BatteryEntry(BatteryState.FLAT, 0.0), "rover: battery flat: the rover cannot move"),
+        (StuckEntry(stuck=True, moves=4), "rover: stuck: the last 4 moves were blocked"),
         (ActionEnded("E", 4.06, blocked=True), "rover: E was blocked, after 4.1 s"),
         (
             LinkOutage(Direction.UP, down=True, reason=OutageReason.BLACKOUT),
@@ -159,6 +167,8 @@ def test_an_entry_is_told_as(entry: msgspec.Struct, line: str) -> None:
         (ModeChanged(Mode.AUTONOMOUS, ModeCause.LINK_LOST), "mode autonomous: link lost"),
         (FailsafeChanged(Failsafe.LOST, to_ns(30)), "failsafe lost after 30.0 s of silence"),
         (GoalReached(("at:B",)), "goal at:B reached"),
+        (BatteryChanged(BatteryState.LOW, 0.2489), "battery low, 25%"),
+        (StuckChanged(stuck=False, moves=0), "moves again"),
         (CommandRefused(7, "expired"), "command 7 refused: expired"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
@@ -175,9 +185,15 @@ def test_the_ground_learns_of_an_event_with_its_time(what: Any, text: str) -> No
     [
         CommandTaken(7, Drive("N"), None),
         ActionEnded("E", 4.0, blocked=False),
+        StuckEntry(stuck=False, moves=0),
         Pose(0.0, 0.0, 0.0, 0.0, "at:A", 1.0),
     ],
-    ids=["an obeyed command", "an action that ended well", "a measurement"],
+    ids=[
+        "an obeyed command",
+        "an action that ended well",
+        "a rover free from the start",
+        "a measurement",
+    ],
 )
 def test_the_story_leaves_out(entry: msgspec.Struct) -> None:
     assert Picture().apply(logged(0, entry)) is None

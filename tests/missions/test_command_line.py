@@ -134,6 +134,45 @@ def test_check_says_what_is_good(farside):
     assert out == "blackout: good. blackout: 1200 s, 74 places, 6 expectations\n"
 
 
+STRANDED = (
+    "--set=rover.battery.capacity_j=2000",
+    "--set=duration_s=600",
+    '--set=expect=[{what="charge", at_least=0.2}]',
+)
+
+
+def test_a_rover_that_runs_flat_is_in_the_summary_the_story_and_the_verdict(farside):
+    status, out, _ = farside("run", "blackout", "--in-process", *STRANDED)
+    assert status == 1
+    assert "rover: least charge 0% at" in out
+    assert "battery flat since" in out
+    assert "charge at least 0.2, battery never flat" in out
+    assert "operator: at step 1 of 7, waiting since" in out
+
+    _, lines, _ = farside("replay", "logs/runs/blackout-seed1-1.mcap")
+    assert "rover   battery flat: the rover cannot move" in lines
+    assert ": battery flat: the rover cannot move" in lines.partition("ground  learns of")[2]
+
+
+def test_the_result_says_since_when_and_what_the_operator_waited_for(farside):
+    _, out, _ = farside("run", "blackout", "--in-process", "--json", *STRANDED)
+    result = json.loads(out)
+    assert result["rover"]["least_charge"] == 0
+    assert result["rover"]["flat_since_s"] == result["rover"]["least_charge_s"]
+    assert result["rover"]["stuck_since_s"] is None
+    assert (result["operator"]["step"], result["operator"]["of"]) == (1, 7)
+    assert result["operator"]["waiting_for"].startswith("the rover to be at ")
+
+
+def test_check_warns_of_a_script_that_can_never_go_on(farside):
+    status, out, err = farside(
+        "check", "blackout", "--set", "link.blackouts=[]", "--set", 'ground.script.1.mode="guided"'
+    )
+    assert status == 0
+    assert "good" in out
+    assert "farside: warning: blackout: ground.script.2.do: waits for goal A to be reached" in err
+
+
 def test_replay_into_a_pipe_prints_a_line_an_event(farside):
     _, out, _ = farside("run", "blackout", "--in-process", "--json")
     status, lines, _ = farside("replay", json.loads(out)["log"], "--start", "620")
