@@ -137,13 +137,17 @@ class Chart:
         """The place nearest to a point of `cell`: the northernmost, then westernmost, of equals.
 
         Looks at one square ring of cells about `cell` after the other, until none farther out can
-        be nearer: the centre of a cell in the n-th ring is at least n - 1/2 cells away.
+        be nearer: the centre of a cell in the n-th ring is at least n - 1/2 cells away, and beside
+        that as far as the point is from the map.
         """
+        off_east_m = max(0.0, -x_m, x_m - len(self.rows[0]) * self.cell_m)
+        off_north_m = max(0.0, -y_m, y_m - len(self.rows) * self.cell_m)
+        off_m2 = off_east_m**2 + off_north_m**2
         east = min(max(cell.east, 0), len(self.rows[0]) - 1)
         north = min(max(cell.north, 0), len(self.rows) - 1)
         nearest: tuple[float, int, Cell] | None = None
         for ring in range(max(len(self.rows), len(self.rows[0]))):
-            if nearest and ((ring - 0.5) * self.cell_m) ** 2 > nearest[0]:
+            if nearest and off_m2 + ((ring - 0.5) * self.cell_m) ** 2 > nearest[0]:
                 break
             for place in _ring(east, north, ring):
                 if place in self.tokens:

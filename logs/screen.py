@@ -16,6 +16,7 @@ from farside.messages import Failsafe, Mode
 from farside.node import Direction, Role, to_s
 from farside.places import ROCK, SHADOW, WALL, Cell, Chart, place_name
 from farside.topics import ActionStarted
+from farside.validation import printable
 
 _ARROWS = "→↗↑↖←↙↓↘"
 _WAYS = {Direction.UP: "↑ up", Direction.DOWN: "↓ down"}
@@ -97,7 +98,7 @@ def _header(picture: Picture, now_ns: int, title: str, end_ns: int | None) -> Ta
         state.append(f" / {clock(end_ns)}", style=_DIM)
     for badge in (_badge(picture.mode, _MODE_STYLES), _badge(picture.failsafe, _FAILSAFE_STYLES)):
         state.append("  ").append(badge)
-    header = _grid([(state, Text(f"{title}  ", style=_DIM))])
+    header = _grid([(state, Text(f"{printable(title)}  ", style=_DIM))])
     header.expand = True
     header.columns[1].justify = "right"
     return header
@@ -116,7 +117,7 @@ def _grid(rows: Sequence[Sequence[str | Text]]) -> Table:
     """
     grid = Table.grid(padding=(0, 1, 0, 0))
     for row in rows:
-        grid.add_row(*(Text(cell) if isinstance(cell, str) else cell for cell in row))
+        grid.add_row(*(Text(printable(cell)) if isinstance(cell, str) else cell for cell in row))
     for number, column in enumerate(grid.columns, start=1):
         column.no_wrap = True
         if number < len(grid.columns):

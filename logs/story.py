@@ -39,10 +39,13 @@ from farside.topics import (
     Silence,
     StuckEntry,
 )
+from farside.validation import one_line
+
+_LINE_LENGTH = 400
 
 
 class StoryLine(NamedTuple):
-    """One event of the story.
+    """One event of the story; see `tell` for what its text holds.
 
     Attributes:
         t_ns: when it became known.
@@ -64,12 +67,20 @@ def clock(t_ns: int) -> str:
 
 
 def name(sign: Tokens) -> str:
-    """A Sign as people read it: its Tokens with a plus between them."""
-    return " + ".join(sign)
+    """A Sign as people read it: its Tokens with a plus between them, fit for a terminal."""
+    return one_line(" + ".join(sign), _LINE_LENGTH)
 
 
 def tell(t_ns: int, entry: msgspec.Struct) -> StoryLine | None:
-    """The line for an entry logged at `t_ns`; `None` for what is measurement or repetition."""
+    """The line for an entry logged at `t_ns`; `None` for what is measurement or repetition.
+
+    Its text is fit for a terminal, whatever the log holds, and cut after `_LINE_LENGTH` characters.
+    """
+    line = _told(t_ns, entry)
+    return line and line._replace(text=one_line(line.text, _LINE_LENGTH))
+
+
+def _told(t_ns: int, entry: msgspec.Struct) -> StoryLine | None:
     match entry:
         case ModeEntry(mode=mode, why=why):
             return StoryLine(t_ns, Role.ROVER, f"mode {mode}: {why}")

@@ -1,21 +1,26 @@
 """From a mission file to a checked mission, or to one message that says what is wrong with it."""
 
-import tomllib
 from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from importlib import resources
 from importlib.resources.abc import Traversable
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
 
+from farside.files import parse_toml, read_text
 from farside.link.profile.resolve import LinkConfigError, resolve_link, with_preset
 from farside.missions.overrides import Assignment, put, read_overrides
-from farside.missions.schema import MissionFile
+from farside.missions.schema import MAX_TICKS, MissionFile
 from farside.places import ACTIONS, Cell, Chart, place_token
 from farside.validation import Key, Problem, did_you_mean, dotted, mismatches, named, shown
 
 _SCHEMA = msgspec.inspect.type_info(MissionFile)
+
+
+MAX_PROBLEMS = 100
+"""The most problems of one mission that are told at once."""
 
 
 class MissionError(Exception):
@@ -60,8 +65,8 @@ def load_mission(
     """
     text = _read(source)
     try:
-        data = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
+        data = parse_toml(text)
+    except ValueError as error:
         raise MissionError(f"{source}: expected TOML, found: {error}") from error
     try:
         changes = read_overrides(overrides)
@@ -69,7 +74,7 @@ def load_mission(
         raise MissionError(f"{source}: {error}") from error
     if seed is not None:
         changes.append(Assignment(("seed",), seed, f"--seed {seed}"))
-    problems = [*_put_in(changes, data), *_preset_in(data), *mismatches(data, _SCHEMA)]
+    problems = chain(_put_in(changes, data), _preset_in(data), _unlike_schema(data))
     _refuse(problems, source, changes)
     mission = msgspec.convert(data, MissionFile)
     _refuse(_contradictions(mission, data), source, changes)
@@ -83,15 +88,11 @@ def load_mission(
 
 def _read(source: str | Path) -> str:
     try:
-        return _find(source).read_bytes().decode()
+        return read_text(_find(source))
     except OSError as error:
         raise MissionError(f"{source}: expected a mission file, found: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        line = error.object.count(b"\n", 0, error.start) + 1
-        raise MissionError(
-            f"{source}: expected text in UTF-8, found byte 0x{error.object[error.start]:02x} "
-            f"in line {line}"
-        ) from error
+    except ValueError as error:
+        raise MissionError(f"{source}: {error}") from error
 
 
 def _find(source: str | Path) -> Path | Traversable:
@@ -117,6 +118,10 @@ def _shipped() -> dict[str, Traversable]:
     }
 
 
+def _unlike_schema(data: dict[str, Any]) -> Iterator[Problem]:
+    yield from mismatches(data, _SCHEMA)
+
+
 def _put_in(changes: Sequence[Assignment], data: dict[str, Any]) -> Iterator[Problem]:
     for change in changes:
         try:
@@ -140,10 +145,12 @@ def _of_link(error: LinkConfigError) -> Iterator[Problem]:
 
 def _refuse(problems: Iterable[Problem], source: str | Path, changes: Sequence[Assignment]) -> None:
     lines = []
-    for problem in problems:
+    for problem in islice(problems, MAX_PROBLEMS):
         origins = [change.origin for change in changes if change.touches(problem.key)]
         with_origin = f" (with {origins[-1]})" if origins else ""
         lines.append(f"{source}: {dotted(problem.key)}: {problem.text}{with_origin}")
+    if len(lines) == MAX_PROBLEMS:
+        lines.append(f"{source}: no more than the first {MAX_PROBLEMS} problems are told")
     if lines:
         raise MissionError("\n".join(lines))
 
@@ -153,6 +160,10 @@ def _contradictions(mission: MissionFile, data: dict[str, object]) -> Iterator[P
     if mission.duration_s < mission.tick_s:
         text = f"expected at least tick_s = {mission.tick_s:g}, found {mission.duration_s:g}"
         yield Problem(("duration_s",), text)
+    if mission.duration_s / mission.tick_s > MAX_TICKS:
+        most_s = MAX_TICKS * mission.tick_s
+        text = f"expected at most {most_s:g} s in ticks of {mission.tick_s:g} s"
+        yield Problem(("duration_s",), f"{text}, found {mission.duration_s:g}")
     chart = mission.world.chart()
     start = chart.places.get(mission.rover.start)
     reachable = chart.places.values() if start is None else chart.reachable(start)

@@ -1,9 +1,9 @@
 """Values that replace those of a mission file: `--set key=value`, and the same from Python."""
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from farside.files import MAX_KEY_PARTS, parse_toml
 from farside.validation import Key, dotted, one_line, shown
 
 
@@ -29,10 +29,7 @@ def read_overrides(given: Sequence[str] | Mapping[str, object]) -> list[Assignme
         ValueError: if a text is no `key=value`, or its value looks like TOML and is not.
     """
     if isinstance(given, Mapping):
-        return [
-            Assignment(tuple(key.split(".")), _plain(value), f"override {key}")
-            for key, value in given.items()
-        ]
+        return [_from_python(key, value) for key, value in given.items()]
     return [_from_text(text) for text in given]
 
 
@@ -42,16 +39,38 @@ def _from_text(text: str) -> Assignment:
     if not (key and equals):
         raise ValueError(f"{origin}: expected KEY=VALUE, such as link.up.loss=0.2")
     try:
-        return Assignment(tuple(key.split(".")), _toml_value(value), origin)
+        parts = _parts(key)
+    except ValueError as error:
+        raise ValueError(f"{origin}: {error}") from error
+    try:
+        return Assignment(parts, _toml_value(value), origin)
     except ValueError as error:
         raise ValueError(f"{origin}: expected a TOML value, found: {error}") from error
+
+
+def _from_python(key: str, value: object) -> Assignment:
+    origin = f"override {one_line(key)}"
+    try:
+        return Assignment(_parts(key), _plain(value), origin)
+    except RecursionError as error:
+        raise ValueError(f"{origin}: expected values that are not nested so deeply") from error
+    except ValueError as error:
+        raise ValueError(f"{origin}: {error}") from error
+
+
+def _parts(key: str) -> Key:
+    """The parts of a dotted key."""
+    parts = tuple(key.split("."))
+    if len(parts) > MAX_KEY_PARTS:
+        raise ValueError(f"expected a key of at most {MAX_KEY_PARTS} parts, found {len(parts)}")
+    return parts
 
 
 def _toml_value(text: str) -> object:
     """`text` as TOML; as it is where it does not even start like a value of several words."""
     try:
-        table = tomllib.loads(f"value = {text}")
-    except (ValueError, RecursionError) as error:
+        table = parse_toml(f"value = {text}")
+    except ValueError as error:
         if text.startswith(("[", "{", '"', "'")):
             reason, _, _ = str(error).partition(" (at ")  # the place is one in our line
             raise ValueError(reason) from error

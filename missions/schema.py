@@ -1,5 +1,6 @@
 """The mission file as a checked object: world, rover, link, ground and expectations."""
 
+from functools import lru_cache
 from typing import Annotated
 
 from msgspec import Meta
@@ -12,16 +13,22 @@ from farside.rover.config import RoverConfig
 from farside.settings import Fraction, PlaceName, Positive, Section
 
 
+@lru_cache(maxsize=2)
+def _chart(drawing: str, cell_m: float) -> Chart:
+    # Asked for by every check of a mission; a large yard takes a good part of a second to read.
+    return Chart(tuple(drawing.strip().splitlines()), cell_m)
+
+
 class WorldConfig(Section, frozen=True):
     """The `[world]` table: the yard, drawn; see `farside.places.Chart`.
 
     Attributes:
         map: one line a row of cells, northernmost first.
-        cell_m: side of a cell.
+        cell_m: side of a cell, 1 cm to 1 km.
     """
 
     map: str
-    cell_m: Positive = 1.0
+    cell_m: Annotated[float, Meta(ge=0.01, le=1000)] = 1.0
 
     def chart(self) -> Chart:
         """The yard as places.
@@ -29,7 +36,7 @@ class WorldConfig(Section, frozen=True):
         Raises:
             ValueError: if the drawing is not a walled yard.
         """
-        return Chart(tuple(self.map.strip().splitlines()), self.cell_m)
+        return _chart(self.map, self.cell_m)
 
     def __post_init__(self) -> None:
         self.chart()
@@ -67,20 +74,25 @@ Expectation = (
 )
 
 
+MAX_TICKS = 10**9
+"""The most ticks of a run: more than a year in ticks of 40 ms, and a night of computing (project
+default)."""
+
+
 class MissionFile(Section, frozen=True):
     """A whole mission.
 
     Attributes:
-        name: what the mission is called; names the log.
+        name: what the mission is called, in 64 characters at most; names the log.
         about: one line for people.
         seed: the seed of every random stream; `--seed` replaces it.
-        duration_s: simulated time from start to end.
+        duration_s: simulated time from start to end, in `MAX_TICKS` ticks at most.
         tick_s: the grid of physics and decisions.
         world, rover, link, ground: the tables of those names.
         expect: what decides between success and failure.
     """
 
-    name: Annotated[str, Meta(pattern=r"^[a-z0-9][a-z0-9_-]*\Z")]
+    name: Annotated[str, Meta(pattern=r"^[a-z0-9][a-z0-9_-]{0,63}\Z")]
     duration_s: Positive
     world: WorldConfig
     rover: RoverConfig

@@ -23,7 +23,7 @@ from farside.missions.crew.crew import CrewError
 from farside.missions.loading import MissionError, load_mission
 from farside.missions.result import Outcome
 from farside.missions.run import RUNS, FinishedRun, run_mission
-from farside.validation import dotted
+from farside.validation import dotted, printable
 
 _DONE, _UNMET, _BAD_INPUT, _INFRASTRUCTURE, _INTERRUPTED = 0, 1, 2, 3, 130
 
@@ -134,10 +134,10 @@ def check(mission: Mission, set_: Set = None) -> None:
     loaded = load_mission(mission, set_ or ())
     for key, text in warnings(loaded.mission):
         _say(f"warning: {loaded.source}: {dotted(key)}: {text}")
-    places = len(loaded.mission.world.chart().cells)
+    mission_, source = loaded.mission, printable(loaded.source)
     print(  # noqa: T201
-        f"{loaded.source}: good. {loaded.mission.name}: {loaded.mission.duration_s:g} s, "
-        f"{places} places, {len(loaded.mission.expect)} expectations"
+        f"{source}: good. {mission_.name}: {mission_.duration_s:g} s, "
+        f"{len(mission_.world.chart().cells)} places, {len(mission_.expect)} expectations"
     )
 
 
@@ -178,7 +178,8 @@ def _status(finished: FinishedRun) -> int:
 
 
 def _say(message: str) -> None:
-    print(f"farside: {message}", file=sys.stderr)  # noqa: T201
+    for line in f"farside: {message}".split("\n"):
+        print(printable(line), file=sys.stderr)  # noqa: T201
 
 
 def main() -> NoReturn:

@@ -7,6 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from farside.missions.result import OperatorResult, Outcome, RoverResult, RunResult
+from farside.validation import printable
 
 _STYLE = {Outcome.SUCCESS: "bold green", Outcome.FAILURE: "bold red", Outcome.ABORTED: "bold red"}
 
@@ -18,7 +19,7 @@ def show_summary(result: RunResult, console: Console) -> None:
         if table.row_count:
             console.print(table)
             console.print()
-    console.print(f"log     {result.log}", soft_wrap=True, highlight=False)
+    console.print(_text(f"log     {result.log}"), soft_wrap=True)
     console.print(f"digest  {result.digest}", soft_wrap=True, highlight=False)
 
 
@@ -53,7 +54,7 @@ def _operator(operator: OperatorResult | None) -> str:
         return f"operator: all {operator.of} steps done at {operator.since_s:.1f} s\n"
     return (
         f"operator: at step {operator.step} of {operator.of}, waiting since "
-        f"{operator.since_s:.1f} s for {operator.waiting_for}\n"
+        f"{operator.since_s:.1f} s for {printable(operator.waiting_for)}\n"
     )
 
 
@@ -68,7 +69,7 @@ def _goals(result: RunResult) -> Table:
     table = _table("goal", "of", "set", "reached")
     for goal in result.goals:
         reached = "never" if goal.reached_s is None else f"{goal.reached_s:.1f} s"
-        table.add_row(" ".join(goal.tokens), goal.source, f"{goal.set_s:.1f} s", reached)
+        table.add_row(_text(" ".join(goal.tokens)), goal.source, f"{goal.set_s:.1f} s", reached)
     return table
 
 
@@ -102,8 +103,13 @@ def _expectations(result: RunResult) -> Table:
     table = _table("expected", "met", "found")
     for judgement in result.expectations:
         met = Text("yes", "green") if judgement.met else Text("NO", "bold red")
-        table.add_row(judgement.name, met, judgement.detail)
+        table.add_row(_text(judgement.name), met, _text(judgement.detail))
     return table
+
+
+def _text(text: str) -> Text:
+    """Text that is neither taken for markup nor for escape sequences."""
+    return Text(printable(text))
 
 
 def _table(*columns: str) -> Table:

@@ -199,6 +199,28 @@ def test_the_story_leaves_out(entry: msgspec.Struct) -> None:
     assert Picture().apply(logged(0, entry)) is None
 
 
+HOSTILE = "\x1b]0;you\x07\x1b[2J\u202e\n" * 99
+
+
+@pytest.mark.parametrize(
+    "entry",
+    [
+        GoalEntry((HOSTILE,), GoalChange.SET, 1.0, GoalSource.OPERATOR),
+        CommandTaken(7, Drive(HOSTILE), HOSTILE),
+        ActionEnded(HOSTILE, 4.0, blocked=True),
+        CommandSent(7, SetGoal((HOSTILE,), 1.0)),
+        EventLearned(Event(1, 0, CommandRefused(7, HOSTILE))),
+    ],
+    ids=lambda entry: type(entry).__name__,
+)
+def test_no_text_of_a_log_can_steer_a_terminal(entry: msgspec.Struct) -> None:
+    told = Picture().apply(logged(0, entry))
+
+    assert told is not None
+    assert told.text.isprintable()
+    assert len(told.text) < 500
+
+
 def test_steps_of_a_tour_are_routine_and_changes_are_not() -> None:
     def is_routine(entry: msgspec.Struct) -> bool:
         line = Picture().apply(logged(0, entry))

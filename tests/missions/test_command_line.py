@@ -128,6 +128,22 @@ def test_a_pace_that_is_none_is_refused(farside, tmp_path, pace):
     assert list(tmp_path.iterdir()) == []
 
 
+def test_no_name_on_the_command_line_can_steer_the_terminal(farside):
+    for arguments in (["check", "\x1b[2J.toml"], ["replay", "\x1b[2J.mcap"]):
+        status, _, err = farside(*arguments)
+        assert status == 2
+        assert "\\x1b[2J." in err
+        assert "\x1b" not in err
+
+
+def test_a_folder_for_logs_is_not_taken_for_markup(farside):
+    status, out, _ = farside(
+        "run", "blackout", "--in-process", "--set=duration_s=5", "--set=expect=[]", "--out", "[/b]"
+    )
+    assert status == 0
+    assert "log     [/b]/blackout-seed1-1.mcap" in out
+
+
 def test_check_says_what_is_good(farside):
     status, out, _ = farside("check", "blackout")
     assert status == 0
