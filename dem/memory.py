@@ -8,7 +8,10 @@
 | 18 | 4 | CRC-32 of the body |
 | 22 | | body: `ModelState` as MessagePack, structs as arrays, compressed with zlib |
 
-Loading never executes anything from the data, which holds only numbers and names.
+Loading never executes anything from the data, which holds only numbers and names. All of it is
+checked before any of it is used, and it unpacks to no more than `MAX_UNPACKED` bytes, nor to more
+than `MAX_RATIO` times its own length beyond the first MiB. Once loaded, a byte of that can take
+some 30 bytes.
 """
 
 import json
@@ -20,13 +23,22 @@ import msgspec
 import numpy as np
 from numpy.random import Generator
 
+from farside.dem.checking import CheckedLists, check_goal_list
 from farside.dem.learning.learner import LearnerState
+from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import GoalsState, InherentGoal
 from farside.dem.parameters import Parameters
 
 FORMAT = 2
 """Version of the format that is written; no other is read."""
 
+MAX_UNPACKED = 2**28
+"""The most bytes that a saved model may unpack to: some five million hypotheses."""
+
+MAX_RATIO = 100
+"""How many times its own length a saved model may unpack to, beyond the first MiB."""
+
+_MIB = 2**20
 _MAGIC = b"FARSIDE\0"
 _HEADER = struct.Struct("<8sHQI")
 _GENERATORS = {
@@ -84,33 +96,79 @@ def random_state(rng: Generator) -> bytes:
 
 
 def restored_generator(state: bytes) -> Generator:
-    """A generator that continues the stream of the one that `random_state` was given."""
-    saved: dict[str, Any] = json.loads(state)
-    bits: Any = _GENERATORS[saved["bit_generator"]](0)
-    bits.state = saved
-    return Generator(bits)
+    """A generator that continues the stream of the one that `random_state` was given.
+
+    Raises:
+        UnreadableMemoryError: if `state` is of no generator.
+    """
+    try:
+        saved: dict[str, Any] = json.loads(state)
+        bits: Any = _GENERATORS[saved["bit_generator"]](0)
+        bits.state = saved
+        generator = Generator(bits)
+        # numpy takes a position past the end of its buffers, and reads there.
+        position, end = _positions(saved)
+        possible = 0 <= position <= end and random_state(generator) == state
+    except (ValueError, TypeError, LookupError, OverflowError, RecursionError) as error:
+        raise _unreadable(f"no state of a random generator ({error})") from error
+    if not possible:
+        raise _unreadable("no state of a random generator")
+    return generator
+
+
+def _positions(saved: dict[str, Any]) -> tuple[int, int]:
+    """The position of a generator in its buffer, and the end of that; 0 where it has none."""
+    match saved["bit_generator"]:
+        case "MT19937":
+            return saved["state"]["pos"], len(saved["state"]["key"])
+        case "Philox":
+            return saved["buffer_pos"], len(saved["buffer"])
+        case _:
+            return 0, 0
 
 
 def compress(value: object) -> bytes:
-    """A struct as compressed MessagePack."""
+    """A struct as compressed MessagePack.
+
+    Raises:
+        ValueError: if it is longer than `MAX_UNPACKED`.
+    """
     # An int in a float field becomes a float on decoding. It is converted before encoding too, so
     # that a value that is decoded and encoded again gives the same bytes.
     plain = msgspec.msgpack.encode(value)
-    return zlib.compress(msgspec.msgpack.encode(msgspec.msgpack.decode(plain, type=type(value))))
+    plain = msgspec.msgpack.encode(msgspec.msgpack.decode(plain, type=type(value)))
+    if len(plain) > MAX_UNPACKED:
+        raise ValueError(f"expected a model of at most {MAX_UNPACKED} bytes, found {len(plain)}")
+    packed = zlib.compress(plain)
+    return packed if len(plain) <= _most_unpacked(packed) else zlib.compress(plain, level=0)
 
 
 def decompress(data: bytes, kind: type[_T]) -> _T:
     """The struct that `compress` was given.
 
     Raises:
-        UnreadableMemoryError: if `data` is not such a struct.
+        UnreadableMemoryError: if `data` is not such a struct, or unpacks to too much.
     """
+    stream, most = zlib.decompressobj(), _most_unpacked(data)
     try:
-        return msgspec.msgpack.decode(zlib.decompress(data), type=kind)
+        plain = stream.decompress(data, most)
+        if not stream.eof and stream.decompress(stream.unconsumed_tail, 1):
+            raise _unreadable(f"more than {most} bytes in {len(data)}")
+        if not stream.eof or stream.unused_data:
+            raise _unreadable("data that ends too early or too late")
+        return msgspec.msgpack.decode(plain, type=kind)
     except (zlib.error, msgspec.DecodeError, UnicodeDecodeError) as error:
-        raise UnreadableMemoryError(
-            f"a model's memory: expected what format {FORMAT} holds, found: {error}"
-        ) from error
+        raise _unreadable(str(error)) from error
+
+
+def _most_unpacked(packed: bytes) -> int:
+    return min(MAX_UNPACKED, _MIB + MAX_RATIO * len(packed))
+
+
+def _unreadable(found: str) -> UnreadableMemoryError:
+    return UnreadableMemoryError(
+        f"a model's memory: expected what format {FORMAT} holds, found: {found}"
+    )
 
 
 def written(state: ModelState) -> bytes:
@@ -120,12 +178,28 @@ def written(state: ModelState) -> bytes:
 
 
 def read(data: bytes) -> ModelState:
-    """The model that was `written`.
+    """The model that was `written`, checked.
 
     Raises:
         UnreadableMemoryError: if `data` is not the whole of such a model.
     """
-    return decompress(_checked_body(data), ModelState)
+    state = decompress(_checked_body(data), ModelState)
+    try:
+        _check(state)
+    except ValueError as error:
+        raise _unreadable(f"lists that no model has: {error}") from error
+    return state
+
+
+def _check(state: ModelState) -> None:
+    actions, learner = ActionList(state.action_costs), state.learner
+    lists = CheckedLists(actions, state.parameters, learner.signs, learner.hypotheses)
+    lists.check_learner(learner)
+    lists.check_due(learner, awaits_action=state.awaits_action)
+    lists.check_active(state.active)
+    check_goal_list(state.goals)
+    if state.chosen is not None:
+        actions.id_of(state.chosen)
 
 
 def _checked_body(data: bytes) -> bytes:

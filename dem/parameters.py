@@ -7,7 +7,12 @@ import msgspec
 from msgspec import Meta
 
 Fraction = Annotated[float, Meta(ge=0, le=1)]
-Count = Annotated[int, Meta(ge=1)]
+Count = Annotated[int, Meta(ge=1, le=10**9)]
+
+MAX_REACH = 1000
+"""The longest activation traces, in cycles: every cycle looks at all of them (project default)."""
+
+Reach = Annotated[int, Meta(ge=1, le=MAX_REACH)]
 
 
 class _Checked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -72,18 +77,18 @@ class Parameters(_Checked, frozen=True):
             taken; 0 to 1.
         initial_cm: C_m of a new hypothesis; 0 to 1.
         reach: length of the activation traces in cycles, and so the longest delay of a
-            hypothesis; 1 or more.
+            hypothesis; 1 to `MAX_REACH`.
         own_credit: base cost estimates on credit instead of C_m; see
             `farside.dem.learning.credit`. Off: the seed's costs.
         differentiation: let middling hypotheses spawn copies with one more Token in the context;
             see `farside.dem.learning.differentiation`.
         removal: remove hypotheses that have proved ineffective.
         maturity: number of predictions after which a hypothesis may be differentiated or removed;
-            1 or more. Fewer than 8 are too few to tell a difference from chance.
+            1 to 10⁹. Fewer than 8 are too few to tell a difference from chance.
         ineffective: a mature hypothesis with a C_m below this is removed; 0 to 1.
         break_multiple: a goal is suspended when its P_v has grown past this multiple of what it
             was when the goal was set; above 1.
-        recovery: number of cycles for which a goal stays suspended; 1 or more.
+        recovery: number of cycles for which a goal stays suspended; 1 to 10⁹.
         curiosity: explore through the map instead of at random. Off by default, so that the
             operator is not surprised.
 
@@ -95,7 +100,7 @@ class Parameters(_Checked, frozen=True):
     beta: Fraction = 0.2
     learning_probability: Fraction = 1.0
     initial_cm: Fraction = 0.5
-    reach: Count = 1
+    reach: Reach = 1
     own_credit: bool = True
     differentiation: bool = True
     removal: bool = True

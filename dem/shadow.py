@@ -19,11 +19,12 @@ from farside.dem.changes import (
     SignRemoved,
     decoded_result,
 )
+from farside.dem.checking import CheckedLists, check_goals
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import Goal
 from farside.dem.lists.hypotheses import HypothesesState, Hypothesis, HypothesisList
 from farside.dem.lists.signs import Sign, SignList, SignsState, to_sign
-from farside.dem.memory import compress, decompress
+from farside.dem.memory import UnreadableMemoryError, compress, decompress
 from farside.dem.parameters import Parameters
 from farside.dem.policy.planning import Planner, PolicyValue
 
@@ -51,7 +52,8 @@ class Delta(msgspec.Struct, frozen=True, array_like=True):
 class DeltaError(ValueError):
     """A delta that cannot be applied: an earlier one is missing, or it is of another model.
 
-    The shadow is unchanged. To continue, it needs a whole; see `DynamicExpectancyModel.whole`.
+    The shadow is unchanged, unless the delta holds a change that no model can have made: then it is
+    empty. To continue, it needs a whole; see `DynamicExpectancyModel.whole`.
     """
 
 
@@ -140,16 +142,26 @@ class ShadowModel:
         """Apply the next delta, or a whole.
 
         Raises:
-            DeltaError: if it is not the next one, or is a whole of a model with other actions or
-                parameters. The message says what was expected.
+            DeltaError: if it is not the next one, is a whole of a model with other actions or
+                parameters, or holds an impossible change. The message says what was expected.
             UnreadableMemoryError: if the lists of a whole are damaged.
         """
+        try:
+            check_goals(delta.goals or ())
+        except ValueError as error:
+            raise DeltaError(f"goals that no model has: {error}") from error
         if delta.whole is not None:
             self._restore(delta.whole)
         else:
             self._expect_next(delta)
-        for change in delta.changes:
-            self._repeat(change)
+        try:
+            for change in delta.changes:
+                self._check_change(change)
+                self._repeat(change)
+        except ValueError as error:
+            self._clear()
+            self._goals, self._check = (), None
+            raise DeltaError(f"a change that no model makes: {error}: ask for a whole") from error
         if delta.goals is not None:
             self._goals = delta.goals
         self._number, self._check = delta.number, delta.check
@@ -206,6 +218,10 @@ class ShadowModel:
                 f"the lists of another model: expected action costs {costs} and "
                 f"{self._parameters}, found {whole.action_costs} and {whole.parameters}"
             )
+        try:
+            CheckedLists(self._actions, self._parameters, whole.signs, whole.hypotheses)
+        except ValueError as error:
+            raise UnreadableMemoryError(f"lists that no model has: {error}") from error
         self._clear()
         self._signs.restore(whole.signs)
         self._hypotheses.restore(whole.hypotheses)
@@ -218,10 +234,47 @@ class ShadowModel:
                 f"expected delta {self._number + 1}, found delta {delta.number}: ask for a whole"
             )
         if delta.follows != self._check:
+            follows = "none" if delta.follows is None else f"{delta.follows:08x}"
             raise DeltaError(
                 f"delta {delta.number} is of another model: expected it to follow "
-                f"{self._check:08x}, found that it follows {delta.follows:08x}: ask for a whole"
+                f"{self._check:08x}, found that it follows {follows}: ask for a whole"
             )
+
+    def _check_change(self, change: ListChange) -> None:
+        """Expect a change that a model with these lists can have made.
+
+        Raises:
+            ValueError: if it cannot.
+        """
+        match change:
+            case int():
+                self._expect_hypothesis(change // len(PredictionResult))
+            case SignAdded(sign):
+                known = self._signs.find(sign) is not None
+                if not sign or sign != to_sign(sign) or known:
+                    raise ValueError(f"expected a new Sign, found {sign}")
+            case SignRemoved(sign):
+                self._expect_sign(sign)
+                outcomes = self._hypotheses.by_outcome
+                if self._hypotheses.is_context(sign) or not outcomes.is_empty(sign):
+                    raise ValueError(f"expected a Sign without hypotheses, found {sign}")
+            case HypothesisAdded(context, action, outcome, delay, credit):
+                self._expect_sign(context)
+                self._expect_sign(outcome)
+                possible = action in range(len(self._actions)) and 0 <= credit <= 1
+                possible = possible and 1 <= delay <= self._parameters.reach
+                if not possible or self._hypotheses.holds(context, action, outcome, delay):
+                    raise ValueError(f"expected a new hypothesis, found {change}")
+            case HypothesisRemoved(hypothesis):
+                self._expect_hypothesis(hypothesis)
+
+    def _expect_sign(self, sign: int) -> None:
+        if sign not in range(len(self._signs.names)) or not self._signs.names[sign]:
+            raise ValueError(f"expected a known Sign, found {sign}")
+
+    def _expect_hypothesis(self, hypothesis: int) -> None:
+        if not self._hypotheses.is_living(hypothesis):
+            raise ValueError(f"expected a known hypothesis, found {hypothesis}")
 
     def _repeat(self, change: ListChange) -> None:
         match change:

@@ -37,6 +37,18 @@ class Failsafe(StrEnum):
     LOST = "lost"
 
 
+class BatteryState(StrEnum):
+    """What the battery does: enough charge; wants charging; charges at the dock; no charge left.
+
+    With a flat battery the rover does not move.
+    """
+
+    NOMINAL = "nominal"
+    LOW = "low"
+    CHARGING = "charging"
+    FLAT = "flat"
+
+
 class Chooser(StrEnum):
     """Who chose an action: the operator, the policy map, or exploration."""
 
@@ -148,7 +160,23 @@ class CommandRefused(_Message, frozen=True, tag="refused"):
     why: str
 
 
-Happening = ModeChanged | FailsafeChanged | GoalReached | CommandRefused
+class BatteryChanged(_Message, frozen=True, tag="battery"):
+    """The battery changed to `state`, at this state of charge (0 to 1)."""
+
+    state: BatteryState
+    charge: float
+
+
+class StuckChanged(_Message, frozen=True, tag="stuck"):
+    """The rover cannot move any more, after so many blocked moves in a row; or it moved again."""
+
+    stuck: bool
+    moves: int
+
+
+Happening = (
+    ModeChanged | FailsafeChanged | GoalReached | CommandRefused | BatteryChanged | StuckChanged
+)
 
 
 class Event(_Message, frozen=True, tag="event"):

@@ -1,7 +1,10 @@
 """The chart: the places that rover and ground both speak of, their names and their Tokens."""
 
+import re
 from collections.abc import Iterator
 from typing import NamedTuple
+
+from farside.validation import did_you_mean, shown
 
 WALL, PLACE, ROCK, SHADOW = "#", ".", "o", "~"
 """What a cell of a drawn yard holds, beside capital letters; see `Chart`."""
@@ -9,8 +12,19 @@ WALL, PLACE, ROCK, SHADOW = "#", ".", "o", "~"
 ACTIONS: dict[str, tuple[int, int]] = {"N": (0, 1), "E": (1, 0), "S": (0, -1), "W": (-1, 0)}
 """Moves to a neighbouring place, as (east, north) in cells."""
 
+ON_CHARGE = "on_charge"
+"""The Token that is sensed on the dock."""
+
+BATTERY_LOW = "battery:low"
+"""The Token that is sensed while the battery needs charging."""
+
+MAX_CELLS = 250_000
+"""The most cells of a map, such as 500 x 500: charts and physics grow with them (project
+default)."""
+
 _PLACE = "at:"
 _DOCK = "D"
+_COORDINATES = re.compile(r"([0-9]{1,4}),([0-9]{1,4})")
 
 
 def place_token(place: str) -> str:
@@ -58,8 +72,8 @@ class Chart:
         dock: where the rover charges; `None` without one.
 
     Raises:
-        ValueError: if the drawing is empty, ragged, open at its edge, has an unknown character,
-            or names two places alike. The message says where.
+        ValueError: if the drawing is empty, ragged, open at its edge, larger than `MAX_CELLS`,
+            has an unknown character, or names two places alike. The message says where.
     """
 
     def __init__(self, rows: tuple[str, ...], cell_m: float) -> None:
@@ -84,6 +98,9 @@ class Chart:
                 raise ValueError(
                     f"map row {number} has {len(line)} cells, the first row {len(self.rows[0])}"
                 )
+        cells = len(self.rows) * len(self.rows[0])
+        if cells > MAX_CELLS:
+            raise ValueError(f"expected a map of at most {MAX_CELLS} cells, found {cells}")
         edge = self.rows[0] + self.rows[-1] + "".join(line[0] + line[-1] for line in self.rows)
         if edge.strip(WALL):
             raise ValueError(f"a map that is not walled in: its edge must be all '{WALL}'")
@@ -101,10 +118,8 @@ class Chart:
         elif "A" <= character <= "Z":
             name = character
         else:
-            raise ValueError(
-                f"map row {row + 1} has '{character}': expected '{WALL}', '{PLACE}', '{ROCK}', "
-                f"'{SHADOW}' or a capital letter"
-            )
+            expected = f"'{WALL}', '{PLACE}', '{ROCK}', '{SHADOW}' or a capital letter"
+            raise ValueError(f"map row {row + 1} has {shown(character)}: expected {expected}")
         if name in self.places:
             raise ValueError(f"map row {row + 1} names a second place '{character}'")
         self.places[name] = cell
@@ -116,20 +131,60 @@ class Chart:
     def cell_at(self, x_m: float, y_m: float) -> Cell:
         """The place at a point, or the nearest place if there is none."""
         cell = Cell(int(x_m // self.cell_m), int(y_m // self.cell_m))
-        if cell in self.tokens:
-            return cell
+        return cell if cell in self.tokens else self._nearest(cell, x_m, y_m)
 
-        def distance(other: Cell) -> float:
-            x, y = self.centre_m(other)
-            return (x - x_m) ** 2 + (y - y_m) ** 2
+    def _nearest(self, cell: Cell, x_m: float, y_m: float) -> Cell:
+        """The place nearest to a point of `cell`: the northernmost, then westernmost, of equals.
 
-        return min(self.tokens, key=distance)
+        Looks at one square ring of cells about `cell` after the other, until none farther out can
+        be nearer: the centre of a cell in the n-th ring is at least n - 1/2 cells away, and beside
+        that as far as the point is from the map.
+        """
+        off_east_m = max(0.0, -x_m, x_m - len(self.rows[0]) * self.cell_m)
+        off_north_m = max(0.0, -y_m, y_m - len(self.rows) * self.cell_m)
+        off_m2 = off_east_m**2 + off_north_m**2
+        east = min(max(cell.east, 0), len(self.rows[0]) - 1)
+        north = min(max(cell.north, 0), len(self.rows) - 1)
+        nearest: tuple[float, int, Cell] | None = None
+        for ring in range(max(len(self.rows), len(self.rows[0]))):
+            if nearest and off_m2 + ((ring - 0.5) * self.cell_m) ** 2 > nearest[0]:
+                break
+            for place in _ring(east, north, ring):
+                if place in self.tokens:
+                    x, y = self.centre_m(place)
+                    found = ((x - x_m) ** 2 + (y - y_m) ** 2, -place.north, place)
+                    nearest = min(nearest, found) if nearest else found
+        if nearest is None:
+            raise ValueError("a map without a place")
+        return nearest[2]
+
+    def like(self, place: str) -> str:
+        """A suggestion of the place that somebody may have meant by a name not on the map."""
+        if self.places and (pair := _COORDINATES.fullmatch(place)):
+            cell = Cell(int(pair[1]), int(pair[2]))
+            return f"; did you mean {place_name(self.tokens[self.cell_at(*self.centre_m(cell))])}?"
+        return did_you_mean(place, self.named)
+
+    @property
+    def named(self) -> list[str]:
+        """The places that have a name of their own, in order."""
+        return sorted(place for place in self.places if "," not in place)
 
     def neighbours(self, cell: Cell) -> Iterator[tuple[str, Cell]]:
         """The actions that lead from `cell` to another place, each with that place."""
         for action in ACTIONS:
             if (beside := cell.beside(action)) in self.tokens:
                 yield action, beside
+
+    def reachable(self, start: Cell) -> set[Cell]:
+        """The places that a path leads to from `start`, which is one of them."""
+        seen, frontier = {start}, [start]
+        while frontier:
+            for _, beside in self.neighbours(frontier.pop()):
+                if beside not in seen:
+                    seen.add(beside)
+                    frontier.append(beside)
+        return seen
 
     def way(self, start: Cell, goal: Cell) -> list[str]:
         """The actions of a shortest path from `start` to `goal`; empty if they are the same.
@@ -155,3 +210,12 @@ class Chart:
             action, goal = came_by[goal]
             actions.append(action)
         return actions[::-1]
+
+
+def _ring(east: int, north: int, ring: int) -> Iterator[Cell]:
+    """The cells at `ring` king's moves from a cell."""
+    for step in range(-ring, ring + 1):
+        yield Cell(east + step, north + ring)
+        yield Cell(east + step, north - ring)
+        yield Cell(east + ring, north + step)
+        yield Cell(east - ring, north + step)

@@ -10,6 +10,7 @@ from typing import TypeVar, cast
 import msgspec
 
 from farside.messages import (
+    BatteryState,
     Chooser,
     Event,
     Failsafe,
@@ -119,6 +120,20 @@ class FailsafeEntry(msgspec.Struct, frozen=True):
 
     state: Failsafe
     silence_s: float
+
+
+class BatteryEntry(msgspec.Struct, frozen=True):
+    """The battery's state from now on, and its state of charge (0 to 1)."""
+
+    state: BatteryState
+    charge: float
+
+
+class StuckEntry(msgspec.Struct, frozen=True):
+    """Whether the rover is stuck from now on, and the blocked moves in a row that led to it."""
+
+    stuck: bool
+    moves: int
 
 
 class CommandTaken(msgspec.Struct, frozen=True):
@@ -278,6 +293,20 @@ class EventLearned(msgspec.Struct, frozen=True):
     event: Event
 
 
+class OperatorEntry(msgspec.Struct, frozen=True):
+    """How far the operator is with the script, and what it waits for from now on.
+
+    Attributes:
+        step: the number of the step under way, from 1; 0 before the first.
+        of: how many steps there are.
+        waiting_for: what has to happen for the script to go on, in words; `None` when it is over.
+    """
+
+    step: int
+    of: int
+    waiting_for: str | None
+
+
 class Review(msgspec.Struct, frozen=True):
     """The operator answered a proposal; `override` is the action ordered instead, if any."""
 
@@ -317,6 +346,8 @@ ROVER_ACTION_STARTED = _topic("/rover/action_started", ActionStarted)
 ROVER_ACTION_ENDED = _topic("/rover/action_ended", ActionEnded)
 ROVER_MODE = _topic("/rover/mode", ModeEntry)
 ROVER_FAILSAFE = _topic("/rover/failsafe", FailsafeEntry)
+ROVER_BATTERY = _topic("/rover/battery", BatteryEntry)
+ROVER_STUCK = _topic("/rover/stuck", StuckEntry)
 ROVER_COMMAND = _topic("/rover/command", CommandTaken)
 ROVER_GOAL = _topic("/rover/goal", GoalEntry)
 ROVER_PROPOSAL = _topic("/rover/proposal", Proposal)
@@ -332,4 +363,5 @@ GROUND_COMMAND = _topic("/ground/command", CommandSent)
 GROUND_EVENT = _topic("/ground/event", EventLearned)
 GROUND_PROPOSAL = _topic("/ground/proposal", Proposal)
 GROUND_REVIEW = _topic("/ground/review", Review)
+GROUND_OPERATOR = _topic("/ground/operator", OperatorEntry)
 GROUND_SILENCE = _topic("/ground/silence", Silence)

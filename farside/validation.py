@@ -16,6 +16,10 @@ Key = tuple[str, ...]
 _GREATEST = 1e9  # in s, m, J, …: no mission needs more, and 1e9 s in nanoseconds fit 64 bits
 _GREATEST_WHOLE = 2**63 - 1  # the greatest that TOML promises
 _SHOWN_LENGTH = 60
+
+MAX_ENTRIES = 10_000
+"""The most entries of an array in a mission file or link profile (project default)."""
+
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 _Number = inspect.IntType | inspect.FloatType
@@ -39,10 +43,22 @@ def dotted(key: Key) -> str:
     return ".".join(part if _BARE_KEY.fullmatch(part) else shown(part) for part in key)
 
 
-def one_line(text: str) -> str:
-    """`text` fit for one line: unprintable characters escaped, cut where long."""
-    line = "".join(c if c.isprintable() else repr(c)[1:-1] for c in text[:_SHOWN_LENGTH])
-    return line + "…" if len(text) > _SHOWN_LENGTH else line
+def printable(text: str) -> str:
+    """`text` as it may be shown on a terminal: whatever could steer one is escaped.
+
+    All that comes from a mission, a log or a command line goes through here before it is printed.
+    """
+    return text if text.isprintable() else "".join(map(_escaped, text))
+
+
+def _escaped(character: str) -> str:
+    return character if character.isprintable() else repr(character)[1:-1]
+
+
+def one_line(text: str, most: int = _SHOWN_LENGTH) -> str:
+    """`printable` text fit for one line, cut after `most` characters."""
+    line = printable(text[: most + 1])
+    return line if len(line) <= most else line[:most] + "…"
 
 
 def shown(value: object) -> str:
@@ -84,6 +100,8 @@ def mismatches(data: object, schema: inspect.Type, key: Key = ()) -> Iterator[Pr
             yield from _in_union(data, schema, key)
         case inspect.StructType() if isinstance(data, dict):
             yield from _in_table(data, schema, key)
+        case inspect.VarTupleType() if isinstance(data, list) and len(data) > MAX_ENTRIES:
+            yield Problem(key, f"expected at most {MAX_ENTRIES} entries, found {len(data)}")
         case inspect.VarTupleType() if isinstance(data, list):
             for index, entry in enumerate(data):
                 yield from mismatches(entry, schema.item_type, (*key, str(index)))

@@ -12,6 +12,7 @@ from farside.node import Frame, Journal, Step, to_ns
 from farside.topics import (
     GROUND_COMMAND,
     GROUND_EVENT,
+    GROUND_OPERATOR,
     GROUND_PROPOSAL,
     GROUND_REVIEW,
     GROUND_SILENCE,
@@ -47,6 +48,7 @@ class Ground:
         self._heartbeat_at_ns = 0
         self._silent_after_ns = terms.round_trip_ns + to_ns(config.silent_after_s)
         self._silent = False
+        self._progress = operator.progress
 
     def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
         """Live tick by tick up to `until_ns`; see `farside.node.Node`."""
@@ -69,6 +71,9 @@ class Ground:
             command = self._desk.give(order, now_ns)
             self._endpoint.send(command, now_ns)
             self._journal.note(GROUND_COMMAND, CommandSent(command.number, command.order))
+        if self._operator.progress != self._progress:
+            self._progress = self._operator.progress
+            self._journal.note(GROUND_OPERATOR, self._progress)
 
     def _listen(self) -> None:
         for message in self._endpoint.received(self._now_ns):

@@ -11,9 +11,10 @@ from farside.logs.packing import Recovered, recover
 from farside.logs.picture import LinkPicture, Picture, picture_at
 from farside.logs.reading import LogEntry, LogFile, decode
 from farside.logs.recording import Recorder
+from farside.logs.spans import GoalSpan, LinkCounters, ModeSpan, OutageSpan
 from farside.logs.terminal.replay import replay
 from farside.logs.terminal.screen import screen
-from farside.logs.views import GoalSpan, LinkCounters, ModeSpan, OutageSpan, RunView
+from farside.logs.views import RunView
 
 __all__ = [
     "Attachment",

@@ -5,6 +5,8 @@ from typing import Any, NamedTuple
 from farside.logs.reading import LogEntry
 from farside.messages import (
     Approve,
+    BatteryChanged,
+    BatteryState,
     CommandRefused,
     Drive,
     Failsafe,
@@ -16,6 +18,7 @@ from farside.messages import (
     Override,
     SetGoal,
     SetMode,
+    StuckChanged,
     Tokens,
     WithdrawGoal,
 )
@@ -26,11 +29,14 @@ from farside.topics import (
     GROUND_SILENCE,
     LINK_OUTAGE,
     ROVER_ACTION_ENDED,
+    ROVER_BATTERY,
     ROVER_COMMAND,
     ROVER_FAILSAFE,
     ROVER_GOAL,
     ROVER_MODE,
+    ROVER_STUCK,
     ActionEnded,
+    BatteryEntry,
     CommandSent,
     CommandTaken,
     EventLearned,
@@ -41,11 +47,15 @@ from farside.topics import (
     ModeEntry,
     OutageReason,
     Silence,
+    StuckEntry,
 )
+from farside.validation import one_line
+
+_LINE_LENGTH = 400
 
 
 class EventLine(NamedTuple):
-    """One event of a run.
+    """One event of a run; see `event_line` for what its text holds.
 
     Attributes:
         t_ns: its log time.
@@ -66,6 +76,8 @@ EVENT_TOPICS: tuple[Topic[Any], ...] = (
     ROVER_GOAL,
     ROVER_COMMAND,
     ROVER_ACTION_ENDED,
+    ROVER_BATTERY,
+    ROVER_STUCK,
     LINK_OUTAGE,
     GROUND_COMMAND,
     GROUND_EVENT,
@@ -82,11 +94,19 @@ def time_text(t_ns: int) -> str:
 
 def sign_text(sign: Tokens) -> str:
     """A Sign for people: its Tokens joined by plus signs, such as `at:D + on_charge`."""
-    return " + ".join(sign)
+    return one_line(" + ".join(sign), _LINE_LENGTH)
 
 
 def event_line(entry: LogEntry) -> EventLine | None:
-    """The line for a log entry; `None` for measurements and for what another line already says."""
+    """The line for a log entry; `None` for measurements and for what another line already says.
+
+    Its text is fit for a terminal, whatever the log holds, and cut after `_LINE_LENGTH` characters.
+    """
+    line = _line(entry)
+    return line and line._replace(text=one_line(line.text, _LINE_LENGTH))
+
+
+def _line(entry: LogEntry) -> EventLine | None:
     t_ns = entry.log_time_ns
     match entry.message:
         case ModeEntry(mode=mode, why=why):
@@ -98,11 +118,22 @@ def event_line(entry: LogEntry) -> EventLine | None:
         case CommandTaken(number=number, order=order, refused=str(why)):
             text = f"refuses command {number} ({_order(order)}): {why}"
             return EventLine(t_ns, Role.ROVER, text)
+        case _:
+            return _condition_line(entry) or _link_or_ground_line(entry)
+
+
+def _condition_line(entry: LogEntry) -> EventLine | None:
+    t_ns = entry.log_time_ns
+    match entry.message:
         case ActionEnded(action=action, duration_s=duration_s, blocked=True):
             text = f"{action} was blocked after {duration_s:.1f} s"
             return EventLine(t_ns, Role.ROVER, text, routine=True)
+        case BatteryEntry(state=battery, charge=charge):
+            return EventLine(t_ns, Role.ROVER, _battery(battery, charge))
+        case StuckEntry(stuck=stuck, moves=moves) if stuck or t_ns > 0:
+            return EventLine(t_ns, Role.ROVER, _stuck(stuck=stuck, moves=moves))
         case _:
-            return _link_or_ground_line(entry)
+            return None
 
 
 _OUTAGES = {
@@ -140,6 +171,18 @@ def _failsafe(state: Failsafe, silence_s: float) -> str:
     return f"failsafe {state} after {silence_s:.1f} s of silence"
 
 
+def _battery(state: BatteryState, charge: float) -> str:
+    if state is BatteryState.FLAT:
+        return "battery flat: the rover cannot move"
+    return f"battery {state}, {charge:.0%}"
+
+
+def _stuck(*, stuck: bool, moves: int) -> str:
+    if stuck:
+        return f"stuck: the last {moves} moves were blocked"
+    return "moves again"
+
+
 def _goal(goal: GoalEntry) -> str:
     text = f"goal {sign_text(goal.tokens)} {goal.change}"
     if goal.change is GoalChange.SET:
@@ -174,4 +217,8 @@ def _happening(what: Happening) -> str:
             text = f"goal {sign_text(tokens)} reached"
         case CommandRefused(number=number, why=why):
             text = f"command {number} refused: {why}"
+        case BatteryChanged(state=battery, charge=charge):
+            text = _battery(battery, charge)
+        case StuckChanged(stuck=stuck, moves=moves):
+            text = _stuck(stuck=stuck, moves=moves)
     return text

@@ -1,22 +1,40 @@
 """Queries on a finished run: modes, goals, commands, frames and outages."""
 
-from collections import Counter
 from collections.abc import Iterator, Sequence
+from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple, TypeVar, cast
+from typing import TypeVar, cast
 
 import msgspec
 
 from farside.logs.reading import LogFile, decode
-from farside.messages import Failsafe, Mode, ModeCause, Tokens
+from farside.logs.spans import (
+    GoalSpan,
+    LeastCharge,
+    LinkCounters,
+    LinkTally,
+    ModeSpan,
+    OperatorSpan,
+    OutageSpan,
+)
+from farside.messages import BatteryState, Failsafe, Mode, Tokens
 from farside.node import Direction, Topic, to_ns, to_s
-from farside.places import Chart, is_place_token
+from farside.places import (
+    BATTERY_LOW,
+    ON_CHARGE,
+    Chart,
+    is_place_token,
+    place_name,
+    place_token,
+)
 from farside.topics import (
     GROUND_COMMAND,
     GROUND_FRAME,
+    GROUND_OPERATOR,
     LINK_FRAME,
     LINK_OUTAGE,
+    ROVER_BATTERY,
     ROVER_COMMAND,
     ROVER_CYCLE,
     ROVER_FAILSAFE,
@@ -24,6 +42,8 @@ from farside.topics import (
     ROVER_GOAL,
     ROVER_MODE,
     ROVER_STORE,
+    ROVER_STUCK,
+    TOPICS,
     TRUTH_POSE,
     TRUTH_YARD,
     CommandSent,
@@ -31,76 +51,14 @@ from farside.topics import (
     Cycle,
     Fate,
     FrameFate,
-    FrameStage,
     GoalChange,
     GoalSource,
     StoreEntry,
 )
+from farside.validation import did_you_mean, shown
 
 T = TypeVar("T", bound=msgspec.Struct)
-
-
-class ModeSpan(NamedTuple):
-    """The rover was in `mode` from `t_s` until the next span; `why` is the cause of the change."""
-
-    t_s: float
-    mode: Mode
-    why: ModeCause
-
-
-class OutageSpan(NamedTuple):
-    """One direction was down from `start_s` to `end_s`, or to the end of the run."""
-
-    direction: Direction
-    start_s: float
-    end_s: float
-
-
-class GoalSpan(NamedTuple):
-    """A goal from being set to leaving the Goal List, or to the end of the run.
-
-    Attributes:
-        tokens: its Sign.
-        source: who set it.
-        set_s: when it was added to the Goal List.
-        reached_s: when it was reached; `None` if it was not, or if only the estimate said so.
-        withdrawn_s: when it was withdrawn; `None` if it was not.
-    """
-
-    tokens: Tokens
-    source: GoalSource
-    set_s: float
-    reached_s: float | None = None
-    withdrawn_s: float | None = None
-
-
-class LinkCounters(msgspec.Struct, frozen=True):
-    """Counts of the frames of one direction whose fate was decided within the run.
-
-    Attributes:
-        sent: frames handed to the channel; the sum of the next six.
-        delivered, lost, outage, queue_full, expired, bit_error: frames with each `Fate`.
-        duplicated: frames that arrived twice.
-        damaged: frames that arrived with bit errors.
-        refused: frames that the receiver refused as not genuine or not new.
-        shadowed: frames lost to terrain shadow, at the rover.
-        bytes: total payload of the frames sent, in bytes.
-        delay_s: mean time from sender to arrival, queueing included; `None` if none arrived.
-    """
-
-    sent: int
-    delivered: int
-    lost: int
-    outage: int
-    queue_full: int
-    expired: int
-    bit_error: int
-    duplicated: int
-    damaged: int
-    refused: int
-    shadowed: int
-    bytes: int
-    delay_s: float | None
+E = TypeVar("E", bound=StrEnum)
 
 
 class RunView:
@@ -135,11 +93,15 @@ class RunView:
 
         Raises:
             LogError: if a message cannot be decoded.
+            ValueError: if no log has such a topic. The message names the nearest one.
         """
         return tuple(self.each(topic))
 
     def each(self, topic: Topic[T]) -> Iterator[tuple[float, T]]:
         """`entries` one by one, for topics that may be larger than memory."""
+        if topic.name not in TOPICS:
+            hint = did_you_mean(topic.name, TOPICS)
+            raise ValueError(f"expected a topic of the log, found {shown(topic.name)}{hint}")
         for record in self._log.records([topic]):
             yield to_s(record.log_time_ns), cast("T", decode(record))
 
@@ -194,23 +156,41 @@ class RunView:
         A goal that names a place counts only if the rover was truly there, whatever it estimated.
 
         Args:
-            token: the Sign's only Token, or all its Tokens in any order.
+            token: the Sign's only Token, or all its Tokens in any order. The name of a place,
+                such as `B`, stands for its Token, `at:B`.
 
         Raises:
-            ValueError: if a Token names a place that is not on the map.
+            ValueError: if there is no Token, or one is neither a place of the map nor any that the
+                rover senses or anybody set as a goal. The message names the nearest one.
         """
-        sign = (token,) if isinstance(token, str) else tuple(sorted(token))
-        self._check_places(sign)
+        named = (token,) if isinstance(token, str) else tuple(token)
+        sign = tuple(sorted({self._token(name) for name in named}))
+        if not sign:
+            raise ValueError("expected one Token at least, found none")
         times = (goal.reached_s for goal in self.goals if goal.tokens == sign)
         return next((t_s for t_s in times if t_s is not None), None)
 
-    def _check_places(self, sign: Tokens) -> None:
+    def _token(self, name: str) -> str:
+        """The Token of this name, or of the place of this name."""
+        wanted = {token for goal in self.goals for token in goal.tokens}
+        tokens = wanted.union((ON_CHARGE, BATTERY_LOW))
+        if name in tokens or name in self._chart.cells:
+            return name
+        if name in self._chart.places:
+            return place_token(name)
+        hint = self._chart.like(place_name(name))
+        if not hint and not is_place_token(name):
+            hint = did_you_mean(name, sorted(tokens))
+        known = ", ".join(self._chart.named)
+        raise ValueError(
+            f"expected a place of the map ({known} or EAST,NORTH) or a Token such as {ON_CHARGE}, "
+            f"found {shown(name)}{hint}"
+        )
+
+    @cached_property
+    def _chart(self) -> Chart:
         yard = self._latest(TRUTH_YARD, 0)
-        places = Chart(yard.rows, yard.cell_m).cells
-        for token in sign:
-            if is_place_token(token) and token not in places:
-                named = ", ".join(sorted(place for place in places if "," not in place))
-                raise ValueError(f"expected a place on the map, such as {named}, found {token}")
+        return Chart(yard.rows, yard.cell_m)
 
     @cached_property
     def goals(self) -> tuple[GoalSpan, ...]:
@@ -236,6 +216,38 @@ class RunView:
         return not places or places == [self.place_at(t_s)]
 
     @property
+    def least_charge(self) -> LeastCharge | None:
+        """The least true state of charge, as sampled every second; `None` if it never was."""
+        charges = (LeastCharge(t_s, pose.battery) for t_s, pose in self.each(TRUTH_POSE))
+        return min(charges, key=lambda least: least.charge, default=None)
+
+    @property
+    def flat_since_s(self) -> float | None:
+        """Since when the battery has been flat, `None` if it is not at the end of the run."""
+        last = self._last(ROVER_BATTERY)
+        return last[0] if last is not None and last[1].state is BatteryState.FLAT else None
+
+    @property
+    def stuck_since_s(self) -> float | None:
+        """Since when the rover has been stuck, `None` if it is not at the end of the run."""
+        last = self._last(ROVER_STUCK)
+        return last[0] if last is not None and last[1].stuck else None
+
+    @property
+    def operator(self) -> OperatorSpan | None:
+        """Where the operator got to, `None` if there was no script."""
+        last = self._last(GROUND_OPERATOR)
+        if last is None:
+            return None
+        t_s, operator = last
+        return OperatorSpan(t_s, operator.step, operator.of, operator.waiting_for)
+
+    def _last(self, topic: Topic[T]) -> tuple[float, T] | None:
+        """The last message of a topic, with its log time in seconds; `None` if there is none."""
+        record = self._log.latest(topic, self._log.end_ns)
+        return None if record is None else (to_s(record.log_time_ns), cast("T", decode(record)))
+
+    @property
     def commands_sent(self) -> tuple[tuple[float, CommandSent], ...]:
         """Every command that the ground sent, with its log time."""
         return self.entries(GROUND_COMMAND)
@@ -248,14 +260,14 @@ class RunView:
     @property
     def dem(self) -> Cycle | None:
         """The DEM's last cycle, which gives the sizes of its lists; `None` if there was none."""
-        record = self._log.latest(ROVER_CYCLE, self._log.end_ns)
-        return None if record is None else cast("Cycle", decode(record))
+        last = self._last(ROVER_CYCLE)
+        return None if last is None else last[1]
 
     @property
     def store(self) -> StoreEntry:
         """What became of the telemetry that the rover stored while the link was out."""
-        record = self._log.latest(ROVER_STORE, self._log.end_ns)
-        return StoreEntry(0, 0, 0) if record is None else cast("StoreEntry", decode(record))
+        last = self._last(ROVER_STORE)
+        return StoreEntry(0, 0, 0) if last is None else last[1]
 
     # --- the link ------------------------------------------------------------------------------
 
@@ -285,8 +297,8 @@ class RunView:
         delivered_between: tuple[float, float] | None = None,
     ) -> Iterator[FrameFate]:
         """`frames`, one by one."""
-        way = None if direction is None else Direction(direction)
-        end = None if fate is None else Fate(fate)
+        way = None if direction is None else _member("direction", direction, Direction)
+        end = None if fate is None else _member("fate", fate, Fate)
         start_s, end_s = delivered_between or (0.0, 0.0)
         if start_s > end_s:
             raise ValueError(
@@ -306,7 +318,7 @@ class RunView:
 
     @cached_property
     def _counters(self) -> dict[Direction, LinkCounters]:
-        tallies = {direction: _Tally() for direction in Direction}
+        tallies = {direction: LinkTally() for direction in Direction}
         for frame in self.each_frame():
             tallies[frame.direction].add(frame)
         for end in (ROVER_FRAME, GROUND_FRAME):
@@ -332,40 +344,15 @@ class RunView:
         return tuple(sorted(outages, key=lambda outage: (outage.start_s, outage.direction != "up")))
 
 
-class _Tally:
-    """Counts the frames of one direction."""
+def _member(what: str, name: str, kind: type[E]) -> E:
+    """The member of an enumeration with this value.
 
-    def __init__(self) -> None:
-        self.stages: Counter[FrameStage] = Counter()
-        self._fates: Counter[Fate] = Counter()
-        self._sent = self._duplicated = self._damaged = self._bytes = self._delay_ns = 0
-
-    def add(self, frame: FrameFate) -> None:
-        if frame.copy:
-            self._duplicated += frame.copy if frame.fate is Fate.DELIVERED else 0
-            return
-        self._sent += 1
-        self._fates[frame.fate] += 1
-        self._damaged += frame.flipped_bits > 0
-        self._bytes += frame.size_byte
-        if frame.arrival_ns is not None:
-            self._delay_ns += frame.arrival_ns - frame.queued_ns
-
-    def counters(self) -> LinkCounters:
-        fates = self._fates
-        delivered = fates[Fate.DELIVERED]
-        return LinkCounters(
-            sent=self._sent,
-            delivered=delivered,
-            lost=fates[Fate.LOST],
-            outage=fates[Fate.OUTAGE],
-            queue_full=fates[Fate.QUEUE_FULL],
-            expired=fates[Fate.EXPIRED],
-            bit_error=fates[Fate.BIT_ERROR],
-            duplicated=self._duplicated,
-            damaged=self._damaged,
-            refused=self.stages[FrameStage.REFUSED],
-            shadowed=self.stages[FrameStage.SHADOWED],
-            bytes=self._bytes,
-            delay_s=to_s(self._delay_ns) / delivered if delivered else None,
-        )
+    Raises:
+        ValueError: if there is none. The message names the nearest one.
+    """
+    if name in (known := [member.value for member in kind]):
+        return kind(name)
+    raise ValueError(
+        f"expected the {what} to be one of {', '.join(known)}, found {shown(name)}"
+        f"{did_you_mean(name, known)}"
+    )

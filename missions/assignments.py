@@ -3,10 +3,10 @@
 A key is dotted, with indices into arrays counted from 0: `link.blackouts.0.end_s`.
 """
 
-import tomllib
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+from farside.files import MAX_KEY_PARTS, parse_toml
 from farside.validation import Key, dotted, one_line, shown
 
 
@@ -38,10 +38,7 @@ def read_assignments(given: Sequence[str] | Mapping[str, object]) -> list[Assign
         ValueError: if a string is not `key=value`, or its value starts like TOML but is invalid.
     """
     if isinstance(given, Mapping):
-        return [
-            Assignment(tuple(key.split(".")), _plain(value), f"{key} set from Python")
-            for key, value in given.items()
-        ]
+        return [_from_python(key, value) for key, value in given.items()]
     return [_from_text(text) for text in given]
 
 
@@ -51,16 +48,38 @@ def _from_text(text: str) -> Assignment:
     if not (key and equals):
         raise ValueError(f"{origin}: expected KEY=VALUE, such as link.up.loss=0.2")
     try:
-        return Assignment(tuple(key.split(".")), _toml_value(value), origin)
+        parts = _parts(key)
+    except ValueError as error:
+        raise ValueError(f"{origin}: {error}") from error
+    try:
+        return Assignment(parts, _toml_value(value), origin)
     except ValueError as error:
         raise ValueError(f"{origin}: expected a TOML value, found: {error}") from error
+
+
+def _from_python(key: str, value: object) -> Assignment:
+    origin = f"{one_line(key)} set from Python"
+    try:
+        return Assignment(_parts(key), _plain(value), origin)
+    except RecursionError as error:
+        raise ValueError(f"{origin}: expected values that are not nested so deeply") from error
+    except ValueError as error:
+        raise ValueError(f"{origin}: {error}") from error
+
+
+def _parts(key: str) -> Key:
+    """The parts of a dotted key."""
+    parts = tuple(key.split("."))
+    if len(parts) > MAX_KEY_PARTS:
+        raise ValueError(f"expected a key of at most {MAX_KEY_PARTS} parts, found {len(parts)}")
+    return parts
 
 
 def _toml_value(text: str) -> object:
     """`text` as a TOML value; a bare string unless it starts like an array, table or string."""
     try:
-        table = tomllib.loads(f"value = {text}")
-    except (ValueError, RecursionError) as error:
+        table = parse_toml(f"value = {text}")
+    except ValueError as error:
         if text.startswith(("[", "{", '"', "'")):
             reason, _, _ = str(error).partition(" (at ")  # a position in the line made up here
             raise ValueError(reason) from error

@@ -2,11 +2,13 @@
 
 from collections.abc import Callable
 
-from farside.logs.views import OutageSpan, RunView
+from farside.logs.spans import OutageSpan
+from farside.logs.views import RunView
 from farside.messages import Mode, ModeCause
 from farside.missions.result import Judgement
 from farside.missions.schema import (
     AutonomyExpected,
+    ChargeExpected,
     Expectation,
     NoCrossingExpected,
     ObedienceExpected,
@@ -28,6 +30,8 @@ def judge(expectation: Expectation, run: RunView) -> Judgement:
             return _obedience(run)
         case NoCrossingExpected():
             return _no_crossing(run)
+        case ChargeExpected():
+            return _charge(expectation, run)
 
 
 def _reached(expectation: ReachedExpected, run: RunView) -> Judgement:
@@ -106,6 +110,17 @@ def _no_crossing(run: RunView) -> Judgement:
     return Judgement(
         name, met=True, detail=f"{sum(1 for _ in run.each_frame(fate=Fate.DELIVERED))} delivered"
     )
+
+
+def _charge(expectation: ChargeExpected, run: RunView) -> Judgement:
+    name = "battery never flat"
+    if expectation.at_least:
+        name = f"charge at least {expectation.at_least:.4g}, {name}"
+    least = run.least_charge
+    if least is None:
+        return Judgement(name, met=False, detail="the charge was never measured")
+    detail = f"least charge {least.charge:.4g} at {least.t_s:.1f} s"
+    return Judgement(name, met=0 < least.charge >= expectation.at_least, detail=detail)
 
 
 def _crossing(

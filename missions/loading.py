@@ -1,23 +1,26 @@
 """Loading a mission: the file read, assignments applied, everything checked, the link resolved."""
 
-import re
-import tomllib
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
 from importlib import resources
 from importlib.resources.abc import Traversable
+from itertools import chain, islice
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
 
+from farside.files import parse_toml, read_text
 from farside.link.profile.resolve import LinkConfigError, resolve_link, with_preset
 from farside.missions.assignments import Assignment, assign, read_assignments
-from farside.missions.schema import MissionFile
-from farside.places import ACTIONS, Cell, Chart, place_name
+from farside.missions.schema import MAX_TICKS, MissionFile
+from farside.places import ACTIONS, Cell, Chart, place_token
 from farside.validation import Key, Problem, did_you_mean, dotted, mismatches, named, shown
 
 _SCHEMA = msgspec.inspect.type_info(MissionFile)
-_COORDINATES = re.compile(r"([0-9]{1,4}),([0-9]{1,4})")
+
+
+MAX_PROBLEMS = 100
+"""The most problems of one mission that are told at once."""
 
 
 class MissionError(Exception):
@@ -64,8 +67,8 @@ def load_mission(
     """
     text = _read(source)
     try:
-        data = tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
+        data = parse_toml(text)
+    except ValueError as error:
         raise MissionError(f"{source}: expected TOML, found: {error}") from error
     try:
         made = read_assignments(assignments)
@@ -73,7 +76,7 @@ def load_mission(
         raise MissionError(f"{source}: {error}") from error
     if seed is not None:
         made.append(Assignment(("seed",), seed, f"--seed {seed}"))
-    problems = [*_apply(made, data), *_insert_preset(data), *mismatches(data, _SCHEMA)]
+    problems = chain(_apply(made, data), _insert_preset(data), _schema_problems(data))
     _refuse(problems, source, made)
     mission = msgspec.convert(data, MissionFile)
     _refuse(_inconsistencies(mission, data), source, made)
@@ -88,15 +91,11 @@ def load_mission(
 
 def _read(source: str | Path) -> str:
     try:
-        return _find(source).read_bytes().decode("utf-8-sig")
+        return read_text(_find(source))
     except OSError as error:
         raise MissionError(f"{source}: expected a mission file, found: {error.strerror}") from error
-    except UnicodeDecodeError as error:
-        line = error.object.count(b"\n", 0, error.start) + 1
-        raise MissionError(
-            f"{source}: expected text in UTF-8, found byte 0x{error.object[error.start]:02x} "
-            f"in line {line}"
-        ) from error
+    except ValueError as error:
+        raise MissionError(f"{source}: {error}") from error
 
 
 def _find(source: str | Path) -> Path | Traversable:
@@ -120,6 +119,11 @@ def shipped_missions() -> dict[str, Traversable]:
         for file in sorted(files, key=lambda file: file.name)
         if file.name.endswith(".toml")
     }
+
+
+def _schema_problems(data: dict[str, Any]) -> Iterator[Problem]:
+    # A generator, so that the schema is compared once assignments and preset are in.
+    yield from mismatches(data, _SCHEMA)
 
 
 def _apply(assignments: Sequence[Assignment], data: dict[str, Any]) -> Iterator[Problem]:
@@ -148,10 +152,12 @@ def _refuse(
 ) -> None:
     """Raise a `MissionError` if there are problems."""
     lines = []
-    for problem in problems:
+    for problem in islice(problems, MAX_PROBLEMS):
         origins = [made.origin for made in assignments if made.touches(problem.key)]
         with_origin = f" (with {origins[-1]})" if origins else ""
         lines.append(f"{source}: {dotted(problem.key)}: {problem.text}{with_origin}")
+    if len(lines) == MAX_PROBLEMS:
+        lines.append(f"{source}: no more than the first {MAX_PROBLEMS} problems are told")
     if lines:
         raise MissionError("\n".join(lines))
 
@@ -161,9 +167,15 @@ def _inconsistencies(mission: MissionFile, data: dict[str, object]) -> Iterator[
     if mission.duration_s < mission.tick_s:
         text = f"expected at least tick_s = {mission.tick_s:g}, found {mission.duration_s:g}"
         yield Problem(("duration_s",), text)
+    if mission.duration_s / mission.tick_s > MAX_TICKS:
+        most_s = MAX_TICKS * mission.tick_s
+        text = f"expected at most {most_s:g} s in ticks of {mission.tick_s:g} s"
+        yield Problem(("duration_s",), f"{text}, found {mission.duration_s:g}")
     chart = mission.world.chart()
+    start = chart.places.get(mission.rover.start)
+    reachable = chart.places.values() if start is None else chart.reachable(start)
     for key, place in named("place", data, _SCHEMA):
-        yield from _misplaced(key, place, mission.rover.start, chart)
+        yield from _misplaced(key, place, mission.rover.start, chart, reachable)
     for key, action in named("action", data, _SCHEMA):
         if action not in ACTIONS:
             expected = "one of " + ", ".join(map(shown, ACTIONS))
@@ -171,26 +183,19 @@ def _inconsistencies(mission: MissionFile, data: dict[str, object]) -> Iterator[
             yield Problem(key, f"expected {expected}, found {shown(action)}{hint}")
 
 
-def _misplaced(key: Key, place: str, start: str, chart: Chart) -> Iterator[Problem]:
+def _misplaced(
+    key: Key, place: str, start: str, chart: Chart, reachable: Container[Cell]
+) -> Iterator[Problem]:
     """The problem with a place that is not on the chart or not reachable from the start."""
-    goal, origin = chart.places.get(place), chart.places.get(start)
-    if goal is None:
-        letters = ", ".join(sorted(name for name in chart.places if "," not in name))
+    cell = chart.places.get(place)
+    if cell is None:
+        letters = ", ".join(chart.named)
         names = f"{letters} or EAST,NORTH" if letters else "EAST,NORTH"
-        hint = _nearest_place(place, chart)
+        hint = chart.like(place)
         yield Problem(key, f"expected a place on the map ({names}), found {shown(place)}{hint}")
-    elif origin is not None:
-        try:
-            chart.way(origin, goal)
-        except ValueError as error:
-            text = f"expected a place reachable from the start, found {shown(place)}: {error}"
-            yield Problem(key, text)
-
-
-def _nearest_place(place: str, chart: Chart) -> str:
-    """A suggestion of the place nearest to `place`, on the map or by spelling."""
-    if chart.places and (pair := _COORDINATES.fullmatch(place)):
-        cell = Cell(int(pair[1]), int(pair[2]))
-        nearest = chart.cell_at(*chart.centre_m(cell))
-        return f"; did you mean {place_name(chart.tokens[nearest])}?"
-    return did_you_mean(place, chart.places)
+    elif cell not in reachable:
+        text = (
+            f"expected a place reachable from the start, found {shown(place)}: "
+            f"no way from {place_token(start)} to {place_token(place)}"
+        )
+        yield Problem(key, text)

@@ -4,7 +4,7 @@ from enum import StrEnum
 
 import msgspec
 
-from farside.logs.views import LinkCounters
+from farside.logs.spans import LinkCounters
 from farside.messages import Mode, ModeCause, Tokens
 from farside.topics import GoalSource
 
@@ -77,6 +77,35 @@ class DemResult(msgspec.Struct, frozen=True):
     mean_cm: float
 
 
+class RoverResult(msgspec.Struct, frozen=True):
+    """The rover's condition. Times are in seconds, `None` for never.
+
+    Attributes:
+        least_charge: the least true state of charge, 0 to 1; `None` if it was never measured.
+        least_charge_s: when the battery first had it.
+        flat_since_s: since when the battery has been flat, if it is at the end.
+        stuck_since_s: since when the rover has been stuck, if it is at the end.
+    """
+
+    least_charge: float | None
+    least_charge_s: float | None
+    flat_since_s: float | None
+    stuck_since_s: float | None
+
+
+class OperatorResult(msgspec.Struct, frozen=True):
+    """Where the operator got to: at `step` of `of`, waiting since `since_s`.
+
+    A run without a script has none of this. `waiting_for` says for what, in words, and is `None`
+    when the script is over. See `farside.topics.OperatorEntry`.
+    """
+
+    step: int
+    of: int
+    waiting_for: str | None
+    since_s: float
+
+
 class LostProcessResult(msgspec.Struct, frozen=True):
     """A `LostProcess`: its role, how it ended, and the start of the first window without it."""
 
@@ -119,4 +148,6 @@ class RunResult(msgspec.Struct, frozen=True, kw_only=True):
     link: LinkResult
     store: StoreResult
     dem: DemResult
+    rover: RoverResult
+    operator: OperatorResult | None
     lost_processes: tuple[LostProcessResult, ...] = ()

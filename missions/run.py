@@ -34,7 +34,9 @@ from farside.missions.result import (
     LinkResult,
     LostProcessResult,
     ModeResult,
+    OperatorResult,
     Outcome,
+    RoverResult,
     RunResult,
     StoreResult,
 )
@@ -252,6 +254,8 @@ def _result(
             uplink=view.link_counters(Direction.UP), downlink=view.link_counters(Direction.DOWN)
         ),
         store=_store_result(view),
+        rover=_rover(view),
+        operator=_operator(view),
         dem=DemResult(dem.signs, dem.hypotheses, dem.mean_cm) if dem else DemResult(0, 0, 0.0),
         lost_processes=tuple(
             LostProcessResult(lost.role, lost.how, to_s(lost.time_ns))
@@ -264,6 +268,21 @@ def _store_result(view: RunView) -> StoreResult:
     store = view.store
     arrived = store.kept - store.given_up - store.waiting
     return StoreResult(store.kept, arrived, store.given_up, store.waiting)
+
+
+def _rover(view: RunView) -> RoverResult:
+    least = view.least_charge
+    return RoverResult(
+        least_charge=least.charge if least else None,
+        least_charge_s=least.t_s if least else None,
+        flat_since_s=view.flat_since_s,
+        stuck_since_s=view.stuck_since_s,
+    )
+
+
+def _operator(view: RunView) -> OperatorResult | None:
+    last = view.operator
+    return OperatorResult(last.step, last.of, last.waiting_for, last.t_s) if last else None
 
 
 def _outcome(judgements: Sequence[Judgement], *, aborted: bool) -> Outcome:

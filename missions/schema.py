@@ -1,5 +1,6 @@
 """The schema of a mission file: world, rover, link, ground and expectations."""
 
+from functools import lru_cache
 from typing import Annotated
 
 from msgspec import Meta
@@ -9,7 +10,13 @@ from farside.link.profile.config import LinkConfig
 from farside.node import to_ns
 from farside.places import Chart
 from farside.rover.config import RoverConfig
-from farside.settings import PlaceName, Positive, Section
+from farside.settings import Fraction, PlaceName, Positive, Section
+
+
+@lru_cache(maxsize=2)
+def _chart(drawing: str, cell_m: float) -> Chart:
+    # Asked for by every check of a mission; a large yard takes a good part of a second to read.
+    return Chart(tuple(drawing.strip().splitlines()), cell_m)
 
 
 class WorldConfig(Section, frozen=True):
@@ -18,11 +25,11 @@ class WorldConfig(Section, frozen=True):
     Attributes:
         map: the yard drawn as `farside.places.Chart` reads it, a line for each row of cells,
             northernmost first.
-        cell_m: side of a cell; project default.
+        cell_m: side of a cell, 1 cm to 1 km; project default.
     """
 
     map: str
-    cell_m: Positive = 1.0
+    cell_m: Annotated[float, Meta(ge=0.01, le=1000)] = 1.0
 
     def chart(self) -> Chart:
         """The chart of the yard.
@@ -30,7 +37,7 @@ class WorldConfig(Section, frozen=True):
         Raises:
             ValueError: if the drawing is not a walled yard.
         """
-        return Chart(tuple(self.map.strip().splitlines()), self.cell_m)
+        return _chart(self.map, self.cell_m)
 
     def __post_init__(self) -> None:
         self.chart()
@@ -68,15 +75,32 @@ class NoCrossingExpected(Section, frozen=True, tag="no-crossing", tag_field="wha
     """No frame is delivered that passes the rover's end of the link during an outage."""
 
 
-Expectation = ReachedExpected | AutonomyExpected | ObedienceExpected | NoCrossingExpected
+class ChargeExpected(Section, frozen=True, tag="charge", tag_field="what"):
+    """The state of charge never falls below `at_least`, and the battery never goes flat.
+
+    Attributes:
+        at_least: the least state of charge, 0 to 1.
+    """
+
+    at_least: Fraction = 0.0
+
+
+Expectation = (
+    ReachedExpected | AutonomyExpected | ObedienceExpected | NoCrossingExpected | ChargeExpected
+)
+
+
+MAX_TICKS = 10**9
+"""The most ticks of a run: more than a year in ticks of 40 ms, and a night of computing (project
+default)."""
 
 
 class MissionFile(Section, frozen=True):
     """A mission file.
 
     Attributes:
-        name: name of the mission and of its logs.
-        duration_s: simulated time from start to end.
+        name: name of the mission and of its logs, in 64 characters at most.
+        duration_s: simulated time from start to end, in `MAX_TICKS` ticks at most.
         world: the yard.
         rover: the rover.
         link: the link.
@@ -87,7 +111,7 @@ class MissionFile(Section, frozen=True):
         expect: the expectations that decide between success and failure.
     """
 
-    name: Annotated[str, Meta(pattern=r"^[a-z0-9][a-z0-9_-]*\Z")]
+    name: Annotated[str, Meta(pattern=r"^[a-z0-9][a-z0-9_-]{0,63}\Z")]
     duration_s: Positive
     world: WorldConfig
     rover: RoverConfig

@@ -1,5 +1,6 @@
 """The battery: its charge over time, and when that counts as low."""
 
+from farside.messages import BatteryState
 from farside.node import to_s
 from farside.rover.config import BatteryConfig
 
@@ -16,6 +17,7 @@ class Battery:
         self._config = config
         self._charge_j = config.initial * config.capacity_j
         self._at_ns = 0
+        self._charging = False
         self.low = config.initial < config.low
 
     @property
@@ -27,6 +29,15 @@ class Battery:
     def empty(self) -> bool:
         """Whether no charge is left."""
         return self._charge_j <= 0
+
+    @property
+    def state(self) -> BatteryState:
+        """What the battery does. It charges only while the rover stands on the dock."""
+        if self.empty:
+            return BatteryState.FLAT
+        if self._charging:
+            return BatteryState.CHARGING
+        return BatteryState.LOW if self.low else BatteryState.NOMINAL
 
     @property
     def urgency(self) -> float:
@@ -43,6 +54,8 @@ class Battery:
         charge_j = self._charge_j + power_w * to_s(now_ns - self._at_ns)
         self._charge_j = min(config.capacity_j, max(0.0, charge_j))
         self._at_ns = now_ns
+        full = self._charge_j >= config.capacity_j
+        self._charging = docked and not driving and power_w > 0 and not full
         if self.charge < config.low:
             self.low = True
         elif self.charge >= config.charged:

@@ -1,15 +1,23 @@
 """The `[rover]` table of a mission file. Defaults without another source are project defaults."""
 
+from typing import Annotated
+
+from msgspec import Meta
+
 from farside.dem import Parameters
 from farside.settings import Fraction, NonNegative, PlaceName, Positive, Section
 
+Physical = Annotated[float, Meta(ge=1e-3, le=1e6)]
+"""A quantity of the physics, in whatever unit: far smaller or greater ones overflow in it (project
+default)."""
+
 
 class BodyConfig(Section, frozen=True):
-    """Body and wheels.
+    """Body and wheels. What is `Physical` goes from 0.001 to 10⁶.
 
     Attributes:
         mass_kg: mass of the rover.
-        radius_m: radius of the round body.
+        radius_m: radius of the round body, 1 cm to 1 km.
         motor_force_n: maximum force of the wheels on the ground.
         friction: friction coefficient of wheels on soil; times `gravity_m_s2` it bounds every
             acceleration, forward and sideways.
@@ -19,36 +27,40 @@ class BodyConfig(Section, frozen=True):
         slip_time_s: correlation time of slip.
     """
 
-    mass_kg: Positive = 40.0
-    radius_m: Positive = 0.3
-    motor_force_n: Positive = 60.0
-    friction: Positive = 0.8
-    gravity_m_s2: Positive = 1.62
+    mass_kg: Physical = 40.0
+    radius_m: Annotated[float, Meta(ge=0.01, le=1000)] = 0.3
+    motor_force_n: Physical = 60.0
+    friction: Physical = 0.8
+    gravity_m_s2: Physical = 1.62
     slip_mean: Fraction = 0.05
     slip_sd: Fraction = 0.03
-    slip_time_s: Positive = 1.0
+    slip_time_s: Physical = 1.0
 
 
 class DriveConfig(Section, frozen=True):
     """The drive controller.
 
     Attributes:
-        speed_m_s: cruising speed of the wheels.
-        turn_rate_rad_s: maximum yaw rate.
+        speed_m_s: cruising speed of the wheels, 0.001 to 100.
+        turn_rate_rad_s: maximum yaw rate, 0.001 to 100.
         tolerance_m: distance to the middle of a place that counts as arrived.
         give_up_s: time after which a move ends where the rover stands, as blocked.
         move_cost_s: action cost of every move, for the Dynamic Expectancy Model (seed: 2.66).
     """
 
-    speed_m_s: Positive = 0.9
-    turn_rate_rad_s: Positive = 1.9
-    tolerance_m: Positive = 0.05
+    speed_m_s: Annotated[float, Meta(ge=1e-3, le=100)] = 0.9
+    turn_rate_rad_s: Annotated[float, Meta(ge=1e-3, le=100)] = 1.9
+    tolerance_m: Physical = 0.05
     give_up_s: Positive = 20.0
     move_cost_s: Positive = 2.66
 
 
+Deviation = Annotated[float, Meta(ge=0, le=1000)]
+"""A standard deviation of sensor noise, 1000 at most (project default)."""
+
+
 class SensorConfig(Section, frozen=True):
-    """The sensors of the pose estimate: standard deviations of zero-mean noise.
+    """The sensors of the pose estimate: standard deviations of zero-mean noise, 0 to 1000.
 
     Attributes:
         position_sd_m: of a position fix.
@@ -57,9 +69,9 @@ class SensorConfig(Section, frozen=True):
         fix_every_s: interval between fixes while driving.
     """
 
-    position_sd_m: NonNegative = 0.05
-    heading_sd_rad: NonNegative = 0.01
-    gyro_sd_rad_s: NonNegative = 0.02
+    position_sd_m: Deviation = 0.05
+    heading_sd_rad: Deviation = 0.01
+    gyro_sd_rad_s: Deviation = 0.02
     fix_every_s: Positive = 0.4
 
 

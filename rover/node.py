@@ -10,14 +10,15 @@ from farside.dem import DynamicExpectancyModel
 from farside.link.endpoint.endpoint import LinkTerms, StoreState, rover_endpoint
 from farside.messages import Command, Failsafe, FailsafeChanged, Telemetry, Tokens
 from farside.node import NS_PER_S, Frame, Journal, Step, to_ns, to_s
-from farside.places import ACTIONS, Cell, Chart, place_token
+from farside.places import ACTIONS, BATTERY_LOW, ON_CHARGE, Cell, Chart, place_token
 from farside.rover.battery import Battery
+from farside.rover.condition import Condition
 from farside.rover.config import RoverConfig
 from farside.rover.drive import STAND, Move
 from farside.rover.events import EventQueue
 from farside.rover.failsafe import FailsafeLadder
 from farside.rover.goals import Goals
-from farside.rover.pilot import BATTERY_LOW, ON_CHARGE, Pilot, Undertaking
+from farside.rover.pilot import Pilot, Undertaking
 from farside.rover.senses.estimate import PoseEstimate
 from farside.rover.world.body import TruePose, World
 from farside.topics import (
@@ -82,6 +83,7 @@ class Rover:
         self._world = World(chart, config.body, start, tick_s, streams.soil)
         self._estimate = PoseEstimate(start, config.sensors, tick_s, streams.sensors)
         self._battery = Battery(config.battery)
+        self._condition = Condition(self._battery, self._journal, self._events)
         self._failsafe = FailsafeLadder(config.failsafe, terms.light_time_ns)
         self._model = DynamicExpectancyModel(
             dict.fromkeys(ACTIONS, config.drive.move_cost_s), config.dem, rng=streams.learning
@@ -120,6 +122,7 @@ class Rover:
     def _begin(self) -> None:
         self._journal.note(TRUTH_YARD, Yard(self._chart.rows, self._chart.cell_m))
         self._journal.note(ROVER_FAILSAFE, FailsafeEntry(self._failsafe.state, 0.0))
+        self._condition.begin()
         self._cycle()
 
     def _tick(self) -> None:
@@ -159,6 +162,7 @@ class Rover:
     def _keep_house(self) -> None:
         self._house_at_ns = self._now_ns + _TELEMETRY_NS
         self._flow()
+        self._condition.follow_battery()
         self._pilot.feel()
         truth = self._world.pose
         self._journal.note(
@@ -332,6 +336,7 @@ class Rover:
         self._journal.note(
             ROVER_ACTION_ENDED, ActionEnded(self._doing.action, duration_s, move.blocked)
         )
+        self._condition.moved(self._doing.action, blocked=move.blocked)
         # Path A3: the DEM learns from what was performed, no matter who chose it.
         self._model.perform(self._doing.action)
         self._move = self._doing = None

@@ -28,7 +28,7 @@ from farside.messages import (
     WithdrawGoal,
 )
 from farside.node import Journal
-from farside.places import ACTIONS
+from farside.places import ACTIONS, ON_CHARGE
 from farside.rover.battery import Battery
 from farside.rover.events import EventQueue
 from farside.rover.goals import Goals
@@ -40,9 +40,6 @@ from farside.topics import (
     GoalSource,
     ModeEntry,
 )
-
-ON_CHARGE = "on_charge"
-BATTERY_LOW = "battery:low"
 
 
 class Undertaking(NamedTuple):

@@ -14,7 +14,9 @@ import msgspec
 _MIDDLING = 0.08, 0.92  # success rates between which a hypothesis is watched
 _LEAST_MARGIN = 0.5  # between the success rates with and without a Token
 _CRITICAL_G = 10.83  # χ² with one degree of freedom, p = 0.001
-_WATCHES = 4  # of one hypothesis, at most
+
+WATCHES = 4
+"""The most watches of one hypothesis."""
 
 
 def g_statistic(successes: int, cases: int, other_successes: int, other_cases: int) -> float:
@@ -159,6 +161,6 @@ class Differentiation:
 
     def _consider(self, hypothesis: int, success_rate: float) -> None:
         low, high = _MIDDLING
-        if low < success_rate < high and self._watched.get(hypothesis, 0) < _WATCHES:
+        if low < success_rate < high and self._watched.get(hypothesis, 0) < WATCHES:
             self._watched[hypothesis] = self._watched.get(hypothesis, 0) + 1
             self._watches[hypothesis] = _Watch()

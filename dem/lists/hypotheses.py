@@ -79,7 +79,7 @@ class HypothesisList:
 
     Attributes:
         context, action, outcome, delay, cm, credit, predictions, successes: see `Hypothesis`;
-            undefined for a free row.
+            of a free row only the delay is defined: 0.
         cost: the current cost estimate C_e; infinite for a free row.
         born: serial number of creation, which gives the order of age.
         structure: incremented whenever a hypothesis is created or removed.
@@ -160,6 +160,10 @@ class HypothesisList:
         """Whether this very hypothesis exists."""
         return self.find(context, action, outcome, delay) is not None
 
+    def is_living(self, hypothesis: int) -> bool:
+        """Whether there is a hypothesis with this id."""
+        return 0 <= hypothesis < len(self.delay) and self.delay[hypothesis] > 0
+
     def success_rate(self, hypothesis: int) -> float:
         """The fraction of its predictions that came true. One at least must have fallen due."""
         return self.successes[hypothesis] / self.predictions[hypothesis]
@@ -201,6 +205,7 @@ class HypothesisList:
         self.by_outcome.remove(self.outcome[hypothesis], hypothesis)
         self._note_cost_change(hypothesis)
         self.cost[hypothesis] = math.inf
+        self.delay[hypothesis] = 0
         self.cm_sum -= self.cm[hypothesis]
         self.structure += 1
         self._free.append(hypothesis)
@@ -269,6 +274,7 @@ class HypothesisList:
             self.cost.append(cost_estimate(costs[action], measure))
         for hypothesis in self._free:
             self.cost[hypothesis] = math.inf
+            self.delay[hypothesis] = 0
         for hypothesis in self.by_age():
             cause = self.cause(self.context[hypothesis], self.action[hypothesis])
             self._of_cause.append(cause, hypothesis)

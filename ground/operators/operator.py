@@ -5,6 +5,7 @@ from typing import NamedTuple, Protocol
 
 from farside.ground.belief import Belief
 from farside.messages import Order
+from farside.topics import OperatorEntry
 
 
 class Situation(NamedTuple):
@@ -25,6 +26,11 @@ class Situation(NamedTuple):
 
 class Operator(Protocol):
     """Decides at the ground. It is asked on every tick."""
+
+    @property
+    def progress(self) -> OperatorEntry:
+        """How far it has come, as of the last time it was asked, and what it waits for."""
+        ...
 
     def act(self, situation: Situation) -> Sequence[Order]:
         """The orders to send now, in order; none to wait."""

@@ -2,11 +2,14 @@
 
 from collections.abc import Iterator, Sequence
 
+from msgspec.structs import replace
+
 from farside.ground.config import AwaitReached, Pursue, ScriptStep, SwitchMode, Tour, WaitUntil
 from farside.ground.operators.operator import Situation
 from farside.messages import Approve, Drive, Order, Override, SetGoal, SetMode, Telemetry
 from farside.node import to_ns
 from farside.places import Cell, Chart, place_token
+from farside.topics import OperatorEntry
 
 
 class ScriptedOperator:
@@ -14,6 +17,9 @@ class ScriptedOperator:
 
     It moves and waits: a drive command goes out only when the one before is known to be done, and
     none while the rover is silent.
+
+    Attributes:
+        progress: see `Operator`.
     """
 
     def __init__(self, script: Sequence[ScriptStep], chart: Chart) -> None:
@@ -21,6 +27,7 @@ class ScriptedOperator:
         self._situation: Situation
         self._play = self._steps(script)
         self._over = False
+        self.progress = OperatorEntry(0, len(script), None)
 
     def act(self, situation: Situation) -> Sequence[Order]:
         """Orders to send now; see `Operator`."""
@@ -28,7 +35,8 @@ class ScriptedOperator:
         return () if self._over else next(self._play)
 
     def _steps(self, script: Sequence[ScriptStep]) -> Iterator[Sequence[Order]]:
-        for step in script:
+        for number, step in enumerate(script, start=1):
+            self.progress = OperatorEntry(number, len(script), _wanted(step))
             match step:
                 case Tour():
                     yield from self._tour(step)
@@ -41,11 +49,13 @@ class ScriptedOperator:
                 case WaitUntil():
                     yield from self._wait(step)
         self._over = True
+        self.progress = OperatorEntry(len(script), len(script), None)
         yield ()
 
     def _tour(self, step: Tour) -> Iterator[Sequence[Order]]:
         for place in step.places:
             target = self._chart.places[place]
+            self.progress = replace(self.progress, waiting_for=f"the rover to be at {place}")
             while (way := self._way(target)) is None or way:
                 yield [Drive(way[0])] if way else ()
 
@@ -91,3 +101,18 @@ class ScriptedOperator:
     def _wait(self, step: WaitUntil) -> Iterator[Sequence[Order]]:
         while self._situation.now_ns < to_ns(step.until_s):
             yield ()
+
+
+def _wanted(step: ScriptStep) -> str:
+    """What has to happen for a step to be over, in words."""
+    match step:
+        case Tour(places=places):
+            return f"the rover to be at {', '.join(places)}"
+        case SwitchMode(mode=mode):
+            return f"telemetry that confirms mode {mode}"
+        case Pursue(place=place):
+            return f"goal {place} to be reached"
+        case AwaitReached(place=place):
+            return f"goal {place} to be reached, which others set"
+        case WaitUntil(until_s=until_s):
+            return f"{until_s:g} s"

@@ -1,7 +1,6 @@
 """Resolves a link to plain tables: presets, files and ephemerides are read here."""
 
 import math
-import tomllib
 from bisect import bisect_right
 from collections.abc import Mapping, Sequence
 from importlib import resources
@@ -11,6 +10,7 @@ from typing import Any
 
 import msgspec
 
+from farside.files import parse_toml, read_text
 from farside.link.profile.config import (
     Affected,
     Blackout,
@@ -182,20 +182,18 @@ def _refused(key: tuple[str, ...], text: str) -> LinkConfigError:
 
 def _text(path: Path, key: tuple[str, ...]) -> str:
     try:
-        return path.read_bytes().decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = error.object.count(b"\n", 0, error.start) + 1
-        found = f"byte 0x{error.object[error.start]:02x} in {path}, line {line}"
-        raise _refused(key, f"expected text in UTF-8, found {found}") from error
-    except (OSError, ValueError) as error:  # a ValueError for an impossible path
-        why = error.strerror if isinstance(error, OSError) else error
-        raise _refused(key, f"expected a file, found: {shown(str(path))}: {why}") from error
+        return read_text(path)
+    except OSError as error:
+        why = f"expected a file, found: {shown(str(path))}: {error.strerror}"
+        raise _refused(key, why) from error
+    except ValueError as error:  # what it holds, or a path that can be none
+        raise _refused(key, f"{error}: {shown(str(path))}") from error
 
 
 def _toml(text: str, key: tuple[str, ...]) -> dict[str, Any]:
     try:
-        return tomllib.loads(text)
-    except (ValueError, RecursionError) as error:
+        return parse_toml(text)
+    except ValueError as error:
         raise _refused(key, f"expected TOML, found: {error}") from error
 
 

@@ -16,6 +16,7 @@ from farside.logs.terminal.yard import Yard, draw_yard
 from farside.messages import Failsafe, Mode
 from farside.node import Direction, Role, to_s
 from farside.topics import ActionStarted
+from farside.validation import printable
 
 _DIRECTION_LABELS = {Direction.UP: "↑ up", Direction.DOWN: "↓ down"}
 
@@ -138,7 +139,7 @@ def _header(
         state.append("  ").append(badge)
     if not wide:
         return state
-    header = _grid([(state, Text(f"{title}  ", style=_DIM))])
+    header = _grid([(state, Text(f"{printable(title)}  ", style=_DIM))])
     header.expand = True
     header.columns[1].justify = "right"
     return header
@@ -157,7 +158,7 @@ def _grid(rows: Sequence[Sequence[str | Text]]) -> Table:
     """
     grid = Table.grid(padding=(0, 1, 0, 0))
     for row in rows:
-        grid.add_row(*(Text(cell) if isinstance(cell, str) else cell for cell in row))
+        grid.add_row(*(Text(printable(cell)) if isinstance(cell, str) else cell for cell in row))
     for index, column in enumerate(grid.columns):
         column.no_wrap = True
         if index < len(grid.columns) - 1:

@@ -14,6 +14,7 @@ from rich.text import Text
 from farside.dem import DynamicExpectancyModel, Hypothesis, Parameters, PolicyValue, Sign
 from farside.missions.commands.dem_stream import RecordedCycle, StreamError, read_stream
 from farside.missions.figure1.example import GOALS, SEED, Figure1, run_figure1
+from farside.validation import printable
 
 _DEFAULTS = Parameters()
 _DEFAULT_COST = 1.0
@@ -234,7 +235,7 @@ def _show_table(
     for column in columns:
         table.add_column(column)
     for row in rows[:_ROWS]:
-        table.add_row(*map(Text, row))
+        table.add_row(*(Text(printable(cell)) for cell in row))
     if rows:
         console.print(table)
     if len(rows) > _ROWS:

@@ -2,8 +2,8 @@
 
 import sys
 from codecs import BOM_UTF8
-from collections.abc import Iterable
 from pathlib import Path
+from typing import BinaryIO
 
 import msgspec
 
@@ -29,6 +29,9 @@ class RecordedCycle(msgspec.Struct, frozen=True, forbid_unknown_fields=True):
     action: str | None
 
 
+MAX_LINE_BYTE = 1024 * 1024
+"""The longest line of a stream (project default)."""
+
 _DECODER = msgspec.json.Decoder(RecordedCycle)
 
 
@@ -36,7 +39,8 @@ def read_stream(source: str) -> list[RecordedCycle]:
     """All cycles of the file `source`, or of standard input for `-`. Blank lines are skipped.
 
     Raises:
-        StreamError: if the file cannot be read, or a line is not a cycle.
+        StreamError: if the file cannot be read, or a line is not a cycle, or is longer than
+            `MAX_LINE_BYTE`.
     """
     if source == STDIN:
         return _cycles("standard input", sys.stdin.buffer)
@@ -49,7 +53,8 @@ def read_stream(source: str) -> list[RecordedCycle]:
         ) from error
 
 
-def _cycles(name: str, lines: Iterable[bytes]) -> list[RecordedCycle]:
+def _cycles(name: str, file: BinaryIO) -> list[RecordedCycle]:
+    lines = iter(lambda: file.readline(MAX_LINE_BYTE + 1), b"")
     return [
         _cycle(line, f"{name}: line {number}")
         for number, line in enumerate((line.removeprefix(BOM_UTF8) for line in lines), start=1)
@@ -58,6 +63,10 @@ def _cycles(name: str, lines: Iterable[bytes]) -> list[RecordedCycle]:
 
 
 def _cycle(line: bytes, where: str) -> RecordedCycle:
+    if len(line) > MAX_LINE_BYTE:
+        raise StreamError(
+            f"{where}: expected at most {MAX_LINE_BYTE} bytes in a line, found a longer one"
+        )
     try:
         return _DECODER.decode(line)
     except (msgspec.MsgspecError, UnicodeDecodeError, RecursionError) as error:

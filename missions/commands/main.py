@@ -17,6 +17,7 @@ from typer.core import TyperGroup
 from farside.missions.commands import failures
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.formats import list_missions, show_schema
+from farside.validation import dotted, printable
 
 if TYPE_CHECKING:
     from farside.missions.crew.crew import LostProcess
@@ -200,20 +201,23 @@ def run(
 
 @app.command()
 def check(mission: Mission, set_: Set = None) -> None:
-    """Check a mission file without running it.
+    """Check a mission file without running it, and warn of what can never come about in it.
 
     \b
     farside check missions/blackout.toml
     farside check blackout --set rover.start="A"
     """
+    from farside.missions.advice import warnings
     from farside.missions.loading import load_mission
 
     with patience("reading the mission"):
         loaded = load_mission(mission, set_ or ())
-    places = len(loaded.mission.world.chart().cells)
+    for key, text in warnings(loaded.mission):
+        _print_error(f"warning: {loaded.source}: {dotted(key)}: {text}")
+    mission_, source = loaded.mission, printable(loaded.source)
     print(  # noqa: T201
-        f"{loaded.source}: good. {loaded.mission.name}: {loaded.mission.duration_s:g} s, "
-        f"{places} places, {len(loaded.mission.expect)} expectations"
+        f"{source}: good. {mission_.name}: {mission_.duration_s:g} s, "
+        f"{len(mission_.world.chart().cells)} places, {len(mission_.expect)} expectations"
     )
 
 
@@ -288,7 +292,8 @@ def _status(finished: "FinishedRun") -> int:
 
 
 def _print_error(message: str) -> None:
-    print(f"farside: {message}", file=sys.stderr)  # noqa: T201
+    for line in f"farside: {message}".split("\n"):
+        print(printable(line), file=sys.stderr)  # noqa: T201
 
 
 def _print_last_words(lost: "LostProcess | None") -> None:
@@ -301,7 +306,7 @@ def main() -> NoReturn:
     try:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, signal.default_int_handler)
-        app()
+        app(prog_name="farside")
     except SystemExit:
         raise
     except KeyboardInterrupt:

@@ -25,9 +25,9 @@ def test_both_ends_of_the_range_are_allowed(name: str, value: Any) -> None:
 
 
 @pytest.mark.parametrize("name", ["reach", "maturity", "recovery"])
-@pytest.mark.parametrize("value", [0, -1, 1.5])
+@pytest.mark.parametrize("value", [0, -1, 1.5, 10**10])
 def test_counts_are_whole_numbers_from_1(name: str, value: Any) -> None:
-    with pytest.raises(ValueError, match=f"{name}: expected a whole number >= 1, found {value}"):
+    with pytest.raises(ValueError, match=rf"{name}: expected a whole number >= 1 .* found {value}"):
         Parameters(**{name: value})
 
 

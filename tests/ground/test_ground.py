@@ -5,7 +5,7 @@ from typing import Any
 from farside.ground import Ground, GroundConfig, ScriptedOperator, Situation
 from farside.ground.belief import Belief
 from farside.ground.commands import CommandDesk
-from farside.ground.config import OverrideAt, Pursue, SwitchMode, Tour, WaitUntil
+from farside.ground.config import AwaitReached, OverrideAt, Pursue, SwitchMode, Tour, WaitUntil
 from farside.link import LinkConfig, LinkTerms, OneWay, rover_endpoint
 from farside.link.endpoint.endpoint import SERVICES
 from farside.logs import decode
@@ -28,7 +28,7 @@ from farside.messages import (
 )
 from farside.node import Journal, to_ns
 from farside.places import Chart
-from farside.topics import GROUND_FRAME, EventLearned, Review, Silence
+from farside.topics import GROUND_FRAME, EventLearned, OperatorEntry, Review, Silence
 
 CHART = Chart(("######", "#A..B#", "######"), 1.0)
 TICK_NS = to_ns(0.04)
@@ -158,13 +158,33 @@ def test_it_waits_for_its_time_and_rests_when_the_script_is_over() -> None:
     assert [scene.act(11.0), scene.act(12.0)] == [[], []]
 
 
+def test_it_says_where_it_has_got_to_and_what_it_waits_for() -> None:
+    scene = Scene(
+        Tour(places=("B",)), SwitchMode(mode=Mode.SHARED), Pursue(place="A"), WaitUntil(until_s=9)
+    )
+    assert scene.operator.progress == OperatorEntry(0, 4, None)
+    scene.act()
+    assert scene.operator.progress == OperatorEntry(1, 4, "the rover to be at B")
+    scene.belief.learn(telemetry(1, "B"))
+    scene.act()
+    assert scene.operator.progress == OperatorEntry(2, 4, "telemetry that confirms mode shared")
+    scene.belief.learn(telemetry(2, "B", mode=Mode.SHARED))
+    scene.act()
+    assert scene.operator.progress == OperatorEntry(3, 4, "goal A to be reached")
+    scene.belief.events.append(Event(1, 0, GoalReached(("at:A",))))
+    scene.act(3)
+    assert scene.operator.progress == OperatorEntry(4, 4, "9 s")
+    scene.act(9)
+    assert scene.operator.progress == OperatorEntry(4, 4, None)
+
+
 # --- the node ------------------------------------------------------------------------------------
 
 
 class Bench:
     """A ground node alone, with a rover's endpoint in the test's hand."""
 
-    def __init__(self, *script: SwitchMode | Pursue) -> None:
+    def __init__(self, *script: SwitchMode | Pursue | AwaitReached) -> None:
         self.ground = Ground(
             GroundConfig(),
             ScriptedOperator(script, CHART),
@@ -212,6 +232,17 @@ def test_it_notices_silence_and_its_end() -> None:
     assert bench.entries == [Silence(silent=True)]
     bench.live(20.5, telemetry(19.0))
     assert bench.entries[-1] == Silence(silent=False)
+
+
+def test_what_the_operator_waits_for_is_recorded_once() -> None:
+    bench = Bench(SwitchMode(mode=Mode.SHARED), AwaitReached(place="B"))
+    bench.live(1.0)
+    bench.live(2.0, telemetry(0.0, mode=Mode.SHARED, commands_done=1))
+    bench.live(9.0)
+    assert [entry for entry in bench.entries if isinstance(entry, OperatorEntry)] == [
+        OperatorEntry(1, 2, "telemetry that confirms mode shared"),
+        OperatorEntry(2, 2, "goal B to be reached, which others set"),
+    ]
 
 
 def test_a_review_records_the_path_that_was_looked_at() -> None:

@@ -68,10 +68,13 @@ def test_a_trace_is_read_relative_to_the_file_that_names_it(tmp_path: Path) -> N
     ("trace", "words"),
     [
         ({"file": "no.trace"}, "up.rate_trace.file: expected a file, found: "),
-        ({"file": "\0"}, "up.rate_trace.file: expected a file, found: "),
-        ({"file": "."}, "Is a directory"),
+        ({"file": "\0"}, "up.rate_trace.file: expected a path, found one"),
+        ({"file": "."}, "expected a regular file, found a folder"),
         ({"file": "bad.trace"}, "bad.trace, line 2: expected a whole number of milliseconds"),
-        ({"file": "raw.trace"}, "up.rate_trace.file: expected text in UTF-8, found byte 0xff in"),
+        (
+            {"file": "raw.trace"},
+            "up.rate_trace.file: expected text in UTF-8, found byte 0xff in",
+        ),
         ({}, "up.rate_trace: expected either file or times_ms, found neither"),
         (
             {"file": "bad.trace", "times_ms": [1]},

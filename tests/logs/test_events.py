@@ -8,6 +8,8 @@ from farside.logs import time_text
 from farside.logs.events import event_line
 from farside.messages import (
     Approve,
+    BatteryChanged,
+    BatteryState,
     CommandRefused,
     Drive,
     Event,
@@ -21,11 +23,13 @@ from farside.messages import (
     Override,
     SetGoal,
     SetMode,
+    StuckChanged,
     WithdrawGoal,
 )
 from farside.node import Direction, to_ns
 from farside.topics import (
     ActionEnded,
+    BatteryEntry,
     CommandSent,
     CommandTaken,
     EventLearned,
@@ -38,6 +42,7 @@ from farside.topics import (
     OutageReason,
     Pose,
     Silence,
+    StuckEntry,
 )
 
 
@@ -59,6 +64,9 @@ from farside.topics import (
             CommandTaken(7, Drive("N"), "expired"),
             "rover: refuses command 7 (drive N): expired",
         ),
+        (BatteryEntry(BatteryState.CHARGING, 0.254), "rover: battery charging, 25%"),
+        (BatteryEntry(BatteryState.FLAT, 0.0), "rover: battery flat: the rover cannot move"),
+        (StuckEntry(stuck=True, moves=4), "rover: stuck: the last 4 moves were blocked"),
         (ActionEnded("E", 4.06, blocked=True), "rover: E was blocked after 4.1 s"),
         (
             LinkOutage(Direction.UP, down=True, reason=OutageReason.BLACKOUT),
@@ -92,6 +100,8 @@ def test_the_line_of(message: msgspec.Struct, line: str) -> None:
         (ModeChanged(Mode.AUTONOMOUS, ModeCause.LINK_LOST), "mode autonomous: link lost"),
         (FailsafeChanged(Failsafe.LOST, to_ns(30)), "failsafe lost after 30.0 s of silence"),
         (GoalReached(("at:B",)), "goal at:B reached"),
+        (BatteryChanged(BatteryState.LOW, 0.2489), "battery low, 25%"),
+        (StuckChanged(stuck=False, moves=0), "moves again"),
         (CommandRefused(7, "expired"), "command 7 refused: expired"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
@@ -134,3 +144,29 @@ def test_steps_of_a_tour_are_routine_and_changes_are_not() -> None:
 )
 def test_times_are_hours_minutes_and_seconds_cut_to_tenths(t_s: float, text: str) -> None:
     assert time_text(to_ns(t_s)) == text
+
+
+def test_a_rover_free_from_the_start_is_no_event() -> None:
+    assert event_line(logged(0, StuckEntry(stuck=False, moves=0))) is None
+
+
+HOSTILE = "\x1b]0;you\x07\x1b[2J\u202e\n" * 99
+
+
+@pytest.mark.parametrize(
+    "message",
+    [
+        GoalEntry((HOSTILE,), GoalChange.SET, 1.0, GoalSource.OPERATOR),
+        CommandTaken(7, Drive(HOSTILE), HOSTILE),
+        ActionEnded(HOSTILE, 4.0, blocked=True),
+        CommandSent(7, SetGoal((HOSTILE,), 1.0)),
+        EventLearned(Event(1, 0, CommandRefused(7, HOSTILE))),
+    ],
+    ids=lambda message: type(message).__name__,
+)
+def test_no_text_of_a_log_can_steer_a_terminal(message: msgspec.Struct) -> None:
+    line = event_line(logged(0, message))
+
+    assert line is not None
+    assert line.text.isprintable()
+    assert len(line.text) < 500

@@ -9,7 +9,7 @@ from noting import view_of
 
 from farside.logs import GoalSpan, LogError, LogFile, ModeSpan, OutageSpan, Recorder, RunView
 from farside.messages import Drive, Failsafe, Mode, ModeCause
-from farside.node import Direction
+from farside.node import Direction, Topic
 from farside.topics import (
     GROUND_SILENCE,
     TRUTH_POSE,
@@ -110,11 +110,42 @@ def test_the_tokens_of_a_sign_are_given_in_any_order(run: Any) -> None:
     assert view.reached(["on_charge"]) is None
 
 
-def test_a_place_that_is_not_on_the_map_is_refused(run: Any) -> None:
-    with pytest.raises(
-        ValueError, match="a place on the map, such as at:A, at:B, at:C, at:D, found at:Z"
-    ):
-        view_of(run.start().records).reached("at:Z")
+@pytest.mark.parametrize("name", ["at:B", "B", ["B"], ("at:B", "B")])
+def test_a_place_can_be_asked_for_by_its_name_or_its_token(run: Any, name: Any) -> None:
+    run.start().goal(2, "at:B").stand(9, "at:B").reach(9, "at:B")
+    assert view_of(run.records).reached(name) == 9.0
+
+
+def test_a_token_that_the_rover_senses_can_be_asked_for_though_it_was_no_goal(run: Any) -> None:
+    assert view_of(run.start().records).reached("battery:low") is None
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("at:Z", r'expected a place of the map \(A, B, C, D or EAST,NORTH\) .* found "at:Z"$'),
+        ("b", r'found "b"; did you mean B\?$'),
+        ("at:3,9", r'found "at:3,9"; did you mean 2,3\?$'),
+        ("batery:low", r'found "batery:low"; did you mean battery:low\?$'),
+        (["at:A", "oncharge"], r'found "oncharge"; did you mean on_charge\?$'),
+        ([], "expected one Token at least, found none"),
+    ],
+)
+def test_a_name_that_means_nothing_is_refused_with_the_nearest_that_does(
+    run: Any, name: Any, message: str
+) -> None:
+    with pytest.raises(ValueError, match=message):
+        view_of(run.start().records).reached(name)
+
+
+def test_a_misspelt_direction_fate_or_topic_is_refused_with_the_nearest(run: Any) -> None:
+    view = view_of(run.start().records)
+    with pytest.raises(ValueError, match=r'one of up, down, found "dwn"; did you mean down\?'):
+        view.frames("dwn")
+    with pytest.raises(ValueError, match=r'found "delievered"; did you mean delivered\?'):
+        view.frames(fate="delievered")
+    with pytest.raises(ValueError, match=r'found "/rover/modes"; did you mean /rover/mode\?'):
+        view.entries(Topic("/rover/modes", ModeEntry))
 
 
 def test_a_goal_ends_reached_or_withdrawn_and_a_new_priority_is_no_new_goal(run: Any) -> None:

@@ -2,10 +2,9 @@
 
 import json
 import re
-import signal
 import subprocess
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from io import StringIO
 from pathlib import Path
 
@@ -14,31 +13,12 @@ from rich.console import Console
 
 from farside.logs import LogFile
 from farside.missions import load_mission
-from farside.missions.commands import main as cli
 from farside.missions.commands.display.progress import ProgressDisplay
 from farside.missions.format import mission_schema
 from farside.missions.loading import shipped_missions
 from farside.node import Role
 
 YARD = 'world.map="#####\\n#A.B#\\n#####"'
-
-
-@pytest.fixture
-def farside(
-    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str], tmp_path: Path
-) -> Iterator[Callable[..., tuple[int, str, str]]]:
-    """Run `farside ...` in an empty folder: exit status, standard output, standard error."""
-    monkeypatch.chdir(tmp_path)
-    handler = signal.getsignal(signal.SIGTERM)
-
-    def run(*arguments: str) -> tuple[int, str, str]:
-        monkeypatch.setattr(sys, "argv", ["farside", *arguments])
-        with pytest.raises(SystemExit) as end:
-            cli.main()
-        return end.value.code, *capsys.readouterr()
-
-    yield run
-    signal.signal(signal.SIGTERM, handler)
 
 
 def test_run_prints_a_summary_and_leaves_a_log(
@@ -156,10 +136,75 @@ def test_an_invalid_pace_is_refused(
     assert list(tmp_path.iterdir()) == []
 
 
+def test_no_name_on_the_command_line_can_steer_the_terminal(
+    farside: Callable[..., tuple[int, str, str]],
+) -> None:
+    for arguments in (["check", "\x1b[2J.toml"], ["replay", "\x1b[2J.mcap"]):
+        status, _, err = farside(*arguments)
+        assert status == 2
+        assert "\\x1b[2J." in err
+        assert "\x1b" not in err
+
+
+def test_a_folder_for_logs_is_not_taken_for_markup(
+    farside: Callable[..., tuple[int, str, str]],
+) -> None:
+    status, out, _ = farside(
+        "run", "blackout", "--in-process", "--set=duration_s=5", "--set=expect=[]", "--out", "[/b]"
+    )
+    assert status == 0
+    assert "log     [/b]/blackout-seed1-1.mcap" in out
+
+
 def test_check_sums_up_a_valid_mission(farside: Callable[..., tuple[int, str, str]]) -> None:
     status, out, _ = farside("check", "blackout")
     assert status == 0
     assert out == "blackout: good. blackout: 1200 s, 74 places, 6 expectations\n"
+
+
+STRANDED = (
+    "--set=rover.battery.capacity_j=2000",
+    "--set=duration_s=600",
+    '--set=expect=[{what="charge", at_least=0.2}]',
+)
+
+
+def test_a_rover_that_runs_flat_is_in_the_summary_the_story_and_the_verdict(
+    farside: Callable[..., tuple[int, str, str]],
+) -> None:
+    status, out, _ = farside("run", "blackout", "--in-process", *STRANDED)
+    assert status == 1
+    assert "rover: least charge 0% at" in out
+    assert "battery flat since" in out
+    assert "charge at least 0.2, battery never flat" in out
+    assert "operator: at step 1 of 7, waiting since" in out
+
+    _, lines, _ = farside("replay", "logs/runs/blackout-seed1-1.mcap")
+    assert "rover   battery flat: the rover cannot move" in lines
+    assert ": battery flat: the rover cannot move" in lines.partition("ground  learns of")[2]
+
+
+def test_the_result_says_since_when_and_what_the_operator_waited_for(
+    farside: Callable[..., tuple[int, str, str]],
+) -> None:
+    _, out, _ = farside("run", "blackout", "--in-process", "--json", *STRANDED)
+    result = json.loads(out)
+    assert result["rover"]["least_charge"] == 0
+    assert result["rover"]["flat_since_s"] == result["rover"]["least_charge_s"]
+    assert result["rover"]["stuck_since_s"] is None
+    assert (result["operator"]["step"], result["operator"]["of"]) == (1, 7)
+    assert result["operator"]["waiting_for"].startswith("the rover to be at ")
+
+
+def test_check_warns_of_a_script_that_can_never_go_on(
+    farside: Callable[..., tuple[int, str, str]],
+) -> None:
+    status, out, err = farside(
+        "check", "blackout", "--set", "link.blackouts=[]", "--set", 'ground.script.1.mode="guided"'
+    )
+    assert status == 0
+    assert "good" in out
+    assert "farside: warning: blackout: ground.script.2.do: waits for goal A to be reached" in err
 
 
 def test_replay_into_a_pipe_prints_one_line_per_event(
@@ -227,90 +272,6 @@ def test_a_byte_order_mark_is_skipped(
     (tmp_path / "bom.toml").write_bytes(b"\xef\xbb\xbf" + mission)
     more = ("--in-process", "--set", "duration_s=2", "--set", "expect=[]")
     assert farside(command, "bom.toml", *(more if command == "run" else ()))[0] == 0
-
-
-COMMANDS = [
-    (),
-    ("run",),
-    ("check",),
-    ("replay",),
-    ("recover",),
-    ("missions",),
-    ("schema",),
-    ("link",),
-    ("link", "check"),
-    ("link", "light-time"),
-    ("dem",),
-    ("dem", "learn"),
-    ("dem", "figure1"),
-]
-
-
-def test_these_are_all_commands(farside: Callable[..., tuple[int, str, str]]) -> None:
-    for group in ((), ("link",), ("dem",)):
-        _, out, _ = farside(*group, "--help")
-        listed = re.findall(
-            r"^  ([a-z][a-z0-9-]+)  ", out.partition("\nCommands:")[2], re.MULTILINE
-        )
-        assert {(*group, name) for name in listed} == {
-            command for command in COMMANDS if command[:-1] == group and command
-        }
-
-
-@pytest.mark.parametrize("group", ["link", "dem"])
-def test_a_group_is_listed_in_its_own_words(
-    farside: Callable[..., tuple[int, str, str]], group: str
-) -> None:
-    listed = re.search(rf"^  {group} +(.+)$", farside("--help")[1], re.MULTILINE)
-    assert farside(group, "--help")[1].splitlines()[2] == f"  {listed.group(1)}"
-
-
-@pytest.mark.parametrize("command", COMMANDS, ids=" ".join)
-def test_help_has_examples_flags_and_whole_lines(
-    farside: Callable[..., tuple[int, str, str]],
-    monkeypatch: pytest.MonkeyPatch,
-    command: tuple[str, ...],
-) -> None:
-    """At 80 columns, by `-h` as by `--help`: no line is longer, cut or about a type."""
-    monkeypatch.setenv("COLUMNS", "80")
-    status, out, _ = farside(*command, "-h")
-    assert status == 0
-    assert (status, out) == farside(*command, "--help")[:2]
-    assert re.search(rf"\n\n  {' '.join(('farside', *command))}\b", out)
-    assert max(map(len, out.splitlines())) <= 80
-    usage, _, words = out.partition("\n")
-    assert usage.startswith("Usage: farside")
-    assert not re.search(r"\.\.\.$|<bool>|<int|<float", words, re.MULTILINE)
-
-
-@pytest.mark.parametrize(
-    ("typed", "meant"),
-    [("chek", "check"), ("lnk", "link"), ("schem", "schema")],
-)
-def test_an_unknown_command_is_answered_with_the_near_one(
-    farside: Callable[..., tuple[int, str, str]], typed: str, meant: str
-) -> None:
-    status, out, err = farside(typed)
-    assert (status, out) == (2, "")
-    assert f"No such command '{typed}'. Did you mean '{meant}'" in err
-
-
-def test_an_unknown_option_is_answered_with_the_near_one(
-    farside: Callable[..., tuple[int, str, str]],
-) -> None:
-    status, _, err = farside("run", "blackout", "--in-proces")
-    assert status == 2
-    assert "--in-process" in err
-
-
-def test_completion_can_be_installed(
-    farside: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch
-) -> None:
-    assert "--install-completion" in farside("--help")[1]
-    monkeypatch.setenv("_FARSIDE_COMPLETE", "complete_bash")
-    monkeypatch.setenv("COMP_WORDS", "farside re")
-    monkeypatch.setenv("COMP_CWORD", "1")
-    assert set(farside()[1].split()) == {"recover", "replay"}
 
 
 def test_the_digest_can_be_copied_whole_from_80_columns(

@@ -221,6 +221,24 @@ def test_tables_show_thirty_rows_and_say_how_many_more_there_are(
     assert "and 14 more" in out
 
 
+def test_a_line_without_an_end_is_refused(farside: Callable[..., tuple[int, str, str]]) -> None:
+    status, out, err = farside("learn", "/dev/zero")
+    assert (status, out) == (2, "")
+    assert err == (
+        "farside: /dev/zero: line 1: expected at most 1048576 bytes in a line, found a longer one\n"
+    )
+
+
+def test_tokens_that_would_steer_a_terminal_are_shown_escaped(
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path
+) -> None:
+    path = tmp_path / "steering.jsonl"
+    path.write_text('{"tokens": ["a\\u001b[2J"], "action": "N"}\n')
+    _, out, _ = farside("learn", "steering.jsonl")
+    assert "a\\x1b[2J" in out
+    assert "\x1b" not in out
+
+
 def test_tokens_that_look_like_markup_are_shown_as_they_are(
     farside: Callable[..., tuple[int, str, str]], tmp_path: Path
 ) -> None:
@@ -283,7 +301,7 @@ def test_a_file_without_cycles_is_refused(
     [
         ("--alpha", "2", "alpha: expected a number >= 0 and <= 1, found 2"),
         ("--beta", "nan", "beta: expected a number >= 0 and <= 1, found nan"),
-        ("--reach", "0", "reach: expected a whole number >= 1, found 0"),
+        ("--reach", "0", "reach: expected a whole number >= 1 and <= 1000, found 0"),
         ("--action-cost", "N", "expected ACTION=COST"),
         ("--action-cost", "N=0", "expected ACTION=COST"),
         ("--action-cost", "N=inf", "expected ACTION=COST"),

@@ -11,6 +11,7 @@ from farside.messages import Chooser, Drive, Mode, ModeCause
 from farside.missions.expectations import judge
 from farside.missions.schema import (
     AutonomyExpected,
+    ChargeExpected,
     NoCrossingExpected,
     ObedienceExpected,
     ReachedExpected,
@@ -111,6 +112,26 @@ def test_autonomy_follows_a_loss_of_the_uplink_in_time_and_nothing_else(
     events: Sequence[tuple[float, msgspec.Struct]], met: bool, detail: str
 ) -> None:
     judgement = judge(AutonomyExpected(within_s=35), run(*events))
+    assert (judgement.met, judgement.detail) == (met, detail)
+
+
+def charge(t_s: float, battery: float) -> tuple[float, Pose]:
+    return (t_s, Pose(0.0, 0.0, 0.0, 0.0, "at:2,1", battery))
+
+
+@pytest.mark.parametrize(
+    ("at_least", "events", "met", "detail"),
+    [
+        (0.0, [], True, "least charge 1 at 0.0 s"),
+        (0.0, [charge(40, 0.0), charge(50, 0.0)], False, "least charge 0 at 40.0 s"),
+        (0.2, [charge(40, 0.2)], True, "least charge 0.2 at 40.0 s"),
+        (0.2, [charge(40, 0.19)], False, "least charge 0.19 at 40.0 s"),
+    ],
+)
+def test_the_charge_never_falls_below_what_is_expected(
+    at_least: float, events: Sequence[tuple[float, msgspec.Struct]], met: bool, detail: str
+) -> None:
+    judgement = judge(ChargeExpected(at_least=at_least), run(*events))
     assert (judgement.met, judgement.detail) == (met, detail)
 
 

@@ -129,7 +129,7 @@ def test_a_folder_does_not_hide_the_shipped_mission_of_that_name() -> None:
                 "found neither"
             ),
         ),
-        (".", ".: expected a mission file, found: Is a directory"),
+        (".", ".: expected a regular file, found a folder"),
         ("x" * 300, "x" * 300 + ": expected a mission file, found: File name too long"),
     ],
 )

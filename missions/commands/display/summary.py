@@ -1,10 +1,13 @@
 """The summary of a run."""
 
+from collections.abc import Iterator
+
 from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from farside.missions.result import Outcome, RunResult, StoreResult
+from farside.missions.result import OperatorResult, Outcome, RoverResult, RunResult, StoreResult
+from farside.validation import printable
 
 _STYLE = {Outcome.SUCCESS: "bold green", Outcome.FAILURE: "bold red", Outcome.ABORTED: "bold red"}
 
@@ -18,7 +21,7 @@ def show_summary(result: RunResult, console: Console) -> None:
             console.print()
     if result.store.kept:
         console.print(_store(result.store))
-    console.print(f"log     {result.log}", soft_wrap=True, highlight=False)
+    console.print(_text(f"log     {result.log}"), soft_wrap=True)
     console.print(f"digest  {result.digest}", soft_wrap=True, highlight=False)
 
 
@@ -29,6 +32,31 @@ def _head(result: RunResult) -> Text:
         f"{result.wall_seconds:.1f} s, {result.speedup:.0f}x real time\n",
         f"DEM: {result.dem.signs} Signs, {result.dem.hypotheses} hypotheses, "
         f"mean C_m {result.dem.mean_cm:.2f}\n",
+        *_rover(result.rover),
+        _operator(result.operator),
+    )
+
+
+def _rover(rover: RoverResult) -> Iterator[str | tuple[str, str]]:
+    """What the battery came down to; and what keeps the rover from moving at the end."""
+    if rover.least_charge is not None:
+        yield f"rover: least charge {rover.least_charge:.0%} at {rover.least_charge_s:.1f} s"
+    if rover.flat_since_s is not None:
+        yield f", battery flat since {rover.flat_since_s:.1f} s", "bold red"
+    if rover.stuck_since_s is not None:
+        yield f", stuck since {rover.stuck_since_s:.1f} s", "bold red"
+    yield "\n"
+
+
+def _operator(operator: OperatorResult | None) -> str:
+    """Where the operator got to, where there was a script."""
+    if operator is None:
+        return ""
+    if operator.waiting_for is None:
+        return f"operator: all {operator.of} steps done at {operator.since_s:.1f} s\n"
+    return (
+        f"operator: at step {operator.step} of {operator.of}, waiting since "
+        f"{operator.since_s:.1f} s for {printable(operator.waiting_for)}\n"
     )
 
 
@@ -43,7 +71,7 @@ def _goals(result: RunResult) -> Table:
     table = _table("goal", "of", "set", "reached")
     for goal in result.goals:
         reached = "never" if goal.reached_s is None else f"{goal.reached_s:.1f} s"
-        table.add_row(" ".join(goal.tokens), goal.source, f"{goal.set_s:.1f} s", reached)
+        table.add_row(_text(" ".join(goal.tokens)), goal.source, f"{goal.set_s:.1f} s", reached)
     return table
 
 
@@ -88,8 +116,13 @@ def _expectations(result: RunResult) -> Table:
     table = _table("expected", "met", "found")
     for judgement in result.expectations:
         met = Text("yes", "green") if judgement.met else Text("NO", "bold red")
-        table.add_row(judgement.name, met, judgement.detail)
+        table.add_row(_text(judgement.name), met, _text(judgement.detail))
     return table
+
+
+def _text(text: str) -> Text:
+    """Text that is neither taken for markup nor for escape sequences."""
+    return Text(printable(text))
 
 
 def _table(*columns: str) -> Table:

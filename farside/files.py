@@ -1,0 +1,71 @@
+"""Text files that people write, read with limits: missions, link profiles, plans and traces."""
+
+import re
+import stat
+import tomllib
+from importlib.resources.abc import Traversable
+from pathlib import Path
+from typing import Any
+
+MAX_FILE_BYTE = 4 * 1024 * 1024
+"""The longest file that is read (project default)."""
+
+MAX_KEY_PARTS = 32
+"""The most parts of a dotted key, such as three in `link.up.loss` (project default)."""
+
+_PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
+_LONG_KEY = re.compile(
+    rf"""(?<![\w."'-]){_PART}(?:[ \t]*+\.[ \t]*+{_PART}){{{MAX_KEY_PARTS},}}+[ \t]*+[=\]]"""
+)
+
+
+def read_text(path: Path | Traversable) -> str:
+    """The text of a regular file, without the byte order mark that some editors put first.
+
+    Raises:
+        OSError: if it cannot be read.
+        ValueError: if it is no regular file, is longer than `MAX_FILE_BYTE`, or is not in UTF-8.
+            The message says what was expected and what was found.
+    """
+    if "\0" in str(path):
+        raise ValueError("expected a path, found one with a null character")
+    if isinstance(path, Path) and not stat.S_ISREG(mode := path.stat().st_mode):
+        raise ValueError(f"expected a regular file, found {_kind(mode)}")
+    with path.open("rb") as file:
+        content = file.read(MAX_FILE_BYTE + 1)
+    if len(content) > MAX_FILE_BYTE:
+        raise ValueError(f"expected a file of at most {MAX_FILE_BYTE} bytes, found a longer one")
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        raise ValueError(
+            f"expected text in UTF-8, found byte 0x{content[error.start]:02x} in line {line}"
+        ) from error
+
+
+def parse_toml(text: str) -> dict[str, Any]:
+    """The table in a TOML document.
+
+    Raises:
+        ValueError: if it is not TOML, is nested too deeply, or has a key of more than
+            `MAX_KEY_PARTS` parts: the time to read a key grows with the square of its parts.
+    """
+    if (key := _LONG_KEY.search(text)) is not None:
+        line = text.count("\n", 0, key.start()) + 1
+        raise ValueError(f"a key of more than {MAX_KEY_PARTS} parts (at line {line})")
+    try:
+        return tomllib.loads(text)
+    except RecursionError as error:
+        raise ValueError("values nested too deeply") from error
+
+
+def _kind(mode: int) -> str:
+    kinds = {
+        stat.S_ISDIR: "a folder",
+        stat.S_ISFIFO: "a pipe",
+        stat.S_ISCHR: "a device",
+        stat.S_ISBLK: "a device",
+        stat.S_ISSOCK: "a socket",
+    }
+    return next((kind for is_kind, kind in kinds.items() if is_kind(mode)), "none")

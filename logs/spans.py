@@ -1,0 +1,134 @@
+"""What queries on a run answer with: spans of time, and counts of frames."""
+
+from collections import Counter
+from typing import NamedTuple
+
+import msgspec
+
+from farside.messages import Mode, ModeCause, Tokens
+from farside.node import Direction, to_s
+from farside.topics import Fate, FrameFate, FrameStage, GoalSource
+
+
+class ModeSpan(NamedTuple):
+    """The rover was in `mode` from `t_s` until the next span; `why` is the cause of the change."""
+
+    t_s: float
+    mode: Mode
+    why: ModeCause
+
+
+class OutageSpan(NamedTuple):
+    """One direction was down from `start_s` to `end_s`, or to the end of the run."""
+
+    direction: Direction
+    start_s: float
+    end_s: float
+
+
+class GoalSpan(NamedTuple):
+    """A goal from being set to leaving the Goal List, or to the end of the run.
+
+    Attributes:
+        tokens: its Sign.
+        source: who set it.
+        set_s: when it was added to the Goal List.
+        reached_s: when it was reached; `None` if it was not, or if only the estimate said so.
+        withdrawn_s: when it was withdrawn; `None` if it was not.
+    """
+
+    tokens: Tokens
+    source: GoalSource
+    set_s: float
+    reached_s: float | None = None
+    withdrawn_s: float | None = None
+
+
+class OperatorSpan(NamedTuple):
+    """From `t_s` on, the operator was at `step` of `of` and waited; see `OperatorEntry`."""
+
+    t_s: float
+    step: int
+    of: int
+    waiting_for: str | None
+
+
+class LeastCharge(NamedTuple):
+    """The least state of charge in a run, 0 to 1, and when the battery first had it."""
+
+    t_s: float
+    charge: float
+
+
+class LinkCounters(msgspec.Struct, frozen=True):
+    """Counts of the frames of one direction whose fate was decided within the run.
+
+    Attributes:
+        sent: frames handed to the channel; the sum of the next six.
+        delivered, lost, outage, queue_full, expired, bit_error: frames with each `Fate`.
+        duplicated: frames that arrived twice.
+        damaged: frames that arrived with bit errors.
+        refused: frames that the receiver refused as not genuine or not new.
+        shadowed: frames lost to terrain shadow, at the rover.
+        bytes: total payload of the frames sent, in bytes.
+        delay_s: mean time from sender to arrival, queueing included; `None` if none arrived.
+    """
+
+    sent: int
+    delivered: int
+    lost: int
+    outage: int
+    queue_full: int
+    expired: int
+    bit_error: int
+    duplicated: int
+    damaged: int
+    refused: int
+    shadowed: int
+    bytes: int
+    delay_s: float | None
+
+
+class LinkTally:
+    """Counts the frames of one direction.
+
+    Attributes:
+        stages: how many frames reached each stage at the endpoints.
+    """
+
+    def __init__(self) -> None:
+        self.stages: Counter[FrameStage] = Counter()
+        self._fates: Counter[Fate] = Counter()
+        self._sent = self._duplicated = self._damaged = self._bytes = self._delay_ns = 0
+
+    def add(self, frame: FrameFate) -> None:
+        """Count a frame."""
+        if frame.copy:
+            self._duplicated += frame.copy if frame.fate is Fate.DELIVERED else 0
+            return
+        self._sent += 1
+        self._fates[frame.fate] += 1
+        self._damaged += frame.flipped_bits > 0
+        self._bytes += frame.size_byte
+        if frame.arrival_ns is not None:
+            self._delay_ns += frame.arrival_ns - frame.queued_ns
+
+    def counters(self) -> LinkCounters:
+        """The counts so far."""
+        fates = self._fates
+        delivered = fates[Fate.DELIVERED]
+        return LinkCounters(
+            sent=self._sent,
+            delivered=delivered,
+            lost=fates[Fate.LOST],
+            outage=fates[Fate.OUTAGE],
+            queue_full=fates[Fate.QUEUE_FULL],
+            expired=fates[Fate.EXPIRED],
+            bit_error=fates[Fate.BIT_ERROR],
+            duplicated=self._duplicated,
+            damaged=self._damaged,
+            refused=self.stages[FrameStage.REFUSED],
+            shadowed=self.stages[FrameStage.SHADOWED],
+            bytes=self._bytes,
+            delay_s=to_s(self._delay_ns) / delivered if delivered else None,
+        )

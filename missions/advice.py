@@ -1,0 +1,119 @@
+"""What a mission most likely does not mean, though it can be run: steps that can never go on."""
+
+from collections.abc import Iterator
+
+from farside.ground.config import AwaitReached, Pursue, SwitchMode, Tour, WaitUntil
+from farside.link.profile.config import LinkConfig
+from farside.link.profile.schedule import outages_of
+from farside.messages import Mode
+from farside.missions.schema import ChargeExpected, MissionFile, ReachedExpected
+from farside.node import Direction, to_ns
+from farside.validation import Problem
+
+_RARELY_LOST = 0.5
+"""A link that loses fewer of its frames than this is not taken for lost by chance."""
+
+
+def warnings(mission: MissionFile) -> Iterator[Problem]:
+    """What can never come about in a mission, each at its key, in order of the file.
+
+    Only what is certain from the mission file is warned of: where the link may be lost at times
+    that nobody scheduled, the rover may turn to its goals by itself.
+
+    Args:
+        mission: a checked mission, its link resolved.
+    """
+    plan = _Plan(mission)
+    if 2 * mission.rover.body.radius_m >= mission.world.cell_m:
+        text = f"the rover is as wide as a cell of {mission.world.cell_m:g} m: it will be blocked"
+        yield Problem(("rover", "body", "radius_m"), text)
+    for number, step in enumerate(mission.ground.script):
+        key = ("ground", "script", str(number))
+        match step:
+            case Tour(places=places) if places:
+                plan.at = places[-1]
+            case SwitchMode(mode=mode):
+                plan.mode = mode
+            case Pursue():
+                yield from _pursue(key, step, plan)
+            case AwaitReached(place=place):
+                yield from _unwanted((*key, "place"), "waits for", place, plan)
+            case WaitUntil(until_s=until_s) if until_s >= mission.duration_s:
+                text = f"waits until {until_s:g} s, but the run ends at {mission.duration_s:g} s"
+                yield Problem((*key, "until_s"), text)
+    yield from _expectations(mission, plan)
+
+
+class _Plan:
+    """What is known of a run as the script goes on.
+
+    Attributes:
+        mode: the rover's, if the link is not lost.
+        at: the place where the rover is, `None` if that is not known.
+        wanted: the places that the operator has set as goals.
+        preloaded: the mission goals.
+        lost_after_s: the silence after which the rover takes up the mission goals.
+        loses_link: whether there may be such a silence.
+    """
+
+    def __init__(self, mission: MissionFile) -> None:
+        self.mode = Mode.GUIDED
+        self.at: str | None = mission.rover.start
+        self.wanted: set[str] = set()
+        self.preloaded = {goal.place for goal in mission.rover.goals}
+        self.lost_after_s = mission.rover.failsafe.lost_after_s
+        # Silence begins with the last heartbeat before an outage, and ends with the first after it.
+        least_s = self.lost_after_s - 2 * mission.ground.heartbeat_s
+        self.loses_link = bool(mission.world.chart().shadow) or _may_be_lost(
+            mission.link, max(0, to_ns(least_s))
+        )
+
+
+def _may_be_lost(link: LinkConfig, least_ns: int) -> bool:
+    """Whether the rover may take the link for lost, in an outage of `least_ns` or by chance."""
+    up = link.up
+    rare = isinstance(up.loss, float | int) and max(up.loss, up.corrupt) < _RARELY_LOST
+    if not rare or up.bit_error_rate or up.rate_table or up.rate_trace or link.changes:
+        return True
+    outages = outages_of(link, Direction.UP)
+    return any(outage.end_ns - outage.begin_ns >= least_ns for outage in outages)
+
+
+def _pursue(key: tuple[str, ...], step: Pursue, plan: _Plan) -> Iterator[Problem]:
+    plan.wanted.add(step.place)
+    if plan.mode is Mode.GUIDED and plan.at != step.place and not plan.loses_link:
+        text = (
+            f"waits for goal {step.place} to be reached, but a guided rover acts on no goal: put a "
+            'step with do = "mode" and mode = "shared" before it'
+        )
+        yield Problem((*key, "do"), text)
+    plan.at = step.place
+
+
+def _unwanted(key: tuple[str, ...], verb: str, place: str, plan: _Plan) -> Iterator[Problem]:
+    """The problem with a place to be reached as a goal that nobody ever wants."""
+    plan.at = None
+    if place in plan.wanted or (place in plan.preloaded and plan.loses_link):
+        return
+    text = f"{verb} goal {place}, which no step before sets, and which is not in rover.goals"
+    if place in plan.preloaded:
+        text = (
+            f"{verb} goal {place} of rover.goals, which is pursued only when the link is lost: "
+            f"no outage of the uplink lasts {plan.lost_after_s:g} s"
+        )
+    yield Problem(key, text)
+
+
+def _expectations(mission: MissionFile, plan: _Plan) -> Iterator[Problem]:
+    for number, expected in enumerate(mission.expect):
+        key = ("expect", str(number))
+        match expected:
+            case ReachedExpected(place=place, in_blackout=in_blackout):
+                yield from _unwanted((*key, "place"), "expects", place, plan)
+                if in_blackout and not mission.link.blackouts:
+                    yield Problem((*key, "in_blackout"), "the mission has no blackout")
+            case ChargeExpected(at_least=charge) if charge > mission.rover.battery.initial:
+                text = f"the battery begins with less: {mission.rover.battery.initial:g}"
+                yield Problem((*key, "at_least"), text)
+            case _:
+                pass

@@ -1,0 +1,131 @@
+"""What can never come about in a mission is warned of, and nothing else is."""
+
+from pathlib import Path
+
+import pytest
+
+from farside.missions.advice import warnings
+from farside.missions.loading import load_mission
+from farside.validation import dotted
+
+YARD = """\
+name = "yard"
+duration_s = 300
+world.map = '''
+######
+#A..B#
+#..D.#
+######
+'''
+rover.start = "D"
+link.up.delay_s = 1
+link.down.delay_s = 1
+"""
+
+BLACKOUT = "[[link.blackouts]]\nstart_s = 100\nend_s = 150\n"
+GUIDED_GOAL = '[[ground.script]]\ndo = "goal"\nplace = "A"\n'
+AWAIT = '[[ground.script]]\ndo = "await"\nplace = "B"\n'
+PRELOADED = '[[rover.goals]]\nplace = "B"\n'
+
+
+def mode(name: str) -> str:
+    return f'[[ground.script]]\ndo = "mode"\nmode = "{name}"\n'
+
+
+def warned(tmp_path: Path, *tables: str) -> list[str]:
+    """The warnings of the yard with these tables, as `farside check` prints them."""
+    path = tmp_path / "yard.toml"
+    path.write_text(YARD + "".join(tables))
+    found = warnings(load_mission(path, ["ground.heartbeat_s=2"]).mission)
+    return [f"{dotted(key)}: {text}" for key, text in found]
+
+
+@pytest.mark.parametrize(
+    "tables",
+    [
+        (mode("shared"), GUIDED_GOAL),
+        (mode("autonomous"), GUIDED_GOAL),
+        (GUIDED_GOAL, BLACKOUT),
+        ('[[ground.script]]\ndo = "tour"\nplaces = ["A"]\n', GUIDED_GOAL),
+        (PRELOADED, BLACKOUT, AWAIT),
+        (mode("shared"), GUIDED_GOAL, AWAIT.replace('"B"', '"A"')),
+        ('[[ground.script]]\ndo = "wait"\nuntil_s = 299\n',),
+        ('[[expect]]\nwhat = "charge"\nat_least = 0.5\n',),
+        (mode("shared"), GUIDED_GOAL, '[[expect]]\nwhat = "reached"\nplace = "A"\n'),
+        (AWAIT, PRELOADED, "[[link.changes]]\nat_s = 9\nloss = 1.0\n"),
+    ],
+)
+def test_what_may_come_about_is_not_warned_of(tmp_path: Path, tables: tuple[str, ...]) -> None:
+    assert warned(tmp_path, *tables) == []
+
+
+@pytest.mark.parametrize(
+    ("tables", "warning"),
+    [
+        (
+            (GUIDED_GOAL,),
+            (
+                "ground.script.0.do: waits for goal A to be reached, but a guided rover acts on no "
+                'goal: put a step with do = "mode" and mode = "shared" before it'
+            ),
+        ),
+        (
+            (mode("shared"), mode("guided"), GUIDED_GOAL, BLACKOUT.replace("150", "120")),
+            (
+                "ground.script.2.do: waits for goal A to be reached, but a guided rover acts on no "
+                'goal: put a step with do = "mode" and mode = "shared" before it'
+            ),
+        ),
+        (
+            (AWAIT, BLACKOUT),
+            (
+                "ground.script.0.place: waits for goal B, which no step before sets, and which is "
+                "not in rover.goals"
+            ),
+        ),
+        (
+            (AWAIT, PRELOADED),
+            (
+                "ground.script.0.place: waits for goal B of rover.goals, which is pursued only "
+                "when the link is lost: no outage of the uplink lasts 30 s"
+            ),
+        ),
+        (
+            ('[[ground.script]]\ndo = "wait"\nuntil_s = 300\n',),
+            "ground.script.0.until_s: waits until 300 s, but the run ends at 300 s",
+        ),
+        (
+            ("[rover.body]\nradius_m = 0.5\n",),
+            "rover.body.radius_m: the rover is as wide as a cell of 1 m: it will be blocked",
+        ),
+        (
+            ('[[expect]]\nwhat = "reached"\nplace = "A"\n',),
+            (
+                "expect.0.place: expects goal A, which no step before sets, and which is not in "
+                "rover.goals"
+            ),
+        ),
+        (
+            (
+                *(PRELOADED, "[[link.changes]]\nat_s = 9\nloss = 1.0\n"),
+                '[[expect]]\nwhat = "reached"\nplace = "B"\nin_blackout = true\n',
+            ),
+            "expect.0.in_blackout: the mission has no blackout",
+        ),
+        (
+            (
+                "[rover.battery]\ninitial = 0.4\n",
+                '[[expect]]\nwhat = "charge"\nat_least = 0.5\n',
+            ),
+            "expect.0.at_least: the battery begins with less: 0.4",
+        ),
+    ],
+)
+def test_what_can_never_come_about_is_warned_of(
+    tmp_path: Path, tables: tuple[str, ...], warning: str
+) -> None:
+    assert warned(tmp_path, *tables) == [warning]
+
+
+def test_the_shipped_missions_are_not_warned_of() -> None:
+    assert list(warnings(load_mission("blackout").mission)) == []
