@@ -10,6 +10,8 @@ from typing import NamedTuple, TypeGuard
 import msgspec
 from msgspec import inspect
 
+from farside.escaping import printable
+
 Key = tuple[str, ...]
 """The path to a value from the top of the file; arrays are indexed from 0."""
 
@@ -41,18 +43,6 @@ class _Bound(NamedTuple):
 def dotted(key: Key) -> str:
     """`key` as it is written for `--set`; parts that TOML would quote are quoted."""
     return ".".join(part if _BARE_KEY.fullmatch(part) else shown(part) for part in key)
-
-
-def printable(text: str) -> str:
-    """`text` as it may be shown on a terminal: whatever could steer one is escaped.
-
-    All that comes from a mission, a log or a command line goes through here before it is printed.
-    """
-    return text if text.isprintable() else "".join(map(_escaped, text))
-
-
-def _escaped(character: str) -> str:
-    return character if character.isprintable() else repr(character)[1:-1]
 
 
 def one_line(text: str, most: int = _SHOWN_LENGTH) -> str:

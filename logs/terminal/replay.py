@@ -10,6 +10,7 @@ from rich.console import Console, RenderableType
 from rich.live import Live
 from rich.text import Text
 
+from farside.escaping import printable
 from farside.logs.events import EVENT_TOPICS, time_text
 from farside.logs.picture import PICTURE_TOPICS, Picture, picture_at
 from farside.logs.reading import LogEntry, LogFile
@@ -70,7 +71,7 @@ def replay(
     if not log.complete:
         console.print(
             "The log ends here, unfinished: its writer was killed or is still running. To make it "
-            f"whole: farside recover {shlex.quote(str(log.path))}",
+            f"whole: farside recover {printable(shlex.quote(str(log.path)))}",
             soft_wrap=True,
             markup=False,
             highlight=False,

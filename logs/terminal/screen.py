@@ -10,13 +10,13 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from farside.escaping import printable
 from farside.logs.events import EventLine, sign_text, time_text
 from farside.logs.picture import Picture
 from farside.logs.terminal.yard import Yard, draw_yard
 from farside.messages import Failsafe, Mode
 from farside.node import Direction, Role, to_s
 from farside.topics import ActionStarted
-from farside.validation import printable
 
 _DIRECTION_LABELS = {Direction.UP: "↑ up", Direction.DOWN: "↓ down"}
 

@@ -12,9 +12,9 @@ from rich.table import Table
 from rich.text import Text
 
 from farside.dem import DynamicExpectancyModel, Hypothesis, Parameters, PolicyValue, Sign
+from farside.escaping import printable
 from farside.missions.commands.dem_stream import RecordedCycle, StreamError, read_stream
 from farside.missions.figure1.example import GOALS, SEED, Figure1, run_figure1
-from farside.validation import printable
 
 _DEFAULTS = Parameters()
 _DEFAULT_COST = 1.0

@@ -9,6 +9,8 @@ import sys
 import traceback
 from pathlib import Path
 
+from farside.escaping import printable
+
 TRACEBACK = "FARSIDE_TRACEBACK"
 """Environment variable: if it is set and not empty, tracebacks are printed."""
 
@@ -50,7 +52,7 @@ def report(error: BaseException) -> int:
     """Tell a person of an error that nothing in Farside expected; returns the exit status."""
     if traceback_wanted():
         traceback.print_exception(error)
-    print(f"farside: {_unexpected(error)}", file=sys.stderr)  # noqa: T201
+    print(f"farside: {printable(_unexpected(error))}", file=sys.stderr)  # noqa: T201
     return INFRASTRUCTURE
 
 

@@ -14,10 +14,11 @@ from typing import TYPE_CHECKING, Annotated, Any, NoReturn
 import typer
 from typer.core import TyperGroup
 
+from farside.escaping import printable
 from farside.missions.commands import failures
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.formats import list_missions, show_schema
-from farside.validation import dotted, printable
+from farside.validation import dotted
 
 if TYPE_CHECKING:
     from farside.missions.crew.crew import LostProcess
@@ -268,7 +269,7 @@ def recover_log(
 
     with patience("making a whole log"):
         recovered = recover(LogFile(log))
-    print(f"{recovered.path}: {recovered.messages} messages")  # noqa: T201
+    print(f"{printable(str(recovered.path))}: {recovered.messages} messages")  # noqa: T201
     if recovered.damage is not None:
         _print_error(recovered.damage)
 
@@ -298,7 +299,8 @@ def _print_error(message: str) -> None:
 
 def _print_last_words(lost: "LostProcess | None") -> None:
     if lost is not None and failures.traceback_wanted():
-        print(lost.last_words, file=sys.stderr)  # noqa: T201
+        for line in lost.last_words.split("\n"):
+            print(printable(line), file=sys.stderr)  # noqa: T201
 
 
 def main() -> NoReturn:

@@ -146,6 +146,18 @@ def test_no_name_on_the_command_line_can_steer_the_terminal(
         assert "\x1b" not in err
 
 
+def test_a_log_whose_name_would_steer_the_terminal_is_recovered_all_the_same(
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path
+) -> None:
+    farside("run", "blackout", "--in-process", "--set=duration_s=5", "--out", "here")
+    (tmp_path / "here/blackout-seed1-1.mcap").rename(tmp_path / "a\x1b[2J.mcap")
+
+    status, out, err = farside("recover", "a\x1b[2J.mcap")
+    assert status == 0
+    assert "\x1b" not in out + err
+    assert "\\x1b[2J" in out
+
+
 def test_a_folder_for_logs_is_not_taken_for_markup(
     farside: Callable[..., tuple[int, str, str]],
 ) -> None:

@@ -6,8 +6,8 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
+from farside.escaping import printable
 from farside.missions.result import OperatorResult, Outcome, RoverResult, RunResult, StoreResult
-from farside.validation import printable
 
 _STYLE = {Outcome.SUCCESS: "bold green", Outcome.FAILURE: "bold red", Outcome.ABORTED: "bold red"}
 
