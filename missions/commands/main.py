@@ -202,7 +202,7 @@ def run(
 
 @app.command()
 def check(mission: Mission, set_: Set = None) -> None:
-    """Check a mission file without running it, and warn of what can never come about in it.
+    """Check a mission file; warn of what can never come about in it.
 
     \b
     farside check missions/blackout.toml
