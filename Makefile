@@ -36,6 +36,7 @@ lint: $(VENV)/.ready-to-develop ## check style, types and the direction of impor
 bench: export PYTHONPATH := tests/helpers
 bench: $(VENV)/.ready-to-develop ## measure simulated seconds per wall second
 	$(BIN)/python tests/bench/run.py
+	$(BIN)/python tests/bench/long_runs.py
 	$(BIN)/python tests/bench/link_channel.py
 	$(BIN)/python tests/bench/link_emulator.py
 	$(BIN)/python tests/bench/dem_cycle.py
