@@ -55,7 +55,7 @@ def main() -> None:
     spans_s = (HOUR_S, days * DAY_S)
     hour, long = (measured(span_s) for span_s in track(spans_s, "Running", console=console))
     table = Table("simulated", "wall s", "x real time", "peak MiB", "log MiB")
-    for name, run in (("1 hour", hour), (f"{days:g} days", long)):
+    for name, run in (("1 h", hour), (f"{days:g} d", long)):
         table.add_row(
             name,
             f"{run.wall_s:.1f}",
