@@ -100,7 +100,7 @@ class MissionFile(Section, frozen=True):
 
     Attributes:
         name: name of the mission and of its logs, in 64 characters at most.
-        duration_s: simulated time from start to end, in `MAX_TICKS` ticks at most.
+        duration_s: simulated time from start to end, in 10⁹ ticks at most.
         world: the yard.
         rover: the rover.
         link: the link.

@@ -30,7 +30,8 @@ from farside.validation import Problem, did_you_mean, dotted, mismatches, shown
 _SCHEMA = msgspec.inspect.type_info(LinkConfig)
 _DELAY_KEYS = ("delay_s", "delay_table")
 _RATE_KEYS = ("rate_bit_s", "rate_table", "rate_trace")
-_MAX_PASSES = 100_000
+MAX_PASSES = 100_000
+"""The most periodic passes in a run (project default)."""
 
 
 class LinkConfigError(ValueError):
@@ -354,10 +355,10 @@ def _with_passes(link: LinkConfig, duration_s: float) -> LinkConfig:
     if passes is None:
         return link
     count = max(0, math.ceil((duration_s - passes.first_s) / passes.period_s))
-    if count > _MAX_PASSES:
+    if count > MAX_PASSES:
         raise _refused(
             ("passes", "period_s"),
-            f"expected {_MAX_PASSES} passes at most in {duration_s:g} s, found {count}",
+            f"expected {MAX_PASSES} passes at most in {duration_s:g} s, found {count}",
         )
     begins_s = (passes.first_s + number * passes.period_s for number in range(count))
     spans = ((begin_s, begin_s + passes.length_s) for begin_s in begins_s)
