@@ -5,7 +5,7 @@ sensed, thought and did, `/link` the fate of every frame, `/ground` what the gro
 """
 
 from enum import StrEnum
-from typing import TypeVar, cast
+from typing import Annotated, TypeVar, cast
 
 import msgspec
 
@@ -23,15 +23,23 @@ from farside.messages import (
     Tokens,
 )
 from farside.node import Direction, Topic
+from farside.places import Chart
 
 # --- /truth ------------------------------------------------------------------------------------
 
 
 class Yard(msgspec.Struct, frozen=True):
-    """The world, once at the start: the chart's rows from north to south, and its scale."""
+    """The world, once at the start: the chart's rows from north to south, and its scale.
+
+    Raises:
+        ValueError: if no `Chart` can be made of it.
+    """
 
     rows: tuple[str, ...]
-    cell_m: float
+    cell_m: Annotated[float, msgspec.Meta(gt=0)]
+
+    def __post_init__(self) -> None:
+        Chart(self.rows, self.cell_m)  # so that a log with another map is refused as it is read
 
 
 class Pose(msgspec.Struct, frozen=True):

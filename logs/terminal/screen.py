@@ -13,7 +13,7 @@ from rich.text import Text
 from farside.escaping import printable
 from farside.logs.events import EventLine, sign_text, time_text
 from farside.logs.picture import Picture
-from farside.logs.terminal.yard import Yard, draw_yard
+from farside.logs.terminal.yard import DrawnMap, draw_yard
 from farside.messages import Failsafe, Mode
 from farside.node import Direction, Role, to_s
 from farside.topics import ActionStarted
@@ -92,7 +92,7 @@ def screen(
     )
 
 
-def _yard_panel(yard: Yard, height: int) -> Panel:
+def _yard_panel(yard: DrawnMap, height: int) -> Panel:
     """The map; an edge behind which it goes on is dashed."""
     panel = _panel(
         f"yard, more {' '.join(yard.more)}" if yard.more else "yard",

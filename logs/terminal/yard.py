@@ -16,7 +16,7 @@ _Mark = tuple[str, str]
 """A character of the map and its style."""
 
 
-class Yard(NamedTuple):
+class DrawnMap(NamedTuple):
     """The map as it is shown.
 
     Attributes:
@@ -56,7 +56,7 @@ class _View(NamedTuple):
             yield (Cell(east, north) for east in range(self.east, self.east + self.columns))
 
 
-def draw_yard(picture: Picture, width: int, height: int) -> Yard:
+def draw_yard(picture: Picture, width: int, height: int) -> DrawnMap:
     """Draw the map in at most `width` columns and `height` rows.
 
     A cell takes two columns, to look square, if the whole width of the map then has room. What is
@@ -64,7 +64,7 @@ def draw_yard(picture: Picture, width: int, height: int) -> Yard:
     """
     chart = picture.chart
     if chart is None:
-        return Yard([Text("no map yet", style=_DIM)], "")
+        return DrawnMap([Text("no map yet", style=_DIM)], "")
     per_cell = 2 if 2 * len(chart.rows[0]) <= width else 1
     view = _view(picture, chart, max(width // per_cell, 1), max(height, 1))
     marks = _marks(picture, chart)
@@ -74,7 +74,7 @@ def draw_yard(picture: Picture, width: int, height: int) -> Yard:
         for cell in cells:
             row.append(*_drawn(chart, cell, marks, per_cell))
         rows.append(row)
-    return Yard(rows, view.more_of(chart))
+    return DrawnMap(rows, view.more_of(chart))
 
 
 def _view(picture: Picture, chart: Chart, columns: int, rows: int) -> _View:

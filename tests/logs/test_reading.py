@@ -57,6 +57,11 @@ def test_an_unknown_topic_is_refused_by_name() -> None:
         decode(Record("/rover/arm", 0, 0, b"{}"))
 
 
+def test_a_map_that_no_yard_has_is_refused_as_it_is_read() -> None:
+    with pytest.raises(LogError, match=r"/truth/yard at 0\.0 s: expected a Yard.*second place 'A'"):
+        decode(Record("/truth/yard", 0, 0, b'{"rows": ["####", "#AA#", "####"], "cell_m": 1.0}'))
+
+
 # --- killed writers ----------------------------------------------------------------------------
 
 

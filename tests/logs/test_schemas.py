@@ -12,7 +12,7 @@ from noting import topic_of
 from farside.logs import decode
 from farside.logs.schemas import topic_schema
 from farside.node import Journal
-from farside.topics import TOPICS
+from farside.topics import TOPICS, Yard
 
 PYTHON_TYPES: dict[str, tuple[type, ...]] = {
     "object": (dict,),
@@ -34,9 +34,18 @@ SCALARS: dict[type[mi.Type], st.SearchStrategy[Any]] = {
 }
 
 
+YARDS = st.builds(
+    lambda inside, cell_m: Yard(("#####", f"#{inside}#", "#####"), cell_m),
+    st.text("#.o~", min_size=3, max_size=3),
+    st.floats(min_value=1e-9, allow_infinity=False),
+)
+
+
 def values(kind: mi.Type) -> st.SearchStrategy[Any]:
     """Any value that msgspec accepts for `kind`."""
     match kind:
+        case mi.StructType(cls=cls) if cls is Yard:
+            return YARDS
         case mi.StructType(cls=cls, fields=fields):
             return st.builds(cls, **{field.name: values(field.type) for field in fields})
         case mi.VarTupleType(item_type=item):
