@@ -102,6 +102,7 @@ def run_mission(
     watcher: Watcher | None = None,
     window_ns: int | None = None,
     patience: Patience = _PATIENT,
+    interrupts: Interrupts | None = None,
 ) -> FinishedRun:
     """Run a mission and write its log.
 
@@ -113,6 +114,7 @@ def run_mission(
         watcher: observes the run in progress.
         window_ns: longest window, if shorter than the link allows.
         patience: how long to wait for a process that does not answer; see `ProcessCrew`.
+        interrupts: those of a caller that is not to be interrupted after the run either.
 
     Ctrl-C or SIGTERM ends the run after the window in progress, a second one at once. The log is
     whole either way.
@@ -126,7 +128,8 @@ def run_mission(
     """
     mission = loaded.mission
     watcher = watcher or _Unwatched()
-    with Interrupts() as interrupts, ExitStack() as stack:
+    with ExitStack() as stack:
+        interrupts = interrupts or stack.enter_context(Interrupts())
         with interrupts.breakable(at=1):
             crew = stack.enter_context(_crew(mission, patience, watcher, in_process=in_process))
         recorder = Recorder.in_folder(out, f"{mission.name}-seed{mission.seed}")

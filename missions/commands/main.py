@@ -175,28 +175,31 @@ def run(
     from farside.missions.commands.display.progress import ProgressDisplay
     from farside.missions.commands.display.summary import show_summary
     from farside.missions.crew.crew import Patience
+    from farside.missions.interrupts import Interrupts
     from farside.missions.loading import load_mission
     from farside.missions.run import run_mission
 
     with patience("reading the mission"):
         loaded = load_mission(mission, set_ or (), seed=seed)
-    errors = Console(stderr=True)
-    with ProgressDisplay(loaded.mission, errors) as display:
-        finished = run_mission(
-            loaded,
-            in_process=in_process,
-            pace=pace,
-            out=out,
-            watcher=display,
-            patience=Patience(give_up_s=give_up_after),
-        )
-    if json:
-        print(msgspec.json.encode(finished.result).decode())  # noqa: T201
-    else:
-        show_summary(finished.result, Console())
-    for lost in finished.lost_processes:
-        _print_error(f"{lost}; the log is {finished.result.log}")
-        _print_last_words(lost)
+    # Until the last line is out: an impatient Ctrl-C must not cost the name of the log.
+    with Interrupts() as interrupts:
+        with ProgressDisplay(loaded.mission, Console(stderr=True)) as display:
+            finished = run_mission(
+                loaded,
+                in_process=in_process,
+                pace=pace,
+                out=out,
+                watcher=display,
+                patience=Patience(give_up_s=give_up_after),
+                interrupts=interrupts,
+            )
+        if json:
+            print(msgspec.json.encode(finished.result).decode())  # noqa: T201
+        else:
+            show_summary(finished.result, Console())
+        for lost in finished.lost_processes:
+            _print_error(f"{lost}; the log is {finished.result.log}")
+            _print_last_words(lost)
     raise typer.Exit(_status(finished))
 
 

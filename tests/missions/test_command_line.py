@@ -1,7 +1,9 @@
 """The command line as users at a terminal see it."""
 
 import json
+import os
 import re
+import signal
 import subprocess
 import sys
 from collections.abc import Callable, Sequence
@@ -13,9 +15,12 @@ from rich.console import Console
 
 from farside.logs import LogFile
 from farside.missions import load_mission
+from farside.missions.commands.display import summary
 from farside.missions.commands.display.progress import ProgressDisplay
+from farside.missions.commands.display.summary import show_summary
 from farside.missions.format import mission_schema
 from farside.missions.loading import shipped_missions
+from farside.missions.result import RunResult
 from farside.node import Role
 
 YARD = 'world.map="#####\\n#A.B#\\n#####"'
@@ -31,6 +36,23 @@ def test_run_prints_a_summary_and_leaves_a_log(
     assert err == ""
     log = LogFile(tmp_path / "logs/runs/blackout-seed1-1.mcap")
     assert log.complete
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_a_signal_that_comes_with_the_summary_does_not_cut_it(
+    farside: Callable[..., tuple[int, str, str]],
+    monkeypatch: pytest.MonkeyPatch,
+    number: signal.Signals,
+) -> None:
+    def interrupted(result: RunResult, console: Console) -> None:
+        os.kill(os.getpid(), number)
+        show_summary(result, console)
+
+    monkeypatch.setattr(summary, "show_summary", interrupted)
+
+    status, out, _ = farside("run", "blackout", "--in-process")
+
+    assert (status, "digest" in out) == (0, True)
 
 
 def test_run_json_prints_one_object(farside: Callable[..., tuple[int, str, str]]) -> None:
