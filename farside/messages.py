@@ -9,8 +9,12 @@ telemetry only the latest counts. See `farside.link.endpoint.endpoint.SERVICES`.
 """
 
 from enum import StrEnum
+from typing import Annotated
 
 import msgspec
+
+Coordinate = Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)]
+"""A coordinate in the chart's frame, in metres: farther than any yard reaches (project default)."""
 
 
 class Mode(StrEnum):
@@ -231,8 +235,8 @@ class Telemetry(_Message, frozen=True, tag="telemetry"):
 
     time_ns: int
     tokens: Tokens
-    x_m: float
-    y_m: float
+    x_m: Coordinate
+    y_m: Coordinate
     heading_rad: float
     battery: float
     mode: Mode

@@ -12,6 +12,7 @@ import msgspec
 from farside.messages import (
     BatteryState,
     Chooser,
+    Coordinate,
     Event,
     Failsafe,
     Mode,
@@ -32,14 +33,16 @@ class Yard(msgspec.Struct, frozen=True):
     """The world, once at the start: the chart's rows from north to south, and its scale.
 
     Raises:
-        ValueError: if no `Chart` can be made of it.
+        ValueError: if no `Chart` can be made of it, or one without a place.
     """
 
     rows: tuple[str, ...]
-    cell_m: Annotated[float, msgspec.Meta(gt=0)]
+    cell_m: Annotated[float, msgspec.Meta(ge=0.01, le=1000)]
 
     def __post_init__(self) -> None:
-        Chart(self.rows, self.cell_m)  # so that a log with another map is refused as it is read
+        # So that a log with a map that no rover can be on is refused as it is read.
+        if not Chart(self.rows, self.cell_m).places:
+            raise ValueError("a map without a place")
 
 
 class Pose(msgspec.Struct, frozen=True):
@@ -49,8 +52,8 @@ class Pose(msgspec.Struct, frozen=True):
     counter-clockwise, without bound.
     """
 
-    x_m: float
-    y_m: float
+    x_m: Coordinate
+    y_m: Coordinate
     heading_rad: float
     speed_m_s: float
     place: str
@@ -60,8 +63,8 @@ class Pose(msgspec.Struct, frozen=True):
 class Bump(msgspec.Struct, frozen=True):
     """The rover hit a wall or a rock at this speed."""
 
-    x_m: float
-    y_m: float
+    x_m: Coordinate
+    y_m: Coordinate
     speed_m_s: float
 
 
@@ -71,8 +74,8 @@ class Bump(msgspec.Struct, frozen=True):
 class Estimate(msgspec.Struct, frozen=True):
     """The pose estimate on board."""
 
-    x_m: float
-    y_m: float
+    x_m: Coordinate
+    y_m: Coordinate
     heading_rad: float
 
 

@@ -193,6 +193,7 @@ def _rover(picture: Picture) -> Table:
 
 
 def _battery(charge: float) -> Text:
+    charge = min(max(charge, 0.0), 1.0)  # a log may claim anything
     full = round(charge * _BATTERY_WIDTH)
     style = _GOOD if charge > 0.5 else _FAIR if charge > 0.2 else _BAD
     bar = "█" * full + "░" * (_BATTERY_WIDTH - full)

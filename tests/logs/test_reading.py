@@ -7,6 +7,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import msgspec
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
@@ -16,7 +17,7 @@ from mcap.writer import Writer
 from farside.logs import LogEntry, LogError, LogFile, Recorder, decode, packing
 from farside.messages import Mode, ModeCause
 from farside.node import Record, to_ns
-from farside.topics import ModeEntry, Silence
+from farside.topics import ModeEntry, Pose, Silence
 
 hypothesis_with_files = settings(suppress_health_check=[HealthCheck.function_scoped_fixture])
 
@@ -57,9 +58,19 @@ def test_an_unknown_topic_is_refused_by_name() -> None:
         decode(Record("/rover/arm", 0, 0, b"{}"))
 
 
-def test_a_map_that_no_yard_has_is_refused_as_it_is_read() -> None:
-    with pytest.raises(LogError, match=r"/truth/yard at 0\.0 s: expected a Yard.*second place 'A'"):
-        decode(Record("/truth/yard", 0, 0, b'{"rows": ["####", "#AA#", "####"], "cell_m": 1.0}'))
+@pytest.mark.parametrize(
+    ("row", "reason"), [("#AA#", "a second place 'A'"), ("#oo#", "a map without a place")]
+)
+def test_a_map_that_no_yard_has_is_refused_as_it_is_read(row: str, reason: str) -> None:
+    payload = f'{{"rows": ["####", "{row}", "####"], "cell_m": 1.0}}'
+    with pytest.raises(LogError, match=rf"/truth/yard at 0\.0 s: expected a Yard.*{reason}"):
+        decode(Record("/truth/yard", 0, 0, payload.encode()))
+
+
+def test_a_position_that_no_yard_has_is_refused_as_it_is_read() -> None:
+    pose = Pose(1e300, 0.0, 0.0, 0.0, "at:A", 1.0)
+    with pytest.raises(LogError, match=r"/truth/pose at 0\.0 s: expected a Pose, found: .*x_m"):
+        decode(Record("/truth/pose", 0, 0, msgspec.json.encode(pose)))
 
 
 # --- killed writers ----------------------------------------------------------------------------

@@ -3,16 +3,15 @@
 from typing import Any
 
 import msgspec
-import msgspec.inspect as mi
 import pytest
+from any_message import messages
 from hypothesis import given
-from hypothesis import strategies as st
 from noting import topic_of
 
 from farside.logs import decode
 from farside.logs.schemas import topic_schema
 from farside.node import Journal
-from farside.topics import TOPICS, Yard
+from farside.topics import TOPICS
 
 PYTHON_TYPES: dict[str, tuple[type, ...]] = {
     "object": (dict,),
@@ -23,43 +22,6 @@ PYTHON_TYPES: dict[str, tuple[type, ...]] = {
     "boolean": (bool,),
     "null": (type(None),),
 }
-
-
-SCALARS: dict[type[mi.Type], st.SearchStrategy[Any]] = {
-    mi.FloatType: st.floats(allow_nan=False, allow_infinity=False),
-    mi.IntType: st.integers(-(2**63), 2**63 - 1),
-    mi.StrType: st.text(max_size=8),
-    mi.BoolType: st.booleans(),
-    mi.NoneType: st.none(),
-}
-
-
-YARDS = st.builds(
-    lambda inside, cell_m: Yard(("#####", f"#{inside}#", "#####"), cell_m),
-    st.text("#.o~", min_size=3, max_size=3),
-    st.floats(min_value=1e-9, allow_infinity=False),
-)
-
-
-def values(kind: mi.Type) -> st.SearchStrategy[Any]:
-    """Any value that msgspec accepts for `kind`."""
-    match kind:
-        case mi.StructType(cls=cls) if cls is Yard:
-            return YARDS
-        case mi.StructType(cls=cls, fields=fields):
-            return st.builds(cls, **{field.name: values(field.type) for field in fields})
-        case mi.VarTupleType(item_type=item):
-            return st.lists(values(item), max_size=3).map(tuple)
-        case mi.UnionType(types=types):
-            return st.one_of(*map(values, types))
-        case mi.EnumType(cls=cls):
-            return st.sampled_from(cls)
-    return SCALARS[type(kind)]
-
-
-messages = st.sampled_from(list(TOPICS.values())).flatmap(
-    lambda topic: values(mi.type_info(topic.kind))
-)
 
 
 def holds(value: Any, schema: dict[str, Any], definitions: dict[str, Any]) -> bool:

@@ -5,6 +5,7 @@ import math
 from typing import Any
 
 import pytest
+from any_message import YARDS, messages
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from noting import logged
@@ -248,3 +249,16 @@ def test_in_a_narrow_and_tall_terminal_the_instruments_stand_below_the_map(run: 
     titles = [line.split()[1].rstrip(",") for line in lines if line.startswith("╭")]
     assert titles == ["yard", "rover", "link", "events"]
     assert len(lines) == 40
+
+
+@settings(max_examples=30, deadline=None)
+@given(yard=YARDS, entries=st.lists(messages, max_size=12))
+def test_whatever_a_log_holds_the_screen_can_be_drawn(yard: Any, entries: Any) -> None:
+    picture = Picture()
+    for message in (yard, *entries):
+        picture.apply(logged(0, message))
+    page = io.StringIO()
+
+    Console(file=page, width=80, height=24).print(screen(picture, 0, width=80, height=24))
+
+    assert len(page.getvalue().splitlines()) == 24
