@@ -28,7 +28,8 @@ class Condition:
         self._battery = battery
         self._journal, self._events = journal, events
         self._state = BatteryState.NOMINAL
-        self._blocked: list[str] = []
+        self._blocked = 0  # moves in a row
+        self._blocked_ways: set[str] = set()
 
     def begin(self) -> None:
         """Note the condition at the start; what is not nominal is told to the ground."""
@@ -48,9 +49,14 @@ class Condition:
         """A move has ended. It says nothing of obstacles where the battery is flat."""
         if self._battery.empty:
             return
-        self._blocked = [*self._blocked, action] if blocked else []
-        stuck = set(self._blocked) == set(ACTIONS) or len(self._blocked) >= STUCK_AFTER
+        if blocked:
+            self._blocked += 1
+            self._blocked_ways.add(action)
+        else:
+            self._blocked = 0
+            self._blocked_ways.clear()
+        stuck = self._blocked_ways == set(ACTIONS) or self._blocked >= STUCK_AFTER
         if stuck is not self.stuck:
             self.stuck = stuck
-            self._journal.note(ROVER_STUCK, StuckEntry(stuck, len(self._blocked)))
-            self._events.tell(StuckChanged(stuck, len(self._blocked)))
+            self._journal.note(ROVER_STUCK, StuckEntry(stuck, self._blocked))
+            self._events.tell(StuckChanged(stuck, self._blocked))

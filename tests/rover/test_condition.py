@@ -1,9 +1,15 @@
 """A rover that cannot go on says so: on board, in its events, and once for each change."""
 
+import pickle
 from collections.abc import Callable
 from typing import Any
 
 from farside.messages import BatteryChanged, BatteryState, Drive, Event, StuckChanged
+from farside.node import Journal
+from farside.rover.battery import Battery
+from farside.rover.condition import Condition
+from farside.rover.config import BatteryConfig
+from farside.rover.events import EventQueue
 from farside.topics import ROVER_BATTERY, ROVER_STUCK
 
 # A battery that drains in 100 s while standing, and charges from empty to full in 10 s.
@@ -79,3 +85,17 @@ def test_a_rover_blocked_ten_times_in_a_row_is_stuck_and_free_when_it_moves(
 
     rover.do("E")
     assert told(rover.events, StuckChanged)[1:] == [StuckChanged(stuck=False, moves=0)]
+
+
+def test_a_rover_that_stays_stuck_says_so_once_and_remembers_no_more_of_it() -> None:
+    journal = Journal()
+    events = EventQueue(journal)
+    condition = Condition(Battery(BatteryConfig()), journal, events)
+    for _ in range(1000):
+        condition.moved("N", blocked=True)
+    after_1000 = len(pickle.dumps(condition))
+    for _ in range(1000):
+        condition.moved("N", blocked=True)
+
+    assert len(pickle.dumps(condition)) == after_1000
+    assert [event.what for event in events.take()] == [StuckChanged(stuck=True, moves=10)]
