@@ -127,6 +127,7 @@ class LogIndex:
 
     def _by_index(self, start: int, end: int) -> None:
         """Index a finished log by its header and the summary from `start` to `end`."""
+        left_byte = end  # so that a summary cannot have one attachment read a million times
         self._take_at(len(MCAP0_MAGIC), end)
         for span in spans(self._file, start, end):
             match span.opcode:
@@ -135,13 +136,21 @@ class LogIndex:
                 case Opcode.CHUNK_INDEX:
                     self.blocks.append(_indexed(mcap.ChunkIndex.read(_body(self._file, span))))
                 case Opcode.ATTACHMENT_INDEX:
-                    self._take_at(mcap.AttachmentIndex.read(_body(self._file, span)).offset, end)
+                    offset = mcap.AttachmentIndex.read(_body(self._file, span)).offset
+                    left_byte -= self._take_at(offset, end)
                 case Opcode.METADATA_INDEX:
-                    self._take_at(mcap.MetadataIndex.read(_body(self._file, span)).offset, end)
+                    offset = mcap.MetadataIndex.read(_body(self._file, span)).offset
+                    left_byte -= self._take_at(offset, end)
+            if left_byte < 0:
+                raise DamageError("attachments that overlap")
 
-    def _take_at(self, offset: int, end: int) -> None:
+    def _take_at(self, offset: int, end: int) -> int:
+        """Take the record at `offset`, and return its length in bytes."""
+        length = 0
         for span in islice(spans(self._file, offset, end), 1):
             self._take(span)
+            length = span.length
+        return length
 
     def _take(self, span: Span) -> None:
         match span.opcode:

@@ -1,6 +1,7 @@
 """Reading whole, unfinished and damaged logs, and the errors that name what is wrong."""
 
 import signal
+import struct
 import subprocess
 import sys
 from contextlib import suppress
@@ -11,10 +12,12 @@ import msgspec
 import pytest
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
+from mcap.opcode import Opcode
 from mcap.reader import make_reader
-from mcap.writer import Writer
+from mcap.writer import MCAP0_MAGIC, Writer
 
 from farside.logs import LogEntry, LogError, LogFile, Recorder, decode, packing
+from farside.logs.mcap_bytes import spans
 from farside.messages import Mode, ModeCause
 from farside.node import Record, to_ns
 from farside.topics import ModeEntry, Pose, Silence
@@ -231,4 +234,26 @@ def test_an_mcap_file_of_another_program_is_not_a_log(path: Path) -> None:
         writer.finish()
 
     with pytest.raises(LogError, match=r"is not a Farside log: it was written by rosbag2 1\.0"):
+        LogFile(path)
+
+
+def test_a_summary_that_has_one_attachment_read_over_and_over_is_damage(path: Path) -> None:
+    with Recorder(path) as recorder:
+        recorder.attach("large.bin", "application/octet-stream", bytes(1 << 20))
+    content = path.read_bytes()
+    marks_byte = 9 + 20 + len(MCAP0_MAGIC)  # the footer with its head, and the magic
+    [start] = struct.unpack_from("<Q", content, len(content) - marks_byte + 9)
+    with path.open("rb") as file:
+        summary = list(spans(file, start, len(content) - marks_byte))
+    [entry] = [
+        content[span.offset - 9 : span.offset + span.length]
+        for span in summary
+        if span.opcode == Opcode.ATTACHMENT_INDEX
+    ]
+    footer = struct.pack("<BQQQI", Opcode.FOOTER, 20, start, 0, 0)
+
+    path.write_bytes(content[:-marks_byte] + footer + MCAP0_MAGIC)
+    assert LogFile(path).attachments["large.bin"].data == bytes(1 << 20)
+    path.write_bytes(content[:-marks_byte] + entry * 1000 + footer + MCAP0_MAGIC)
+    with pytest.raises(LogError, match="is damaged"):
         LogFile(path)
