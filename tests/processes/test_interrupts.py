@@ -47,7 +47,8 @@ def test_an_interrupted_run_leaves_a_log_that_is_right_and_says_where(
     tmp_path: Path, size_byte: int, times: int, number: signal.Signals, options: list[str]
 ) -> None:
     log = tmp_path / "blackout-seed1-1.mcap"
-    run = start(tmp_path, *options)
+    # So long that no signal comes too late, however busy the machine is.
+    run = start(tmp_path, *options, "--set", "duration_s=1e6")
     wait_for(run, is_of(log, size_byte))
     for _ in range(times):
         run.send_signal(number)
