@@ -64,8 +64,8 @@ E = TypeVar("E", bound=StrEnum)
 class RunView:
     """Queries on a run, answered from its log. All times are simulated seconds.
 
-    A query reads what it is about through the log's index, and nothing is kept: a run may be
-    larger than memory.
+    A query reads what it is about through the log's index. Only the map, the goals and the counts
+    of frames are kept once they were asked for: a run may be larger than memory.
 
     Args:
         log: the log.
