@@ -9,6 +9,7 @@ from typing import Annotated, TypeVar, cast
 
 import msgspec
 
+from farside.frames import FrameEvent, FrameFate, LinkOutage
 from farside.messages import (
     BatteryState,
     Chooser,
@@ -23,7 +24,7 @@ from farside.messages import (
     Telemetry,
     Tokens,
 )
-from farside.node import Direction, Topic
+from farside.node import Topic
 from farside.places import Chart
 
 # --- /truth ------------------------------------------------------------------------------------
@@ -192,100 +193,6 @@ class StoreEntry(msgspec.Struct, frozen=True):
     kept: int
     given_up: int
     waiting: int
-
-
-# --- /link -------------------------------------------------------------------------------------
-
-
-class OutageReason(StrEnum):
-    """Why a direction is out. All but a blackout, both ends know beforehand."""
-
-    BLACKOUT = "blackout"
-    PASS = "pass"  # noqa: S105 - of a satellite
-    CONTACT = "contact"
-    CONJUNCTION = "conjunction"
-    CONTROL = "control"
-
-
-class Fate(StrEnum):
-    """The fate of a frame in the channel: delivered, or why not."""
-
-    DELIVERED = "delivered"
-    LOST = "lost"
-    OUTAGE = "outage"
-    QUEUE_FULL = "queue-full"
-    EXPIRED = "expired"
-    BIT_ERROR = "bit-error"
-
-
-class FrameFate(msgspec.Struct, frozen=True, gc=False):
-    """The fate of a frame in the channel, logged when it came about.
-
-    Attributes:
-        direction, sequence: the frame's id.
-        size_byte: length of its payload.
-        queued_ns: when the sender handed it to the channel.
-        sent_ns, sent_end_ns: when its first and last bit left; both `queued_ns` if it never left.
-        arrival_ns: when its last bit arrived, `None` unless delivered.
-        fate: its fate.
-        priority: as the sender set it.
-        copy: 0 for the frame itself, 1 for its duplicate.
-        flipped_bits: number of bit errors on arrival.
-        outage: the reason of the outage that it was lost to.
-    """
-
-    direction: Direction
-    sequence: int
-    size_byte: int
-    queued_ns: int
-    sent_ns: int
-    sent_end_ns: int
-    arrival_ns: int | None
-    fate: Fate
-    priority: int = 0
-    copy: int = 0
-    flipped_bits: int = 0
-    outage: OutageReason | None = None
-
-
-class FrameStage(StrEnum):
-    """A stage in a frame's life at an endpoint; its life in the channel is a `FrameFate`.
-
-    Made from a message; lost to terrain shadow on sending or arrival; refused, as not genuine or
-    not new; used.
-    """
-
-    MADE = "made"
-    SHADOWED = "shadowed"
-    REFUSED = "refused"
-    USED = "used"
-
-
-class FrameEvent(msgspec.Struct, frozen=True, omit_defaults=True):
-    """What an endpoint did with a frame.
-
-    Attributes:
-        direction, sequence: the frame's id, as in `FrameFate`.
-        stage: the stage reached.
-        size_byte: its length on the link.
-        what: the kind of message in it or, if refused, the reason.
-        stored: whether the message waited in the store for the link to return.
-    """
-
-    direction: Direction
-    sequence: int
-    stage: FrameStage
-    size_byte: int
-    what: str
-    stored: bool = False
-
-
-class LinkOutage(msgspec.Struct, frozen=True):
-    """An outage of one direction begins (`down` true) or ends."""
-
-    direction: Direction
-    down: bool
-    reason: OutageReason
 
 
 # --- /ground -----------------------------------------------------------------------------------

@@ -2,6 +2,7 @@
 
 from typing import Any, NamedTuple
 
+from farside.frames import LinkOutage, OutageReason
 from farside.logs.reading import LogEntry
 from farside.messages import (
     Approve,
@@ -43,9 +44,7 @@ from farside.topics import (
     FailsafeEntry,
     GoalChange,
     GoalEntry,
-    LinkOutage,
     ModeEntry,
-    OutageReason,
     Silence,
     StuckEntry,
 )

@@ -7,6 +7,7 @@ from typing import Any
 
 import msgspec
 
+from farside.frames import Fate, FrameFate, LinkOutage
 from farside.logs.events import EVENT_TOPICS, EventLine, event_line
 from farside.logs.reading import LogEntry, LogFile
 from farside.messages import Failsafe, Mode, Proposal, Telemetry, Tokens
@@ -30,11 +31,8 @@ from farside.topics import (
     ActionStarted,
     Cycle,
     FailsafeEntry,
-    Fate,
-    FrameFate,
     GoalChange,
     GoalEntry,
-    LinkOutage,
     ModeEntry,
     Pose,
     Silence,

@@ -5,9 +5,10 @@ from typing import NamedTuple
 
 import msgspec
 
+from farside.frames import Fate, FrameFate, FrameStage
 from farside.messages import Mode, ModeCause, Tokens
 from farside.node import Direction, to_s
-from farside.topics import Fate, FrameFate, FrameStage, GoalSource
+from farside.topics import GoalSource
 
 
 class ModeSpan(NamedTuple):

@@ -8,6 +8,7 @@ from typing import TypeVar, cast
 
 import msgspec
 
+from farside.frames import Fate, FrameFate
 from farside.logs.reading import LogFile, decode
 from farside.logs.spans import (
     GoalSpan,
@@ -49,8 +50,6 @@ from farside.topics import (
     CommandSent,
     CommandTaken,
     Cycle,
-    Fate,
-    FrameFate,
     GoalChange,
     GoalSource,
     StoreEntry,

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+from farside.frames import Fate, FrameFate
 from farside.logs.spans import OutageSpan
 from farside.logs.views import RunView
 from farside.messages import Mode, ModeCause
@@ -16,7 +17,7 @@ from farside.missions.schema import (
 )
 from farside.node import Direction, to_ns
 from farside.places import place_token
-from farside.topics import ROVER_ACTION_STARTED, Fate, FrameFate
+from farside.topics import ROVER_ACTION_STARTED
 
 
 def judge(expectation: Expectation, run: RunView) -> Judgement:

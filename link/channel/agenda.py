@@ -6,8 +6,8 @@ from operator import attrgetter
 
 import msgspec
 
+from farside.frames import FrameFate, LinkOutage
 from farside.node import Direction
-from farside.topics import FrameFate, LinkOutage
 
 _time = attrgetter("time_ns")
 

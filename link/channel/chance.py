@@ -16,11 +16,11 @@ import numpy as np
 from numpy.random import Generator
 from numpy.typing import NDArray
 
+from farside.frames import Fate
 from farside.link.profile.config import BitErrorEffect, OneWay
 from farside.link.profile.impairments import Jitter, JitterShape, LossModel
 from farside.link.profile.loss import LossChain
 from farside.node import Frame, to_ns
-from farside.topics import Fate
 
 _NO_FLIPS: tuple[int, ...] = ()
 _SKIP_BLOCK = 1 << 16

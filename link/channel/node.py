@@ -6,12 +6,13 @@ from operator import attrgetter
 
 from numpy.random import Generator
 
+from farside.frames import FrameFate, LinkOutage
 from farside.link.channel.agenda import PendingRecord
 from farside.link.channel.one_way import OneWayChannel
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.link.profile.schedule import Outage
 from farside.node import Direction, Frame, Journal, Step
-from farside.topics import LINK_FRAME, LINK_OUTAGE, FrameFate, LinkOutage
+from farside.topics import LINK_FRAME, LINK_OUTAGE
 
 _sequence = attrgetter("sequence")
 _time = attrgetter("time_ns")

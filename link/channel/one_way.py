@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from numpy.random import Generator
 
+from farside.frames import Fate, FrameFate, LinkOutage, OutageReason
 from farside.link.channel.agenda import Agenda, PendingRecord
 from farside.link.channel.chance import UNIMPAIRED, Impairment, RandomImpairments
 from farside.link.channel.outages import Outages
@@ -16,7 +17,6 @@ from farside.link.channel.queueing import Transmission, Transmitter
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.link.profile.schedule import Delay, Outage, outages_of
 from farside.node import Direction, Frame, to_ns
-from farside.topics import Fate, FrameFate, LinkOutage, OutageReason
 
 _time = attrgetter("time_ns")
 

@@ -4,9 +4,9 @@ import math
 from bisect import bisect_right
 from collections.abc import Sequence
 
+from farside.frames import OutageReason
 from farside.link.profile.schedule import Outage
 from farside.node import NEVER_NS
-from farside.topics import OutageReason
 
 
 class Outages:

@@ -6,11 +6,11 @@ from typing import NamedTuple
 
 import msgspec
 
+from farside.frames import Fate
 from farside.link.channel.chance import UNIMPAIRED, Draw, Impairment
 from farside.link.profile.config import DropPolicy, OneWay
 from farside.link.profile.rate import Rate, Unlimited, transmit_rate
 from farside.node import NEVER_NS, NS_PER_S, Frame, to_ns
-from farside.topics import Fate
 
 
 class Transmission(msgspec.Struct, gc=False):

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.random import Generator, SeedSequence, default_rng
 from numpy.typing import NDArray
 
+from farside.frames import Fate, FrameFate
 from farside.link.profile.config import AtEnd, LinkConfig, OneWay
 from farside.link.profile.impairments import JitterShape
 from farside.link.profile.schedule import outages_of
 from farside.node import NS_PER_S, Direction, Frame, Node, Record, to_ns
-from farside.topics import Fate, FrameFate
 
 Ints = NDArray[np.int64]
 Bools = NDArray[np.bool_]

@@ -21,9 +21,9 @@ from typing import Any
 
 import msgspec
 
+from farside.frames import OutageReason
 from farside.link.profile.config import Affected, OneWay
 from farside.node import Direction
-from farside.topics import OutageReason
 
 COUNTERS_KEY = "farside/link/counters"
 CONTROL_KEY = "farside/link/control"

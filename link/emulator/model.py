@@ -14,6 +14,7 @@ from typing import Generic, TypeVar
 import msgspec
 import numpy as np
 
+from farside.frames import Fate
 from farside.link.channel.node import Channel
 from farside.link.emulator.control import (
     EmulatorState,
@@ -24,7 +25,6 @@ from farside.link.emulator.control import (
 )
 from farside.link.profile.config import LinkConfig
 from farside.node import NEVER_NS, Direction, Frame, to_s
-from farside.topics import Fate
 
 _COUNT_NS = 20_000_000
 """How often the counters are updated with what does not arrive."""

@@ -14,6 +14,7 @@ from typing import Generic, NamedTuple, TypeVar
 
 import msgspec
 
+from farside.frames import FrameEvent, FrameStage
 from farside.link.endpoint.fragments import Fragmenter, Reassembler
 from farside.link.endpoint.keys import simulated_key
 from farside.link.endpoint.receiver import ReliableReceiver
@@ -34,7 +35,7 @@ from farside.messages import (
     Uplink,
 )
 from farside.node import NEVER_NS, NS_PER_S, Direction, Frame, Journal, Topic
-from farside.topics import GROUND_FRAME, ROVER_FRAME, FrameEvent, FrameStage
+from farside.topics import GROUND_FRAME, ROVER_FRAME
 
 _SEGMENT_OVERHEAD_BYTE = 24
 _REASSEMBLY_NS = 600 * NS_PER_S

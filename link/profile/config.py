@@ -11,10 +11,10 @@ from typing import Annotated
 import msgspec
 from msgspec import Meta
 
+from farside.frames import OutageReason
 from farside.link.profile.impairments import Jitter, LossModel, Reorder
 from farside.node import Direction, to_ns
 from farside.settings import Count, Fraction, NonNegative, Positive, Section
-from farside.topics import OutageReason
 
 
 class DropPolicy(StrEnum):

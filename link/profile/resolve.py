@@ -11,6 +11,7 @@ from typing import Any
 import msgspec
 
 from farside.files import parse_toml, read_text
+from farside.frames import OutageReason
 from farside.link.profile.config import (
     Affected,
     Blackout,
@@ -24,7 +25,6 @@ from farside.link.profile.plans.contacts import ContactPlanError, LinkTables, ga
 from farside.link.profile.plans.hdtn import parse_hdtn
 from farside.link.profile.plans.ion import parse_ion
 from farside.link.profile.plans.traces import TraceError, parse_trace
-from farside.topics import OutageReason
 from farside.validation import Problem, did_you_mean, dotted, mismatches, shown
 
 _SCHEMA = msgspec.inspect.type_info(LinkConfig)

@@ -5,10 +5,10 @@ from collections.abc import Iterable
 from itertools import accumulate, pairwise
 from typing import NamedTuple
 
+from farside.frames import OutageReason
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.link.profile.rate import planning_rate
 from farside.node import NEVER_NS, NS_PER_S, Direction, to_ns
-from farside.topics import OutageReason
 
 Span = tuple[int, int]
 """Begin and end in nanoseconds; the end is not part of it."""

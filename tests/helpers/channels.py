@@ -6,9 +6,9 @@ from typing import Any
 import msgspec
 import numpy as np
 
+from farside.frames import FrameFate
 from farside.link import Channel, LinkConfig, OneWay
 from farside.node import Direction, Frame, Record, Step, to_ns
-from farside.topics import FrameFate
 
 UP, DOWN = Direction.UP, Direction.DOWN
 

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from functools import cache
 from itertools import pairwise
 
+from farside.frames import OutageReason
 from farside.link import Blackout, LinkConfig, OneWay
 from farside.link.endpoint.receiver import ReliableReceiver
 from farside.link.endpoint.segments import ReceptionReport, decode_part
@@ -12,7 +13,6 @@ from farside.link.endpoint.sender import ReliableSender
 from farside.link.endpoint.transfer import TransferConfig
 from farside.link.profile.schedule import Schedule
 from farside.node import Direction, to_ns
-from farside.topics import OutageReason
 
 UP, DOWN = Direction.UP, Direction.DOWN
 GOOD = (0.0,)

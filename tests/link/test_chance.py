@@ -11,12 +11,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import stats  # type: ignore[import-untyped]
 
+from farside.frames import Fate
 from farside.link import OneWay
 from farside.link.channel.chance import UNIMPAIRED, RandomImpairments
 from farside.link.profile.config import BitErrorEffect
 from farside.link.profile.impairments import FourState, GilbertElliott, Jitter, JitterShape, Reorder
 from farside.node import Direction, Frame
-from farside.topics import Fate
 
 COUNT = 20_000
 GE = GilbertElliott(p=0.05, r=0.25, bad_loss=0.8, good_loss=0.01)

@@ -7,9 +7,9 @@ from channels import DOWN, UP, channel, fates, frame, link, pass_through
 from hypothesis import given
 from hypothesis import strategies as st
 
+from farside.frames import Fate
 from farside.link import Affected, Blackout, OneWay
 from farside.node import Direction, Step, to_ns
-from farside.topics import Fate
 
 
 def test_a_frame_arrives_after_serialisation_and_propagation() -> None:

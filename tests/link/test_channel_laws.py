@@ -10,6 +10,7 @@ from channels import DOWN, UP, channel, fate_of, fates, frame, link, pass_throug
 from hypothesis import given
 from hypothesis import strategies as st
 
+from farside.frames import Fate, LinkOutage, OutageReason
 from farside.link import Affected, Blackout, LinkConfig, OneWay
 from farside.link.profile.config import (
     BitErrorEffect,
@@ -21,7 +22,6 @@ from farside.link.profile.config import (
 )
 from farside.link.profile.impairments import FourState, GilbertElliott, Jitter, JitterShape, Reorder
 from farside.node import Direction, Frame, Step, to_ns
-from farside.topics import Fate, LinkOutage, OutageReason
 
 END_S = 400.0
 

@@ -6,10 +6,10 @@ from typing import Any
 import pytest
 from channels import UP, channel, fate_of, fates, frame, link, pass_through
 
+from farside.frames import Fate
 from farside.link import LinkConfig, OneWay
 from farside.link.profile.config import AtEnd, DropPolicy, LinkChange, RateStep, Trace
 from farside.node import Frame, to_ns, to_s
-from farside.topics import Fate
 
 
 def slow(**rest: Any) -> LinkConfig:

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from farside.frames import OutageReason
 from farside.link.emulator import Delivery, Emulator
 from farside.link.emulator.control import OutageState
 from farside.link.profile.config import (
@@ -17,7 +18,6 @@ from farside.link.profile.config import (
 )
 from farside.link.profile.impairments import Jitter
 from farside.node import Direction
-from farside.topics import OutageReason
 
 UP, DOWN = Direction.UP, Direction.DOWN
 MS = 1_000_000

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from farside.frames import FrameEvent, FrameStage
 from farside.link import LinkConfig, LinkTerms, OneWay, ground_endpoint, rover_endpoint
 from farside.link.endpoint.endpoint import StoreState
 from farside.logs import decode
@@ -25,7 +26,6 @@ from farside.messages import (
     Telemetry,
 )
 from farside.node import Direction, Frame, Journal, to_ns
-from farside.topics import FrameEvent, FrameStage
 
 SECOND = to_ns(1)
 

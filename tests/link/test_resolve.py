@@ -8,6 +8,7 @@ from typing import Any
 import msgspec
 import pytest
 
+from farside.frames import OutageReason
 from farside.link.profile.config import (
     Affected,
     AtEnd,
@@ -22,7 +23,6 @@ from farside.link.profile.resolve import (
 )
 from farside.link.profile.schedule import outages_of
 from farside.node import Direction, to_ns
-from farside.topics import OutageReason
 
 DAY_S = 86400.0
 NEAR: dict[str, Any] = {"up": {"delay_s": 1.0}, "down": {"delay_s": 1.0}}

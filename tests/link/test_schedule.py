@@ -8,11 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from farside.frames import Fate, FrameFate, OutageReason
 from farside.link import Blackout, Channel, LinkConfig, OneWay
 from farside.link.profile.config import DelayPoint, RateStep, Trace
 from farside.link.profile.schedule import Schedule
 from farside.node import NEVER_NS, Direction, Frame, to_ns
-from farside.topics import Fate, FrameFate, OutageReason
 
 UP, DOWN = Direction.UP, Direction.DOWN
 PASS, BLACKOUT = OutageReason.PASS, OutageReason.BLACKOUT

@@ -8,21 +8,12 @@ import msgspec
 import pytest
 from noting import records_of
 
+from farside.frames import Fate, FrameFate
 from farside.logs import Recorder
 from farside.messages import Failsafe, Mode, ModeCause, Telemetry
 from farside.node import Direction, Record, to_ns
 from farside.places import Chart
-from farside.topics import (
-    FailsafeEntry,
-    Fate,
-    FrameFate,
-    GoalChange,
-    GoalEntry,
-    GoalSource,
-    ModeEntry,
-    Pose,
-    Yard,
-)
+from farside.topics import FailsafeEntry, GoalChange, GoalEntry, GoalSource, ModeEntry, Pose, Yard
 
 ROWS = (
     "#######",

@@ -4,6 +4,7 @@ import msgspec
 import pytest
 from noting import logged
 
+from farside.frames import LinkOutage, OutageReason
 from farside.logs import time_text
 from farside.logs.events import event_line
 from farside.messages import (
@@ -37,9 +38,7 @@ from farside.topics import (
     GoalChange,
     GoalEntry,
     GoalSource,
-    LinkOutage,
     ModeEntry,
-    OutageReason,
     Pose,
     Silence,
     StuckEntry,

@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from noting import log_of, records_of
 
+from farside.frames import Fate, LinkOutage, OutageReason
 from farside.logs import LinkPicture, LogEntry, Picture, picture_at
 from farside.messages import Chooser, Mode, ModeCause, Proposal
 from farside.node import Direction, to_ns
@@ -13,13 +14,10 @@ from farside.topics import (
     ActionEnded,
     ActionStarted,
     Cycle,
-    Fate,
     GoalChange,
     GoalEntry,
     GoalSource,
-    LinkOutage,
     ModeEntry,
-    OutageReason,
     Pose,
     Silence,
 )

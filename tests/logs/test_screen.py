@@ -12,21 +12,12 @@ from noting import logged
 from rich.cells import cell_len
 from rich.console import Console
 
+from farside.frames import Fate, LinkOutage, OutageReason
 from farside.logs import LogEntry, Picture, screen
 from farside.messages import Chooser, Failsafe, Mode, ModeCause, Proposal, ProposedStep
 from farside.node import Direction, to_ns
 from farside.places import Chart
-from farside.topics import (
-    ActionStarted,
-    Cycle,
-    FailsafeEntry,
-    Fate,
-    LinkOutage,
-    ModeEntry,
-    OutageReason,
-    Pose,
-    Silence,
-)
+from farside.topics import ActionStarted, Cycle, FailsafeEntry, ModeEntry, Pose, Silence
 
 
 def shown(run: Any, now_s: float, *, width: int = 80, height: int = 24, **options: Any) -> str:

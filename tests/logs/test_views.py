@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 from noting import view_of
 
+from farside.frames import Fate, LinkOutage, OutageReason
 from farside.logs import GoalSpan, LogError, LogFile, ModeSpan, OutageSpan, Recorder, RunView
 from farside.messages import Drive, Failsafe, Mode, ModeCause
 from farside.node import Direction, Topic
@@ -17,12 +18,9 @@ from farside.topics import (
     CommandTaken,
     Cycle,
     FailsafeEntry,
-    Fate,
     GoalChange,
     GoalSource,
-    LinkOutage,
     ModeEntry,
-    OutageReason,
     Silence,
 )
 

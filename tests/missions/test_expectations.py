@@ -6,6 +6,7 @@ import msgspec
 import pytest
 from noting import records_of, view_of
 
+from farside.frames import Fate, FrameFate, LinkOutage, OutageReason
 from farside.logs import RunView
 from farside.messages import Chooser, Drive, Mode, ModeCause
 from farside.missions.expectations import judge
@@ -21,14 +22,10 @@ from farside.topics import (
     ActionStarted,
     CommandSent,
     CommandTaken,
-    Fate,
-    FrameFate,
     GoalChange,
     GoalEntry,
     GoalSource,
-    LinkOutage,
     ModeEntry,
-    OutageReason,
     Pose,
     Yard,
 )

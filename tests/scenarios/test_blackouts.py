@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from farside.frames import Fate
 from farside.messages import Failsafe, FailsafeChanged, GoalReached, Mode
 from farside.missions import FinishedRun, Outcome, Rehearsal
 from farside.node import Direction
@@ -21,7 +22,6 @@ from farside.topics import (
     ROVER_FAILSAFE,
     TRUTH_POSE,
     ActionStarted,
-    Fate,
 )
 
 

@@ -6,17 +6,10 @@ from itertools import pairwise
 
 import pytest
 
+from farside.frames import Fate, FrameEvent, FrameStage
 from farside.missions import FinishedRun, Outcome, Rehearsal
 from farside.node import Direction, Topic
-from farside.topics import (
-    GROUND_FRAME,
-    GROUND_TELEMETRY,
-    ROVER_FRAME,
-    TRUTH_POSE,
-    Fate,
-    FrameEvent,
-    FrameStage,
-)
+from farside.topics import GROUND_FRAME, GROUND_TELEMETRY, ROVER_FRAME, TRUTH_POSE
 
 NOISY = {
     "loss": {"model": "gilbert-elliott", "p": 0.01, "r": 0.3},

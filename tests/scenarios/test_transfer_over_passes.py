@@ -14,13 +14,13 @@ import msgspec
 import numpy as np
 import pytest
 
+from farside.frames import Fate, FrameFate, OutageReason
 from farside.link import Blackout, Channel, LinkConfig, OneWay
 from farside.link.endpoint.receiver import ReliableReceiver
 from farside.link.endpoint.segments import ReceptionReport, Segment, decode_part
 from farside.link.endpoint.sender import ReliableSender
 from farside.link.profile.schedule import Schedule
 from farside.node import Direction, Frame, Record, to_ns, to_s
-from farside.topics import Fate, FrameFate, OutageReason
 
 UP, DOWN = Direction.UP, Direction.DOWN
 PERIOD_S, PASS_S, LIGHT_S, LOSS = 5400.0, 480.0, 1200.0, 0.05

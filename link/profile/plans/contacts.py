@@ -9,8 +9,8 @@ from collections.abc import Iterable, Iterator
 from itertools import chain
 from typing import Generic, NamedTuple, TypeVar
 
+from farside.frames import OutageReason
 from farside.link.profile.config import Affected, Blackout, DelayPoint, RateStep
-from farside.topics import OutageReason
 
 _STEP_S = 1e-6  # how long a step takes in a delay table, which is linear between its points
 _PAIRS_SHOWN = 20
