@@ -1,64 +1,21 @@
 """What rover and ground say to each other.
 
 The seed's paths (figure 2) in these words: A1 is `Drive`, A2 is `Proposal` with its answers
-`Approve` and `Override`, A4 is `SetMode`, A5 is `SetGoal` and `WithdrawGoal`, and S1 is
+`Approve`, `Override` and `Veto`, A4 is `SetMode`, A5 is `SetGoal` and `WithdrawGoal`, and S1 is
 `Telemetry`.
 
 Commands, proposals and events are sent until they have arrived, in order; of heartbeats and
 telemetry only the latest counts. See `farside.link.endpoint.endpoint.SERVICES`.
 """
 
-from enum import StrEnum
 from typing import Annotated
 
 import msgspec
 
+from farside.control import BatteryState, CommandStage, Failsafe, Mode, ModeCause, OnLoss, Signal
+
 Coordinate = Annotated[float, msgspec.Meta(ge=-1e9, le=1e9)]
 """A coordinate in the chart's frame, in metres: farther than any yard reaches (project default)."""
-
-
-class Mode(StrEnum):
-    """Who drives: the operator, the DEM with the operator's consent, or the DEM alone."""
-
-    GUIDED = "guided"
-    SHARED = "shared"
-    AUTONOMOUS = "autonomous"
-
-
-class ModeCause(StrEnum):
-    """What brought the rover into a mode: the start of the run, the operator, a lost link."""
-
-    START = "start"
-    OPERATOR = "operator"
-    LINK_LOST = "link lost"
-
-
-class Failsafe(StrEnum):
-    """The failsafe's state: the link is up; silence, so stand still; the link is lost."""
-
-    NOMINAL = "nominal"
-    HOLD = "hold"
-    LOST = "lost"
-
-
-class BatteryState(StrEnum):
-    """What the battery does: enough charge; wants charging; charges at the dock; no charge left.
-
-    With a flat battery the rover does not move.
-    """
-
-    NOMINAL = "nominal"
-    LOW = "low"
-    CHARGING = "charging"
-    FLAT = "flat"
-
-
-class Chooser(StrEnum):
-    """Who chose an action: the operator, the policy map, or exploration."""
-
-    GUIDED = "guided"
-    GOAL_DIRECTED = "goal-directed"
-    EXPLORATORY = "exploratory"
 
 
 Tokens = tuple[str, ...]
@@ -73,9 +30,13 @@ class _Message(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class Drive(_Message, frozen=True, tag="drive"):
-    """Perform one action, in any mode (A1)."""
+    """Perform one action (A1). In autonomous mode the operator takes over by it.
+
+    `force` insists, where the safety gate would refuse.
+    """
 
     action: str
+    force: bool = False
 
 
 class Approve(_Message, frozen=True, tag="approve"):
@@ -89,6 +50,13 @@ class Override(_Message, frozen=True, tag="override"):
 
     proposal: int
     action: str
+    force: bool = False
+
+
+class Veto(_Message, frozen=True, tag="veto"):
+    """Do not perform the proposed action (A2). Nothing is proposed again in this situation."""
+
+    proposal: int
 
 
 class SetMode(_Message, frozen=True, tag="mode"):
@@ -105,12 +73,39 @@ class SetGoal(_Message, frozen=True, tag="goal"):
 
 
 class WithdrawGoal(_Message, frozen=True, tag="withdraw"):
-    """Remove a Sign from the Goal List (A5)."""
+    """Remove a Sign from the Goal List, or from the mission goals, whoever wanted it (A5)."""
 
     tokens: Tokens
 
 
-Order = Drive | Approve | Override | SetMode | SetGoal | WithdrawGoal
+class TakeBack(_Message, frozen=True, tag="take-back"):
+    """Withdraw a command that has not begun. Refused if it has."""
+
+    number: int
+
+
+class SetOnLoss(_Message, frozen=True, tag="on-loss"):
+    """Say what the rover is to do from now on when the link is lost."""
+
+    on_loss: OnLoss
+
+
+Order = Drive | Approve | Override | Veto | SetMode | SetGoal | WithdrawGoal | TakeBack | SetOnLoss
+
+
+class Meant(_Message, frozen=True):
+    """The situation that an order was meant for. It is refused in another one.
+
+    Attributes:
+        mode: the mode that the rover was expected to be in.
+        place: the Token of the place that the action was to begin at; `None` if the order says no
+            place.
+        after: the number of the command that the action was to follow on, in place of a place.
+    """
+
+    mode: Mode
+    place: str | None = None
+    after: int | None = None
 
 
 class Command(_Message, frozen=True, tag="command"):
@@ -118,21 +113,37 @@ class Command(_Message, frozen=True, tag="command"):
 
     Attributes:
         number: counts from 1 without a gap; the rover takes commands in this order.
-        expires_ns: simulated time after which the rover refuses the order. What was right before
+        expires_ns: simulated time after which the rover does not begin it. What was right before
             an outage may be wrong after it.
         order: what to do.
+        meant: the situation that it was meant for; `None` for any.
     """
 
     number: int
     expires_ns: int
     order: Order
+    meant: Meant | None = None
 
 
 class Heartbeat(_Message, frozen=True, tag="heartbeat"):
-    """A sign of life from the ground."""
+    """A sign of life from the ground.
+
+    Attributes:
+        last_command: the number of the newest command that the ground has given.
+        telemetry_ns: time stamp of the newest telemetry that the ground has received, -1 if none.
+    """
+
+    last_command: int = 0
+    telemetry_ns: int = -1
 
 
-Uplink = Command | Heartbeat
+class Shown(_Message, frozen=True, tag="shown"):
+    """A proposal has been put before the operator: the veto window may run."""
+
+    proposal: int
+
+
+Uplink = Command | Heartbeat | Shown
 
 # --- downlink: events, proposals, telemetry ----------------------------------------------------
 
@@ -145,10 +156,30 @@ class ModeChanged(_Message, frozen=True, tag="mode"):
 
 
 class FailsafeChanged(_Message, frozen=True, tag="failsafe"):
-    """The failsafe changed to `state` after `silence_ns` without a frame from the ground."""
+    """The failsafe came into `state`, or has another reason `why` for it.
+
+    `silence_ns` is the silence so far that the contact plan does not explain.
+    """
 
     state: Failsafe
+    why: str
     silence_ns: int
+
+
+class LinkBack(_Message, frozen=True, tag="link-back"):
+    """The link is back after it was lost, and what the rover did meanwhile.
+
+    Attributes:
+        silence_ns: time between the frames from the ground before and after.
+        moves: how many moves it made, however they ended.
+        bumps: how many of them were blocked.
+        reached: the goals that it reached.
+    """
+
+    silence_ns: int
+    moves: int
+    bumps: int
+    reached: tuple[Tokens, ...]
 
 
 class GoalReached(_Message, frozen=True, tag="reached"):
@@ -157,11 +188,33 @@ class GoalReached(_Message, frozen=True, tag="reached"):
     tokens: Tokens
 
 
-class CommandRefused(_Message, frozen=True, tag="refused"):
-    """The rover received the command and refused it."""
+class GoalAside(_Message, frozen=True, tag="aside"):
+    """A goal is put aside, since it cannot be pursued now; or taken up again (`why` is `None`)."""
+
+    tokens: Tokens
+    why: str | None
+
+
+class CommandEnded(_Message, frozen=True, tag="ended"):
+    """A command is over and was not done; `stage` says how it ended, `why` for what reason."""
+
+    number: int
+    stage: CommandStage
+    why: str
+
+
+class CommandForced(_Message, frozen=True, tag="forced"):
+    """A command began although the safety gate had refused it, since the operator insisted."""
 
     number: int
     why: str
+
+
+class CommandsMissing(_Message, frozen=True, tag="missing"):
+    """The rover hears the ground, but commands up to `last` do not arrive; or now they have."""
+
+    missing: bool
+    last: int
 
 
 class BatteryChanged(_Message, frozen=True, tag="battery"):
@@ -179,7 +232,16 @@ class StuckChanged(_Message, frozen=True, tag="stuck"):
 
 
 Happening = (
-    ModeChanged | FailsafeChanged | GoalReached | CommandRefused | BatteryChanged | StuckChanged
+    ModeChanged
+    | FailsafeChanged
+    | LinkBack
+    | GoalReached
+    | GoalAside
+    | CommandEnded
+    | CommandForced
+    | CommandsMissing
+    | BatteryChanged
+    | StuckChanged
 )
 
 
@@ -207,16 +269,17 @@ class Proposal(_Message, frozen=True, tag="proposal"):
         time_ns: when it was made.
         goal: the top-goal.
         action: the proposed action.
-        chooser: goal-directed, or exploratory where no known path leads to the goal.
-        path: the best-estimate path to the goal; empty where exploratory.
+        path: the best-estimate path to the goal.
+        veto_window_s: with consent by veto, for how long after the operator was shown it the rover
+            waits before it acts; `None` with consent by approval.
     """
 
     number: int
     time_ns: int
     goal: Tokens
     action: str
-    chooser: Chooser
     path: tuple[ProposedStep, ...]
+    veto_window_s: float | None = None
 
 
 class Telemetry(_Message, frozen=True, tag="telemetry"):
@@ -229,8 +292,14 @@ class Telemetry(_Message, frozen=True, tag="telemetry"):
         battery: state of charge, 0 to 1.
         mode, failsafe: their states.
         action: the action under way, `None` when standing still.
-        goals: the Goal List, top-goal first.
-        commands_done: number of the last command received and, if it was an action, finished.
+        goals: the Goal List, top-goal first, those put aside last.
+        commands_done: every command up to this number is over, done or not.
+        begun: number of the command whose action is under way.
+        waiting: numbers of the commands that wait to begin, in order.
+        proposal: number of the proposal that stands.
+        signal: strength of the radio's signal.
+        on_loss: what the rover will do when the link is lost.
+        alone_goals: the goals that it will pursue then, as of now, top-goal first.
     """
 
     time_ns: int
@@ -244,6 +313,12 @@ class Telemetry(_Message, frozen=True, tag="telemetry"):
     action: str | None
     goals: tuple[Tokens, ...]
     commands_done: int
+    begun: int | None = None
+    waiting: tuple[int, ...] = ()
+    proposal: int | None = None
+    signal: Signal = Signal.STRONG
+    on_loss: OnLoss = OnLoss.AUTONOMY
+    alone_goals: tuple[Tokens, ...] = ()
 
 
 Downlink = Event | Proposal | Telemetry

@@ -18,6 +18,9 @@ ON_CHARGE = "on_charge"
 BATTERY_LOW = "battery:low"
 """The Token that is sensed while the battery needs charging."""
 
+LINK_UP = "link:up"
+"""The Token that is sensed where the radio has a signal, on maps with terrain shadow."""
+
 MAX_CELLS = 250_000
 """The most cells of a map, such as 500 x 500: charts and physics grow with them (project
 default)."""

@@ -9,15 +9,20 @@ from typing import Annotated, TypeVar, cast
 
 import msgspec
 
-from farside.frames import FrameEvent, FrameFate, LinkOutage
-from farside.messages import (
+from farside.control import (
     BatteryState,
+    Cause,
     Chooser,
-    Coordinate,
-    Event,
+    CommandStage,
     Failsafe,
     Mode,
     ModeCause,
+)
+from farside.frames import FrameEvent, FrameFate, LinkOutage
+from farside.messages import (
+    Coordinate,
+    Event,
+    Meant,
     Order,
     Proposal,
     ProposedStep,
@@ -128,10 +133,21 @@ class ModeEntry(msgspec.Struct, frozen=True):
 
 
 class FailsafeEntry(msgspec.Struct, frozen=True):
-    """The failsafe's state from now on, and the silence that led to it."""
+    """The failsafe's state from now on.
+
+    Attributes:
+        state: the state.
+        why: the reason in words, from the failsafe's table.
+        causes: all that is so.
+        silence_s: the silence that the contact plan does not explain.
+        countdown_s: how much more of such silence is left before the link counts as lost.
+    """
 
     state: Failsafe
+    why: str
+    causes: tuple[Cause, ...]
     silence_s: float
+    countdown_s: float
 
 
 class BatteryEntry(msgspec.Struct, frozen=True):
@@ -148,20 +164,79 @@ class StuckEntry(msgspec.Struct, frozen=True):
     moves: int
 
 
-class CommandTaken(msgspec.Struct, frozen=True):
-    """A command was received: obeyed, or refused with a reason (`None` when obeyed)."""
+class CommandEntry(msgspec.Struct, frozen=True):
+    """A command reached a stage of its life on board.
+
+    Attributes:
+        number: its number.
+        stage: the stage.
+        order: what it orders.
+        why: why it ended without being done, or what the operator insisted against.
+    """
 
     number: int
+    stage: CommandStage
     order: Order
-    refused: str | None
+    why: str | None = None
+
+
+class Arc(msgspec.Struct, frozen=True):
+    """A hypothesis behind a decision: `context ∧ action → outcome`.
+
+    Attributes:
+        context, action, outcome: the hypothesis.
+        cm: its corroboration measure.
+        cost_to_go: cost estimate from the context to the goal by it; `None` without a goal.
+    """
+
+    context: Tokens
+    action: str
+    outcome: Tokens
+    cm: float
+    cost_to_go: float | None
+
+
+class Decision(msgspec.Struct, frozen=True):
+    """What to do next was decided: begun, or put before the operator.
+
+    Attributes:
+        chooser: who chose.
+        action: the action.
+        goal: the goal that it serves, `None` without one.
+        active: the active Signs.
+        behind: the hypothesis behind it; `None` where nothing was known of it.
+        runner_up: the best hypothesis with another action, `None` without one.
+        margin: by how much the runner-up costs more, `None` without one.
+        proposal: number of the proposal that was made of it, if one was.
+        command: number of the command behind it, if there is one.
+    """
+
+    chooser: Chooser
+    action: str
+    goal: Tokens | None
+    active: tuple[Tokens, ...]
+    behind: Arc | None
+    runner_up: Arc | None
+    margin: float | None
+    proposal: int | None = None
+    command: int | None = None
+
+
+class ProposalEnded(msgspec.Struct, frozen=True):
+    """A proposal does not stand any more, for the reason `why`."""
+
+    number: int
+    why: str
 
 
 class GoalChange(StrEnum):
-    """What happened to a goal."""
+    """What happened to a goal. A suspended one stays on the list, and nothing is done for it."""
 
     SET = "set"
     REACHED = "reached"
     WITHDRAWN = "withdrawn"
+    SUSPENDED = "suspended"
+    RECOVERED = "recovered"
 
 
 class GoalSource(StrEnum):
@@ -173,12 +248,13 @@ class GoalSource(StrEnum):
 
 
 class GoalEntry(msgspec.Struct, frozen=True):
-    """A change of the Goal List."""
+    """A change of the Goal List; `why` a goal was suspended."""
 
     tokens: Tokens
     change: GoalChange
     priority: float
     source: GoalSource
+    why: str | None = None
 
 
 class StoreEntry(msgspec.Struct, frozen=True):
@@ -199,10 +275,12 @@ class StoreEntry(msgspec.Struct, frozen=True):
 
 
 class CommandSent(msgspec.Struct, frozen=True):
-    """The ground sent a command."""
+    """The ground sent a command: see `Command`."""
 
     number: int
     order: Order
+    expires_ns: int
+    meant: Meant | None
 
 
 class EventLearned(msgspec.Struct, frozen=True):
@@ -232,6 +310,7 @@ class Review(msgspec.Struct, frozen=True):
     action: str
     override: str | None
     path: tuple[ProposedStep, ...]
+    vetoed: bool = False
 
 
 class Silence(msgspec.Struct, frozen=True):
@@ -266,9 +345,11 @@ ROVER_MODE = _topic("/rover/mode", ModeEntry)
 ROVER_FAILSAFE = _topic("/rover/failsafe", FailsafeEntry)
 ROVER_BATTERY = _topic("/rover/battery", BatteryEntry)
 ROVER_STUCK = _topic("/rover/stuck", StuckEntry)
-ROVER_COMMAND = _topic("/rover/command", CommandTaken)
+ROVER_COMMAND = _topic("/rover/command", CommandEntry)
 ROVER_GOAL = _topic("/rover/goal", GoalEntry)
 ROVER_PROPOSAL = _topic("/rover/proposal", Proposal)
+ROVER_PROPOSAL_ENDED = _topic("/rover/proposal_ended", ProposalEnded)
+ROVER_DECISION = _topic("/rover/decision", Decision)
 ROVER_FRAME = _topic("/rover/frame", FrameEvent)
 ROVER_STORE = _topic("/rover/store", StoreEntry)
 

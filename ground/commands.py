@@ -1,10 +1,30 @@
-"""The command desk: numbers orders and sets their expiry."""
+"""The command desk: the one owner of commands at the ground."""
 
-from farside.messages import Command, Order
+from collections import OrderedDict
+
+from farside.control import Mode
+from farside.messages import (
+    Approve,
+    Command,
+    CommandEnded,
+    Drive,
+    Meant,
+    Order,
+    Override,
+    SetMode,
+    Telemetry,
+)
+from farside.places import is_place_token
+
+_ENDS_KEPT = 1000  # of commands that were not done: more than any operator looks back
 
 
 class CommandDesk:
-    """Numbers commands from 1 without a gap.
+    """Numbers commands from 1 without a gap, sets their expiry, and says what each is meant for.
+
+    A drive is meant for the place where the rover is known to be; behind other actions that are not
+    known to be over it is meant to follow on the last of them. Every order is meant for the mode
+    that the rover will be in by then, as far as the ground can know.
 
     Args:
         valid_ns: how long after it was given a command may still be begun.
@@ -16,8 +36,68 @@ class CommandDesk:
     def __init__(self, valid_ns: int) -> None:
         self._valid_ns = valid_ns
         self.last_given = 0
+        self._telemetry: Telemetry | None = None
+        self._modes: dict[int, Mode] = {}  # that commands not known to be over lead to
+        self._actions: list[int] = []  # commands for actions that are not known to be over
+        self._ends: OrderedDict[int, CommandEnded] = OrderedDict()
+
+    # --- what is learned -----------------------------------------------------------------------
+
+    def learn(self, telemetry: Telemetry) -> None:
+        """Telemetry says up to which number commands are over."""
+        if self._telemetry is None or telemetry.time_ns >= self._telemetry.time_ns:
+            self._telemetry = telemetry
+        self._forget()
+
+    def learn_end(self, end: CommandEnded) -> None:
+        """A command is over and was not done."""
+        self._ends[end.number] = end
+        if len(self._ends) > _ENDS_KEPT:
+            self._ends.popitem(last=False)
+        self._forget()
+
+    def _forget(self) -> None:
+        done = self._telemetry.commands_done if self._telemetry else 0
+        self._modes = {
+            number: mode
+            for number, mode in self._modes.items()
+            if number > done and number not in self._ends
+        }
+        self._actions = [
+            number for number in self._actions if number > done and number not in self._ends
+        ]
+
+    @property
+    def is_settled(self) -> bool:
+        """Whether all commands given so far are known to be over."""
+        telemetry = self._telemetry
+        return telemetry is not None and telemetry.commands_done >= self.last_given
+
+    def end_of(self, number: int) -> CommandEnded | None:
+        """How a command ended that was not done; `None` if it was, or nothing is known yet."""
+        return self._ends.get(number)
+
+    # --- what is given -------------------------------------------------------------------------
 
     def give(self, order: Order, now_ns: int) -> Command:
         """The next command, which carries `order` and expires after the desk's validity."""
         self.last_given += 1
-        return Command(self.last_given, now_ns + self._valid_ns, order)
+        number = self.last_given
+        meant = self._meant(order)
+        if isinstance(order, SetMode):
+            self._modes[number] = order.mode
+        elif isinstance(order, Drive) and meant is not None and meant.mode is Mode.AUTONOMOUS:
+            self._modes[number] = Mode.GUIDED  # the operator takes over by it
+        if isinstance(order, Drive | Approve | Override):
+            self._actions.append(number)
+        return Command(number, now_ns + self._valid_ns, order, meant)
+
+    def _meant(self, order: Order) -> Meant | None:
+        if self._telemetry is None:
+            return None
+        mode = self._modes[max(self._modes)] if self._modes else self._telemetry.mode
+        if not isinstance(order, Drive):
+            return Meant(mode)
+        if self._actions:
+            return Meant(mode, after=self._actions[-1])
+        return Meant(mode, place=next(filter(is_place_token, self._telemetry.tokens), None))

@@ -1,6 +1,6 @@
 """The `[ground]` table of a mission file. Defaults are project defaults."""
 
-from farside.messages import Mode
+from farside.control import Mode
 from farside.settings import ActionName, Count, NonNegative, PlaceName, Positive, Section
 
 
@@ -37,17 +37,22 @@ class SwitchMode(Section, frozen=True, tag="mode", tag_field="do"):
 
 
 class Pursue(Section, frozen=True, tag="goal", tag_field="do"):
-    """Send a goal; approve proposals, except for `overrides`, until it is known to be reached.
+    """Send a goal; answer proposals until it is known to be reached.
+
+    They are approved, except for `overrides` and `vetoes`. What would be carried out without a veto
+    needs no approval.
 
     Attributes:
         place: the goal.
         priority: its priority; the rover pursues the goal with the highest.
         overrides: the proposals to answer with another action.
+        vetoes: the proposals to veto, counted like those of `overrides`.
     """
 
     place: PlaceName
     priority: Positive = 2.0
     overrides: tuple[OverrideAt, ...] = ()
+    vetoes: tuple[Count, ...] = ()
 
 
 class AwaitReached(Section, frozen=True, tag="await", tag_field="do"):
@@ -55,9 +60,11 @@ class AwaitReached(Section, frozen=True, tag="await", tag_field="do"):
 
     Attributes:
         place: that goal.
+        already: whether it counts, too, if that was known before this step began.
     """
 
     place: PlaceName
+    already: bool = False
 
 
 class WaitUntil(Section, frozen=True, tag="wait", tag_field="do"):

@@ -7,7 +7,18 @@ from farside.ground.commands import CommandDesk
 from farside.ground.config import GroundConfig
 from farside.ground.operators.operator import Operator, Situation
 from farside.link.endpoint.endpoint import LinkTerms, ground_endpoint
-from farside.messages import Approve, Event, Heartbeat, Order, Override, Proposal, Telemetry
+from farside.messages import (
+    Approve,
+    CommandEnded,
+    Event,
+    Heartbeat,
+    Order,
+    Override,
+    Proposal,
+    Shown,
+    Telemetry,
+    Veto,
+)
 from farside.node import Frame, Journal, Step, to_ns
 from farside.topics import (
     GROUND_COMMAND,
@@ -65,15 +76,22 @@ class Ground:
         self._judge_silence()
         if now_ns >= self._heartbeat_at_ns:
             self._heartbeat_at_ns = now_ns + self._heartbeat_ns
-            self._endpoint.send(Heartbeat(), now_ns)
+            self._endpoint.send(self._heartbeat(), now_ns)
         for order in self._operator.act(self._situation()):
             self._note_review(order)
             command = self._desk.give(order, now_ns)
             self._endpoint.send(command, now_ns)
-            self._journal.note(GROUND_COMMAND, CommandSent(command.number, command.order))
+            self._journal.note(
+                GROUND_COMMAND,
+                CommandSent(command.number, command.order, command.expires_ns, command.meant),
+            )
         if self._operator.progress != self._progress:
             self._progress = self._operator.progress
             self._journal.note(GROUND_OPERATOR, self._progress)
+
+    def _heartbeat(self) -> Heartbeat:
+        telemetry = self._belief.telemetry
+        return Heartbeat(self._desk.last_given, -1 if telemetry is None else telemetry.time_ns)
 
     def _listen(self) -> None:
         for message in self._endpoint.received(self._now_ns):
@@ -81,13 +99,18 @@ class Ground:
                 case Telemetry():
                     self._journal.note(GROUND_TELEMETRY, message, publish_time_ns=message.time_ns)
                     self._belief.learn(message)
+                    self._desk.learn(message)
                 case Event():
                     learned = EventLearned(message)
                     self._journal.note(GROUND_EVENT, learned, publish_time_ns=message.time_ns)
                     self._belief.events.append(message)
+                    if isinstance(message.what, CommandEnded):
+                        self._desk.learn_end(message.what)
                 case Proposal():
                     self._journal.note(GROUND_PROPOSAL, message, publish_time_ns=message.time_ns)
                     self._belief.consider(message)
+                    if message.veto_window_s is not None:
+                        self._endpoint.send(Shown(message.number), self._now_ns)
         self._belief.heard_ns = self._endpoint.heard_ns or 0
 
     def _judge_silence(self) -> None:
@@ -97,15 +120,17 @@ class Ground:
             self._journal.note(GROUND_SILENCE, Silence(silent))
 
     def _situation(self) -> Situation:
-        telemetry = self._belief.telemetry
-        settled = telemetry is not None and telemetry.commands_done == self._desk.last_given
-        return Situation(self._now_ns, self._belief, settled, self._silent)
+        return Situation(self._now_ns, self._belief, self._desk, self._silent)
 
     def _note_review(self, order: Order) -> None:
-        if isinstance(order, Approve | Override) and self._belief.proposal is not None:
-            proposal = self._belief.proposal
-            override = order.action if isinstance(order, Override) else None
-            self._journal.note(
-                GROUND_REVIEW,
-                Review(proposal.number, proposal.action, override, proposal.path),
-            )
+        if not isinstance(order, Approve | Override | Veto):
+            return
+        proposal = self._belief.proposal_numbered(order.proposal)
+        if proposal is None:
+            return
+        override = order.action if isinstance(order, Override) else None
+        vetoed = isinstance(order, Veto)
+        self._journal.note(
+            GROUND_REVIEW,
+            Review(proposal.number, proposal.action, override, proposal.path, vetoed),
+        )

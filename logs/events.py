@@ -2,25 +2,31 @@
 
 from typing import Any, NamedTuple
 
+from farside.control import BatteryState, CommandStage, Failsafe
 from farside.frames import LinkOutage, OutageReason
 from farside.logs.reading import LogEntry
 from farside.messages import (
     Approve,
     BatteryChanged,
-    BatteryState,
-    CommandRefused,
+    CommandEnded,
+    CommandForced,
+    CommandsMissing,
     Drive,
-    Failsafe,
     FailsafeChanged,
+    GoalAside,
     GoalReached,
     Happening,
+    LinkBack,
     ModeChanged,
     Order,
     Override,
     SetGoal,
     SetMode,
+    SetOnLoss,
     StuckChanged,
+    TakeBack,
     Tokens,
+    Veto,
     WithdrawGoal,
 )
 from farside.node import Direction, Role, Topic, to_s
@@ -38,8 +44,8 @@ from farside.topics import (
     ROVER_STUCK,
     ActionEnded,
     BatteryEntry,
+    CommandEntry,
     CommandSent,
-    CommandTaken,
     EventLearned,
     FailsafeEntry,
     GoalChange,
@@ -110,13 +116,13 @@ def _line(entry: LogEntry) -> EventLine | None:
     match entry.message:
         case ModeEntry(mode=mode, why=why):
             return EventLine(t_ns, Role.ROVER, f"mode {mode}: {why}")
-        case FailsafeEntry(state=state, silence_s=silence_s):
-            return EventLine(t_ns, Role.ROVER, _failsafe(state, silence_s))
+        case FailsafeEntry(state=state, why=why, silence_s=silence_s):
+            return EventLine(t_ns, Role.ROVER, _failsafe(state, why, silence_s))
         case GoalEntry() as goal:
             return EventLine(t_ns, Role.ROVER, _goal(goal))
-        case CommandTaken(number=number, order=order, refused=str(why)):
-            text = f"refuses command {number} ({_order(order)}): {why}"
-            return EventLine(t_ns, Role.ROVER, text)
+        case CommandEntry(stage=stage, why=str()) as command:
+            routine = stage is CommandStage.FAILED  # the blocked move has a line of its own
+            return EventLine(t_ns, Role.ROVER, _command(command), routine)
         case _:
             return _condition_line(entry) or _link_or_ground_line(entry)
 
@@ -164,10 +170,18 @@ def _link_or_ground_line(entry: LogEntry) -> EventLine | None:
             return None
 
 
-def _failsafe(state: Failsafe, silence_s: float) -> str:
-    if state is Failsafe.NOMINAL:
-        return f"failsafe {state}"
-    return f"failsafe {state} after {silence_s:.1f} s of silence"
+def _failsafe(state: Failsafe, why: str, silence_s: float) -> str:
+    text = f"failsafe {state}: {why}"
+    if state in {Failsafe.HOLD, Failsafe.ALONE} and silence_s >= 1:
+        text += f", after {silence_s:.1f} s of silence"
+    return text
+
+
+def _command(entry: CommandEntry) -> str:
+    text = f"command {entry.number} ({_order(entry.order)})"
+    if entry.stage is CommandStage.BEGUN:
+        return f"{text} begins although {entry.why}, as the operator insists"
+    return f"{text} {entry.stage}: {entry.why}"
 
 
 def _battery(state: BatteryState, charge: float) -> str:
@@ -186,17 +200,25 @@ def _goal(goal: GoalEntry) -> str:
     text = f"goal {sign_text(goal.tokens)} {goal.change}"
     if goal.change is GoalChange.SET:
         text += f" ({goal.source}, priority {goal.priority:.3g})"
+    if goal.why is not None:
+        text += f": {goal.why}"
     return text
 
 
 def _order(order: Order) -> str:
     match order:
-        case Drive(action=action):
-            text = f"drive {action}"
+        case Drive(action=action, force=force):
+            text = f"drive {action}{', insisting' if force else ''}"
         case Approve(proposal=proposal):
             text = f"approve proposal {proposal}"
         case Override(proposal=proposal, action=action):
             text = f"override proposal {proposal} with {action}"
+        case Veto(proposal=proposal):
+            text = f"veto proposal {proposal}"
+        case TakeBack(number=number):
+            text = f"take back command {number}"
+        case SetOnLoss(on_loss=on_loss):
+            text = f"on loss of the link: {on_loss}"
         case SetMode(mode=mode):
             text = f"mode {mode}"
         case SetGoal(tokens=tokens, priority=priority):
@@ -210,14 +232,39 @@ def _happening(what: Happening) -> str:
     match what:
         case ModeChanged(mode=mode, why=why):
             text = f"mode {mode}: {why}"
-        case FailsafeChanged(state=state, silence_ns=silence_ns):
-            text = _failsafe(state, to_s(silence_ns))
+        case FailsafeChanged(state=state, why=reason, silence_ns=silence_ns):
+            text = _failsafe(state, reason, to_s(silence_ns))
+        case LinkBack():
+            text = _link_back(what)
         case GoalReached(tokens=tokens):
             text = f"goal {sign_text(tokens)} reached"
-        case CommandRefused(number=number, why=why):
-            text = f"command {number} refused: {why}"
+        case GoalAside(tokens=tokens, why=aside):
+            text = f"goal {sign_text(tokens)} "
+            text += "taken up again" if aside is None else f"put aside: {aside}"
         case BatteryChanged(state=battery, charge=charge):
             text = _battery(battery, charge)
         case StuckChanged(stuck=stuck, moves=moves):
             text = _stuck(stuck=stuck, moves=moves)
+        case _:
+            text = _of_commands(what)
+    return text
+
+
+def _of_commands(what: CommandEnded | CommandForced | CommandsMissing) -> str:
+    match what:
+        case CommandEnded(number=number, stage=stage, why=reason):
+            return f"command {number} {stage}: {reason}"
+        case CommandForced(number=number, why=reason):
+            return f"command {number} begun although {reason}, as the operator insists"
+        case CommandsMissing(missing=missing, last=last):
+            return f"commands up to {last} " + ("do not arrive" if missing else "have arrived")
+
+
+def _link_back(what: LinkBack) -> str:
+    """What the rover did while the link was lost."""
+    text = f"the link is back after {to_s(what.silence_ns):.1f} s: {what.moves} moves meanwhile"
+    if what.bumps:
+        text += f", {what.bumps} of them blocked"
+    if what.reached:
+        text += f", reached {', '.join(map(sign_text, what.reached))}"
     return text

@@ -7,10 +7,11 @@ from typing import Any
 
 import msgspec
 
+from farside.control import Failsafe, Mode
 from farside.frames import Fate, FrameFate, LinkOutage
 from farside.logs.events import EVENT_TOPICS, EventLine, event_line
 from farside.logs.reading import LogEntry, LogFile
-from farside.messages import Failsafe, Mode, Proposal, Telemetry, Tokens
+from farside.messages import Proposal, Telemetry, Tokens
 from farside.node import Direction, Topic
 from farside.places import Chart
 from farside.topics import (
@@ -144,6 +145,8 @@ def _goal_entry(picture: Picture, message: GoalEntry) -> None:
     if message.change is GoalChange.SET:
         goals = {**picture.goals, message.tokens: message.priority}
         picture.goals = dict(sorted(goals.items(), key=lambda goal: -goal[1]))
+        return
+    if message.change in {GoalChange.SUSPENDED, GoalChange.RECOVERED}:
         return
     picture.goals.pop(message.tokens, None)
     if picture.proposal is not None and picture.proposal.goal == message.tokens:

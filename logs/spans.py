@@ -5,8 +5,9 @@ from typing import NamedTuple
 
 import msgspec
 
+from farside.control import Mode, ModeCause
 from farside.frames import Fate, FrameFate, FrameStage
-from farside.messages import Mode, ModeCause, Tokens
+from farside.messages import Tokens
 from farside.node import Direction, to_s
 from farside.topics import GoalSource
 

@@ -8,6 +8,7 @@ from typing import TypeVar, cast
 
 import msgspec
 
+from farside.control import BatteryState, CommandStage, Failsafe, Mode
 from farside.frames import Fate, FrameFate
 from farside.logs.reading import LogFile, decode
 from farside.logs.spans import (
@@ -19,7 +20,7 @@ from farside.logs.spans import (
     OperatorSpan,
     OutageSpan,
 )
-from farside.messages import BatteryState, Failsafe, Mode, Tokens
+from farside.messages import Tokens
 from farside.node import Direction, Topic, to_ns, to_s
 from farside.places import (
     BATTERY_LOW,
@@ -47,8 +48,8 @@ from farside.topics import (
     TOPICS,
     TRUTH_POSE,
     TRUTH_YARD,
+    CommandEntry,
     CommandSent,
-    CommandTaken,
     Cycle,
     GoalChange,
     GoalSource,
@@ -201,7 +202,7 @@ class RunView:
             if key not in listed:
                 listed[key] = len(spans)
                 spans.append(GoalSpan(entry.tokens, entry.source, t_s))
-            if entry.change is GoalChange.SET:
+            if entry.change not in {GoalChange.REACHED, GoalChange.WITHDRAWN}:
                 continue
             index = listed.pop(key)
             if entry.change is GoalChange.WITHDRAWN:
@@ -252,8 +253,15 @@ class RunView:
         return self.entries(GROUND_COMMAND)
 
     @property
-    def commands_taken(self) -> tuple[tuple[float, CommandTaken], ...]:
-        """Every command that the rover received, obeyed or refused, with its log time."""
+    def commands_taken(self) -> tuple[tuple[float, CommandEntry], ...]:
+        """Every command that the rover received, obeyed or not, with its log time."""
+        return tuple(
+            (t_s, entry) for t_s, entry in self.command_stages if entry.stage is CommandStage.TAKEN
+        )
+
+    @property
+    def command_stages(self) -> tuple[tuple[float, CommandEntry], ...]:
+        """Every stage of every command on board, with its log time."""
         return self.entries(ROVER_COMMAND)
 
     @property

@@ -2,10 +2,10 @@
 
 from collections.abc import Iterator
 
+from farside.control import Mode
 from farside.ground.config import AwaitReached, Pursue, SwitchMode, Tour, WaitUntil
 from farside.link.profile.config import LinkConfig
 from farside.link.profile.schedule import outages_of
-from farside.messages import Mode
 from farside.missions.schema import ChargeExpected, MissionFile, ReachedExpected
 from farside.node import Direction, to_ns
 from farside.validation import Problem

@@ -5,12 +5,15 @@ from enum import IntEnum, unique
 import numpy as np
 from numpy.random import Generator
 
+from farside.dem import DynamicExpectancyModel
 from farside.ground.node import Ground
 from farside.ground.operators.scripted import ScriptedOperator
 from farside.link.channel.node import Channel
 from farside.link.endpoint.endpoint import LinkTerms
 from farside.missions.schema import MissionFile
-from farside.node import Direction, Node, Role
+from farside.node import Direction, Node, Role, to_ns
+from farside.places import ACTIONS
+from farside.rover.config import RoverConfig
 from farside.rover.node import Rover, RoverStreams
 
 
@@ -41,13 +44,24 @@ def _rover(mission: MissionFile) -> Rover:
         mission.rover,
         mission.world.chart(),
         tick_ns=mission.tick_ns,
-        terms=LinkTerms.simulated(mission.link, mission.seed),
+        terms=_terms(mission),
+        controller=_model,
         streams=RoverStreams(
             soil=_stream(mission.seed, _Purpose.SOIL),
             sensors=_stream(mission.seed, _Purpose.SENSORS),
             learning=_stream(mission.seed, _Purpose.LEARNING),
         ),
     )
+
+
+def _model(rover: RoverConfig, rng: Generator) -> DynamicExpectancyModel:
+    costs = dict.fromkeys(ACTIONS, rover.drive.move_cost_s)
+    return DynamicExpectancyModel(costs, rover.dem, rng=rng)
+
+
+def _terms(mission: MissionFile) -> LinkTerms:
+    heartbeat_ns = to_ns(mission.ground.heartbeat_s)
+    return LinkTerms.simulated(mission.link, mission.seed, heartbeat_ns)
 
 
 def _channel(mission: MissionFile) -> Channel:
@@ -64,7 +78,7 @@ def _ground(mission: MissionFile) -> Ground:
         mission.ground,
         ScriptedOperator(mission.ground.script, mission.world.chart()),
         tick_ns=mission.tick_ns,
-        terms=LinkTerms.simulated(mission.link, mission.seed),
+        terms=_terms(mission),
     )
 
 

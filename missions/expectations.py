@@ -2,10 +2,10 @@
 
 from collections.abc import Callable
 
+from farside.control import Mode, ModeCause
 from farside.frames import Fate, FrameFate
 from farside.logs.spans import OutageSpan
 from farside.logs.views import RunView
-from farside.messages import Mode, ModeCause
 from farside.missions.result import Judgement
 from farside.missions.schema import (
     AutonomyExpected,

@@ -4,8 +4,9 @@ from enum import StrEnum
 
 import msgspec
 
+from farside.control import Mode, ModeCause
 from farside.logs.spans import LinkCounters
-from farside.messages import Mode, ModeCause, Tokens
+from farside.messages import Tokens
 from farside.topics import GoalSource
 
 

@@ -1,6 +1,6 @@
 """The battery: its charge over time, and when that counts as low."""
 
-from farside.messages import BatteryState
+from farside.control import BatteryState
 from farside.node import to_s
 from farside.rover.config import BatteryConfig
 
@@ -26,6 +26,16 @@ class Battery:
         return self._charge_j / self._config.capacity_j
 
     @property
+    def charge_j(self) -> float:
+        """The energy left."""
+        return self._charge_j
+
+    @property
+    def driving_w(self) -> float:
+        """The power drawn while driving."""
+        return self._config.idle_w + self._config.drive_w
+
+    @property
     def empty(self) -> bool:
         """Whether no charge is left."""
         return self._charge_j <= 0
@@ -45,6 +55,10 @@ class Battery:
         if not self._config.low:
             return 0.0
         return self._config.charge_priority * max(0.0, 1 - self.charge / self._config.low)
+
+    def ask_for_charge(self) -> None:
+        """Count as low from now on until charged."""
+        self.low = True
 
     def flow(self, now_ns: int, *, driving: bool, docked: bool) -> None:
         """Account for the time since the last call, spent driving or not, docked or not."""

@@ -1,6 +1,7 @@
 """The rover's condition: what could keep it from going on, told to the ground when it changes."""
 
-from farside.messages import BatteryChanged, BatteryState, StuckChanged
+from farside.control import BatteryState
+from farside.messages import BatteryChanged, StuckChanged
 from farside.node import Journal
 from farside.places import ACTIONS
 from farside.rover.battery import Battery

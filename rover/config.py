@@ -1,10 +1,12 @@
 """The `[rover]` table of a mission file. Defaults without another source are project defaults."""
 
+from enum import StrEnum
 from typing import Annotated
 
 from msgspec import Meta
 
-from farside.dem import Parameters
+from farside.control import OnLoss
+from farside.dem import Exploration, Parameters
 from farside.settings import Fraction, NonNegative, PlaceName, Positive, Section
 
 Physical = Annotated[float, Meta(ge=1e-3, le=1e6)]
@@ -87,7 +89,10 @@ class BatteryConfig(Section, frozen=True):
         low: state of charge below which the Token `battery:low` is sensed.
         charged: state of charge from which it is not sensed any more.
         charge_priority: priority of the goal `on_charge` when the battery is empty; it grows from
-            0 at `low`.
+            0 at `low`. Without a dock there is no such goal.
+        reserve: the charge counts as reserve when it is less than this many times what the way to
+            the dock takes, as far as the model knows one. Then nothing else is begun that leads
+            farther away, unless the operator insists.
     """
 
     capacity_j: Positive = 250_000.0
@@ -98,6 +103,7 @@ class BatteryConfig(Section, frozen=True):
     low: Fraction = 0.25
     charged: Fraction = 0.9
     charge_priority: Positive = 10.0
+    reserve: Annotated[float, Meta(ge=1, le=100)] = 1.5
 
     def __post_init__(self) -> None:
         if self.charged < self.low:
@@ -106,16 +112,43 @@ class BatteryConfig(Section, frozen=True):
             )
 
 
+class ReturnTo(StrEnum):
+    """How the rover gets out of terrain shadow when the link is lost there.
+
+    Back along its own track; by the ways that its model has learned to where the link works, and
+    back along the track where it knows none; or not.
+    """
+
+    TRACK = "track"
+    SIGNAL = "signal"
+    NONE = "none"
+
+
 class FailsafeConfig(Section, frozen=True):
-    """When silence counts as loss of the link. Silence is the time since the last frame arrived.
+    """When silence counts as loss of the link, and what happens then.
+
+    Silence is the time since the last frame arrived in which, by the contact plan, one could have
+    arrived. Silence of less than `hold_after_s`, or of less than two and a half heartbeats, does
+    not count as any: a single lost frame does nothing.
 
     Attributes:
         hold_after_s: the rover finishes its move and stands still.
-        lost_after_s: the link counts as lost; the rover acts alone if it has goals.
+        lost_after_s: the countdown to the loss of the link. Silence uses it up; while the ground is
+            heard it grows again, at a quarter of that pace. At 0 the link counts as lost.
+        on_loss: whether the rover then acts alone if it has goals, or holds: `autonomy` or `hold`.
+            The operator may change it.
+        return_to: what brings it out of terrain shadow then: `track`, its own track back; `signal`,
+            the ways that its model knows to the Token `link:up`; or `none`.
+        return_priority: priority of the goal `link:up` then; mission goals have 1 by default.
+        tilt_limit_rad: from this tilt on the rover stands.
     """
 
     hold_after_s: Positive = 10.0
     lost_after_s: Positive = 30.0
+    on_loss: OnLoss = OnLoss.AUTONOMY
+    return_to: ReturnTo = ReturnTo.TRACK
+    return_priority: Positive = 0.5
+    tilt_limit_rad: Annotated[float, Meta(gt=0, le=1.6)] = 0.5
 
     def __post_init__(self) -> None:
         if self.lost_after_s <= self.hold_after_s:
@@ -123,6 +156,67 @@ class FailsafeConfig(Section, frozen=True):
                 f"expected lost_after_s > hold_after_s, found lost_after_s = "
                 f"{self.lost_after_s:g}, hold_after_s = {self.hold_after_s:g}"
             )
+
+
+class Consent(StrEnum):
+    """How the operator consents in shared mode: by approval, or by not vetoing in time."""
+
+    APPROVAL = "approval"
+    VETO = "veto"
+
+
+class ConsentConfig(Section, frozen=True):
+    """Consent to what the DEM proposes in shared mode.
+
+    Attributes:
+        by: `approval`: the operator's word; or `veto`: the rover acts if no veto came within the
+            veto window.
+        veto_window_s: the window runs from when the operator is known to have been shown the
+            proposal, and only while the ground is heard. It is a round trip and 4 s at least.
+    """
+
+    by: Consent = Consent.APPROVAL
+    veto_window_s: Positive = 10.0
+
+
+class FaultKind(StrEnum):
+    """What may go wrong with the rover: no more position fixes, or it stands tilted."""
+
+    POSITION_SENSOR = "position-sensor"
+    TILT = "tilt"
+
+
+class Fault(Section, frozen=True):
+    """Something that goes wrong during the run.
+
+    Attributes:
+        what: `position-sensor`: there are no fixes, and no place is sensed; or `tilt`.
+        start_s: since when.
+        end_s: until when; to the end of the run by default.
+        tilt_rad: the tilt, with `what = "tilt"`.
+    """
+
+    what: FaultKind
+    start_s: NonNegative
+    end_s: Positive = 1e9
+    tilt_rad: Annotated[float, Meta(ge=0, le=1.6)] = 0.8
+
+    def __post_init__(self) -> None:
+        if self.end_s <= self.start_s:
+            span = f"start_s = {self.start_s:g}, end_s = {self.end_s:g}"
+            raise ValueError(f"expected end_s > start_s, found {span}")
+
+
+class DemConfig(Parameters, frozen=True):
+    """The model on board: `farside.dem.Parameters`, without exploration by default.
+
+    Attributes:
+        exploration: what the rover does in autonomous mode where its model knows no way to any
+            goal: `none`, stand and wait for guidance; `random`; or `curious`, see `curiosity`. In
+            shared mode nothing is proposed then.
+    """
+
+    exploration: Exploration = Exploration.NONE
 
 
 class MissionGoal(Section, frozen=True):
@@ -147,7 +241,9 @@ class RoverConfig(Section, frozen=True):
         drive: the drive controller.
         sensors: the sensors of the pose estimate.
         battery: the battery.
-        failsafe: when silence counts as loss of the link.
+        failsafe: when silence counts as loss of the link, and what happens then.
+        consent: how the operator consents to proposals.
+        faults: what goes wrong during the run.
         dem: parameters of the Dynamic Expectancy Model.
     """
 
@@ -158,4 +254,6 @@ class RoverConfig(Section, frozen=True):
     sensors: SensorConfig = SensorConfig()
     battery: BatteryConfig = BatteryConfig()
     failsafe: FailsafeConfig = FailsafeConfig()
-    dem: Parameters = Parameters()
+    consent: ConsentConfig = ConsentConfig()
+    faults: tuple[Fault, ...] = ()
+    dem: DemConfig = DemConfig()

@@ -1,48 +1,60 @@
 """The rover as a node: world, senses, drive, pilot and endpoint, stepped together on the tick."""
 
-from collections import deque
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 from numpy.random import Generator
 
-from farside.dem import DynamicExpectancyModel
-from farside.link.endpoint.endpoint import LinkTerms, StoreState, rover_endpoint
-from farside.messages import Command, Failsafe, FailsafeChanged, Telemetry, Tokens
+from farside.control import OnLoss, Signal
+from farside.link.endpoint.endpoint import LinkTerms, rover_endpoint
+from farside.messages import Command, Heartbeat, Shown, Telemetry
 from farside.node import NS_PER_S, Frame, Journal, Step, to_ns, to_s
-from farside.places import ACTIONS, BATTERY_LOW, ON_CHARGE, Cell, Chart, place_token
+from farside.places import (
+    BATTERY_LOW,
+    LINK_UP,
+    ON_CHARGE,
+    Cell,
+    Chart,
+    is_place_token,
+    place_token,
+)
 from farside.rover.battery import Battery
+from farside.rover.commands import Commands
 from farside.rover.condition import Condition
 from farside.rover.config import RoverConfig
+from farside.rover.control.authority import Conditions, Parts
+from farside.rover.control.controller import Controller
+from farside.rover.control.cycle import ControlCycle
+from farside.rover.control.proposals import Proposals
 from farside.rover.drive import STAND, Move
 from farside.rover.events import EventQueue
-from farside.rover.failsafe import FailsafeLadder
+from farside.rover.failsafe.gate import SafetyGate
+from farside.rover.failsafe.silence import Silence
+from farside.rover.failsafe.track import Track
+from farside.rover.failsafe.watch import FailsafeWatch
 from farside.rover.goals import Goals
 from farside.rover.pilot import Pilot, Undertaking
 from farside.rover.senses.estimate import PoseEstimate
+from farside.rover.senses.radio import Radio
+from farside.rover.telemetry import Reporting
 from farside.rover.world.body import TruePose, World
+from farside.rover.world.faults import Faults
 from farside.topics import (
     ROVER_ACTION_ENDED,
     ROVER_ACTION_STARTED,
-    ROVER_CYCLE,
     ROVER_ESTIMATE,
-    ROVER_FAILSAFE,
-    ROVER_STORE,
     TRUTH_BUMP,
     TRUTH_POSE,
     TRUTH_YARD,
     ActionEnded,
     ActionStarted,
     Bump,
-    Cycle,
     Estimate,
-    FailsafeEntry,
     Pose,
-    StoreEntry,
     Yard,
 )
 
-_TELEMETRY_NS = NS_PER_S
+_HOUSEKEEPING_NS = NS_PER_S
 
 
 class RoverStreams(NamedTuple):
@@ -51,6 +63,19 @@ class RoverStreams(NamedTuple):
     soil: Generator
     sensors: Generator
     learning: Generator
+
+
+ControllerMaker = Callable[[RoverConfig, Generator], Controller]
+"""Makes the controller on board, from the `[rover]` table and a random stream of its own."""
+
+
+class _Doing(NamedTuple):
+    """The action under way."""
+
+    undertaking: Undertaking
+    move: Move
+    began_ns: int
+    start: frozenset[str]
 
 
 class Rover:
@@ -62,6 +87,7 @@ class Rover:
         tick_ns: period of physics and decisions.
         terms: of the link, as agreed with the ground beforehand.
         streams: random streams.
+        controller: makes the controller on board.
     """
 
     def __init__(
@@ -72,36 +98,53 @@ class Rover:
         tick_ns: int,
         terms: LinkTerms,
         streams: RoverStreams,
+        controller: ControllerMaker,
     ) -> None:
         start = TruePose(*chart.centre_m(chart.places[config.start]), 0.0)
         tick_s = to_s(tick_ns)
         self._config, self._chart, self._tick_ns = config, chart, tick_ns
-        self._now_ns = 0
-        self._journal = Journal()
-        self._events = EventQueue(self._journal)
-        self._endpoint = rover_endpoint(terms, self._journal)
+        self._now_ns = self._house_at_ns = 0
+        self._journal = journal = Journal()
+        self._events = events = EventQueue(journal)
+        self._endpoint = rover_endpoint(terms, journal)
+        self._reporting = Reporting(self._endpoint, terms, journal)
         self._world = World(chart, config.body, start, tick_s, streams.soil)
+        self._faults = Faults(config.faults)
+        self._radio = Radio(chart) if chart.shadow else None
         self._estimate = PoseEstimate(start, config.sensors, tick_s, streams.sensors)
         self._battery = Battery(config.battery)
-        self._condition = Condition(self._battery, self._journal, self._events)
-        self._failsafe = FailsafeLadder(config.failsafe, terms.light_time_ns)
-        self._model = DynamicExpectancyModel(
-            dict.fromkeys(ACTIONS, config.drive.move_cost_s), config.dem, rng=streams.learning
+        self._condition = Condition(self._battery, journal, events)
+        self._silence = Silence(config.failsafe, terms)
+        brain = controller(config, streams.learning)
+        mission = {(place_token(goal.place),): goal.priority for goal in config.goals}
+        self._goals = Goals(brain, mission, journal, events)
+        self._cycle = ControlCycle(brain, self._goals, journal)
+        self._commands = Commands(terms.round_trip_ns, journal, events)
+        self._proposals = Proposals(
+            config.consent, terms.round_trip_ns, self._silence.grace_ns, journal
         )
-        mission: dict[Tokens, float] = {
-            (place_token(goal.place),): goal.priority for goal in config.goals
-        }
-        goals = Goals(self._model, mission, self._journal, self._events)
-        self._pilot = Pilot(self._model, goals, self._battery, self._journal, self._events)
-        self._unheard: deque[Telemetry] = deque()
-        self._house_at_ns = 0
-        self._report_at_ns = self._reported_ns = 0
-        self._store_state = StoreState(0, 0, 0)
-        self._move: Move | None = None
-        self._doing: Undertaking | None = None
-        self._began_ns = 0
-        self._commands_taken = 0
-        self._tokens: frozenset[str] = frozenset()
+        self._watch = FailsafeWatch(self._silence, journal, events)
+        self._gate = SafetyGate(brain, self._battery, config.drive, config.battery.reserve)
+        self._track = Track()
+        self._pilot = Pilot(
+            Parts(
+                cycle=self._cycle,
+                goals=self._goals,
+                commands=self._commands,
+                proposals=self._proposals,
+                silence=self._silence,
+                watch=self._watch,
+                gate=self._gate,
+                track=self._track,
+                battery=self._battery,
+                journal=journal,
+                events=events,
+            ),
+            config.failsafe,
+            has_dock=chart.dock is not None,
+        )
+        self._doing: _Doing | None = None
+        # What to begin is asked only after something has changed, and once a second.
         self._stirred = True
 
     def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
@@ -113,57 +156,80 @@ class Rover:
             self._tick()
             for event in self._events.take():
                 self._endpoint.send(event, self._now_ns)
-            if self._failsafe.state is Failsafe.NOMINAL:
-                self._endpoint.forward(self._now_ns)
+            if not self._silence.silent:
+                self._reporting.forward(self._now_ns)
             self._endpoint.pump(self._now_ns)
             self._now_ns += self._tick_ns
         return Step(self._endpoint.take_sent(), self._journal.take())
 
     def _begin(self) -> None:
         self._journal.note(TRUTH_YARD, Yard(self._chart.rows, self._chart.cell_m))
-        self._journal.note(ROVER_FAILSAFE, FailsafeEntry(self._failsafe.state, 0.0))
+        self._watch.begin()
         self._condition.begin()
-        self._cycle()
+        self._track.at(self._place or "", has_signal=self._has_signal, move=None)
+        self._cycle.sense(self._sensed())
 
     def _tick(self) -> None:
         now_ns = self._journal.now_ns = self._now_ns
         self._endpoint.in_shadow = self._world.in_shadow
         self._listen()
-        if self._failsafe.update(now_ns):
-            self._tell_failsafe()
-        if self._move is not None:
-            self._drive(self._move)
-        if self._stirred and self._move is None:
-            self._stirred = False
-            self._decide()
+        if self._doing is not None:
+            self._drive(self._doing)
         if now_ns >= self._house_at_ns:
             self._keep_house()
-        if now_ns >= self._report_at_ns:
-            self._report()
+        if self._pilot.look(self._conditions(), now_ns):
+            self._stirred = True
+        if self._stirred and self._doing is None:
+            self._stirred = False
+            self._decide()
+        if self._reporting.is_due(now_ns):
+            self._reporting.report(self._telemetry())
 
-    # --- the link ----------------------------------------------------------------------------
+    # --- the link ------------------------------------------------------------------------------
 
     def _listen(self) -> None:
         for message in self._endpoint.received(self._now_ns):
             self._stirred = True
-            if isinstance(message, Command):
-                self._commands_taken = message.number
-                self._pilot.take(message)
+            match message:
+                case Command():
+                    self._pilot.orders.take(message, self._now_ns)
+                case Heartbeat():
+                    self._pilot.orders.heartbeat(message, self._now_ns)
+                    self._reporting.acknowledged(message.telemetry_ns)
+                case Shown():
+                    self._pilot.orders.shown(message.proposal, self._now_ns)
         if self._endpoint.heard_ns is not None:
-            self._failsafe.heard(self._endpoint.heard_ns)
+            self._silence.heard(self._endpoint.heard_ns)
 
-    def _tell_failsafe(self) -> None:
-        state, silence_ns = self._failsafe.state, self._failsafe.silence_ns(self._now_ns)
-        self._journal.note(ROVER_FAILSAFE, FailsafeEntry(state, to_s(silence_ns)))
-        self._events.tell(FailsafeChanged(state, silence_ns))
-        self._pilot.failsafe(state)
-        self._stirred = True
+    def _telemetry(self) -> Telemetry:
+        own, authority = self._estimate, self._pilot.authority
+        standing = self._proposals.standing
+        alone = authority.on_loss is OnLoss.AUTONOMY
+        return Telemetry(
+            time_ns=self._now_ns,
+            tokens=tuple(sorted(self._cycle.tokens)),
+            x_m=own.x_m,
+            y_m=own.y_m,
+            heading_rad=own.heading_rad,
+            battery=self._battery.charge,
+            mode=authority.mode,
+            failsafe=self._watch.state,
+            action=self._doing.undertaking.action if self._doing else None,
+            goals=self._goals.listed,
+            commands_done=self._commands.done_up_to,
+            begun=self._commands.begun_number,
+            waiting=self._commands.waiting,
+            proposal=standing and standing.number,
+            signal=self._signal,
+            on_loss=authority.on_loss,
+            alone_goals=self._goals.for_alone if alone else (),
+        )
 
     def _keep_house(self) -> None:
-        self._house_at_ns = self._now_ns + _TELEMETRY_NS
+        self._house_at_ns = self._now_ns + _HOUSEKEEPING_NS
         self._flow()
+        self._gate.look()
         self._condition.follow_battery()
-        self._pilot.feel()
         truth = self._world.pose
         self._journal.note(
             TRUTH_POSE,
@@ -172,123 +238,71 @@ class Rover:
                 truth.y_m,
                 truth.heading_rad,
                 self._world.speed_m_s,
-                self._chart.tokens[self._chart.cell_at(truth.x_m, truth.y_m)],
+                self._chart.tokens[self._true_cell],
                 self._battery.charge,
             ),
         )
         own = self._estimate
         self._journal.note(ROVER_ESTIMATE, Estimate(own.x_m, own.y_m, own.heading_rad))
         self._stirred = True
-        self._note_store()
+        self._reporting.note_store()
 
-    def _note_store(self) -> None:
-        state = self._endpoint.store_state
-        if state != self._store_state:
-            self._store_state = state
-            self._journal.note(ROVER_STORE, StoreEntry(*state))
+    # --- sensing -------------------------------------------------------------------------------
 
-    def _report(self) -> None:
-        own = self._estimate
-        telemetry = Telemetry(
-            time_ns=self._now_ns,
-            tokens=tuple(sorted(self._tokens)),
-            x_m=own.x_m,
-            y_m=own.y_m,
-            heading_rad=own.heading_rad,
-            battery=self._battery.charge,
-            mode=self._pilot.mode,
-            failsafe=self._failsafe.state,
-            action=self._doing.action if self._doing else None,
-            goals=self._pilot.goals,
-            commands_done=self._commands_done,
-        )
-        self._endpoint.send(telemetry, self._now_ns)
-        self._keep(telemetry)
-        self._reported_ns = self._now_ns
-        self._report_by(self._now_ns + _TELEMETRY_NS)
-
-    def _report_by(self, wanted_ns: int) -> None:
-        """Send telemetry at `wanted_ns`, or as soon after it as the rate allows.
-
-        What is only stored waits for no rate.
-        """
-        is_heard = self._failsafe.state is Failsafe.NOMINAL
-        interval_ns = self._endpoint.telemetry_interval_ns(self._now_ns) if is_heard else 0
-        self._report_at_ns = max(wanted_ns, self._reported_ns + interval_ns)
-
-    def _keep(self, telemetry: Telemetry) -> None:
-        """Store telemetry that the ground may have missed, to be forwarded when the link is back.
-
-        An outage is noticed only some time after it began, so what was sent since the last frame
-        from the ground is stored as well.
-        """
-        self._unheard.append(telemetry)
-        if self._failsafe.state is Failsafe.NOMINAL:
-            while self._unheard and self._unheard[0].time_ns < self._failsafe.heard_ns:
-                self._unheard.popleft()
-            return
-        while self._unheard:
-            kept = self._unheard.popleft()
-            self._endpoint.store(kept, kept.time_ns)
-
-    @property
-    def _commands_done(self) -> int:
-        waiting = self._doing.command if self._doing else self._pilot.waiting_command
-        return self._commands_taken if waiting is None else waiting - 1
-
-    # --- sensing -----------------------------------------------------------------------------
-
-    def _sense(self) -> frozenset[str]:
-        tokens = {self._chart.tokens[self._believed_cell]}
-        if self._believed_cell == self._dock:
-            tokens.add(ON_CHARGE)
+    def _sensed(self) -> frozenset[str]:
+        tokens: set[str] = set()
+        if self._faults.has_position(self._now_ns):
+            tokens.add(self._chart.tokens[self._believed_cell])
+            if self._believed_cell == self._chart.dock:
+                tokens.add(ON_CHARGE)
         if self._battery.low:
             tokens.add(BATTERY_LOW)
+        if self._radio is not None and self._has_signal:
+            tokens.add(LINK_UP)
         return frozenset(tokens)
+
+    def _conditions(self) -> Conditions:
+        return Conditions(
+            place=self._place,
+            signal=self._signal,
+            stuck=self._condition.stuck,
+            tilted=self._faults.tilt_rad(self._now_ns) >= self._config.failsafe.tilt_limit_rad,
+        )
+
+    @property
+    def _place(self) -> str | None:
+        if not self._faults.has_position(self._now_ns):
+            return None
+        return self._chart.tokens[self._believed_cell]
+
+    @property
+    def _signal(self) -> Signal:
+        return Signal.STRONG if self._radio is None else self._radio.signal(self._true_cell)
+
+    @property
+    def _has_signal(self) -> bool:
+        return self._signal is not Signal.NONE
 
     @property
     def _believed_cell(self) -> Cell:
         return self._chart.cell_at(self._estimate.x_m, self._estimate.y_m)
 
     @property
-    def _dock(self) -> Cell | None:
-        return self._chart.dock
+    def _true_cell(self) -> Cell:
+        x_m, y_m, _ = self._world.pose
+        return self._chart.cell_at(x_m, y_m)
 
     def _flow(self) -> None:
-        x_m, y_m, _ = self._world.pose
-        docked = self._chart.cell_at(x_m, y_m) == self._dock
-        self._battery.flow(self._now_ns, driving=self._move is not None, docked=docked)
-
-    def _notice(self) -> None:
-        """Begin a new cycle if the Tokens changed, or satisfy a new goal, while standing still."""
-        met = any(self._tokens.issuperset(goal) for goal in self._pilot.goals)
-        if met or self._sense() != self._tokens:
-            self._model.perform(None)
-            self._cycle()
-
-    def _cycle(self) -> None:
-        self._tokens = self._sense()
-        sensed = self._pilot.sense(self._tokens)
-        self._stirred = True
-        self._journal.note(
-            ROVER_CYCLE,
-            Cycle(
-                tokens=sensed.tokens,
-                novel=sensed.novel,
-                unexpected=sensed.unexpected,
-                succeeded=sensed.succeeded,
-                failed=sensed.failed,
-                created=sensed.created,
-                signs=self._model.sign_count,
-                hypotheses=self._model.hypothesis_count,
-                mean_cm=self._model.mean_cm,
-            ),
+        self._battery.flow(
+            self._now_ns,
+            driving=self._doing is not None,
+            docked=self._true_cell == self._chart.dock,
         )
 
-    # --- acting ------------------------------------------------------------------------------
+    # --- acting --------------------------------------------------------------------------------
 
     def _decide(self) -> None:
-        self._notice()
+        self._cycle.follow(self._sensed())
         undertaking = self._pilot.next()
         if undertaking is not None:
             self._undertake(undertaking)
@@ -300,14 +314,14 @@ class Rover:
     def _undertake(self, undertaking: Undertaking) -> None:
         self._flow()
         home = self._believed_cell
-        self._move = Move(
+        move = Move(
             self._chart.centre_m(home),
             self._chart.centre_m(home.beside(undertaking.action)),
             self._config.drive,
             self._config.body,
             to_s(self._tick_ns),
         )
-        self._doing, self._began_ns = undertaking, self._now_ns
+        self._doing = _Doing(undertaking, move, self._now_ns, self._cycle.tokens)
         self._journal.note(
             ROVER_ACTION_STARTED,
             ActionStarted(
@@ -315,31 +329,36 @@ class Rover:
             ),
         )
 
-    def _drive(self, move: Move) -> None:
-        if self._now_ns - self._began_ns > to_ns(self._config.drive.give_up_s):
+    def _drive(self, doing: _Doing) -> None:
+        move = doing.move
+        if self._now_ns - doing.began_ns > to_ns(self._config.drive.give_up_s):
             move.abandon()
         before = self._world.pose
         command = STAND if self._battery.empty else move.command(self._estimate)
         bump_m_s = self._world.step(command.speed_m_s, command.yaw_rad_s)
         after = self._world.pose
-        self._estimate.update(after, command.speed_m_s, after.heading_rad - before.heading_rad)
+        turned_rad = after.heading_rad - before.heading_rad
+        fixes = self._faults.has_position(self._now_ns)
+        self._estimate.update(after, command.speed_m_s, turned_rad, fixes=fixes)
         if bump_m_s is not None:
             move.bumped()
             self._journal.note(TRUTH_BUMP, Bump(after.x_m, after.y_m, bump_m_s))
         if move.stopping and self._world.at_rest:
-            self._finish(move)
+            self._finish(doing)
 
-    def _finish(self, move: Move) -> None:
-        assert self._doing is not None  # noqa: S101 - a move is always somebody's undertaking
+    def _finish(self, doing: _Doing) -> None:
         self._flow()
-        duration_s = to_s(self._now_ns - self._began_ns)
-        self._journal.note(
-            ROVER_ACTION_ENDED, ActionEnded(self._doing.action, duration_s, move.blocked)
-        )
-        self._condition.moved(self._doing.action, blocked=move.blocked)
-        # Path A3: the DEM learns from what was performed, no matter who chose it.
-        self._model.perform(self._doing.action)
-        self._move = self._doing = None
-        self._cycle()
+        action, blocked = doing.undertaking.action, doing.move.blocked
+        duration_s = to_s(self._now_ns - doing.began_ns)
+        self._journal.note(ROVER_ACTION_ENDED, ActionEnded(action, duration_s, blocked))
+        self._condition.moved(action, blocked=blocked)
+        self._doing = None
+        # Path A3: the controller learns from what was performed, no matter who chose it.
+        self._cycle.sense(self._sensed(), action)
+        place = next(filter(is_place_token, sorted(self._cycle.tokens)), None)
+        if place is not None:
+            self._track.at(place, has_signal=self._has_signal, move=action)
+        self._pilot.ended(action, doing.start, duration_s, blocked=blocked)
+        self._stirred = True
         self._house_at_ns = self._now_ns
-        self._report_by(self._now_ns)
+        self._reporting.soon(self._now_ns)

@@ -1,45 +1,20 @@
-"""The pilot: chooses the next action by mode, from the operator's orders or the DEM.
+"""The pilot: who drives, and what the rover begins next.
 
-The pilot holds the mode, the operator's orders, the outstanding proposal and the DEM. It knows
-nothing of wheels: the node passes it what was sensed, and asks for the next action when the rover
-stands still.
+The pilot knows nothing of wheels: the node tells it what is so and asks, whenever the rover stands
+still, what to begin. It decides from what is so at that moment, and not from how it came about.
 """
 
-from collections import deque
 from typing import NamedTuple
 
-from farside.dem import DynamicExpectancyModel, Sensed
-from farside.messages import (
-    Approve,
-    Chooser,
-    Command,
-    CommandRefused,
-    Drive,
-    Failsafe,
-    Mode,
-    ModeCause,
-    ModeChanged,
-    Override,
-    Proposal,
-    ProposedStep,
-    SetGoal,
-    SetMode,
-    Tokens,
-    WithdrawGoal,
-)
-from farside.node import Journal
-from farside.places import ACTIONS, ON_CHARGE
-from farside.rover.battery import Battery
-from farside.rover.events import EventQueue
-from farside.rover.goals import Goals
-from farside.topics import (
-    ROVER_COMMAND,
-    ROVER_MODE,
-    ROVER_PROPOSAL,
-    CommandTaken,
-    GoalSource,
-    ModeEntry,
-)
+from farside.control import Chooser, CommandStage, Failsafe, Mode
+from farside.messages import Command, CommandForced, Proposal, Tokens
+from farside.places import LINK_UP, ON_CHARGE
+from farside.rover.commands import Assignment
+from farside.rover.config import FailsafeConfig, ReturnTo
+from farside.rover.control.authority import Authority, Conditions, Parts
+from farside.rover.control.orders import Orders
+from farside.rover.control.proposals import Situation
+from farside.topics import GoalSource
 
 
 class Undertaking(NamedTuple):
@@ -55,185 +30,191 @@ class Pilot:
     """The shared control of the seed's figure 2, on board.
 
     - Guided: the rover does what the operator commands, and nothing else.
-    - Shared: given a goal, the DEM proposes an action and waits for the operator's answer.
-      Silence is not consent.
-    - Autonomous: the DEM's actions go straight to the wheels.
+    - Shared: given a goal and a known way to it, the controller proposes an action and waits for
+      consent.
+    - Autonomous: the controller's actions go straight to the wheels.
 
-    Orders come first in every mode. Without a goal the rover never acts by itself. In hold nothing
-    new begins. When the link is lost, waiting orders are dropped and, if there is any goal, the
-    mode changes to autonomous with the mission goals on the Goal List.
+    Without a goal the rover never acts by itself. Who drives is the matter of
+    `farside.rover.control.authority`.
+
+    Args:
+        parts: what it works with.
+        config: of the failsafe.
+        has_dock: whether there is a dock to charge at.
+
+    Attributes:
+        authority: who drives.
+        orders: what the operator says.
     """
 
-    def __init__(
-        self,
-        model: DynamicExpectancyModel,
-        goals: Goals,
-        battery: Battery,
-        journal: Journal,
-        events: EventQueue,
-    ) -> None:
-        self._model = model
-        self._goals = goals
-        self._battery = battery
-        self._journal, self._events = journal, events
-        self._orders: deque[Undertaking] = deque()
-        self._failsafe = Failsafe.NOMINAL
-        self._proposals = 0
-        self._tokens: frozenset[str] = frozenset()
-        self.proposal: Proposal | None = None
-        self.mode = Mode.GUIDED
-        journal.note(ROVER_MODE, ModeEntry(Mode.GUIDED, ModeCause.START))
+    def __init__(self, parts: Parts, config: FailsafeConfig, *, has_dock: bool) -> None:
+        self._parts = parts
+        self._return_to = config.return_to
+        self.authority = Authority(parts, config, has_dock=has_dock)
+        self.orders = Orders(parts, self.authority)
 
-    # --- what the rover senses ---------------------------------------------------------------
+    # --- what is so ----------------------------------------------------------------------------
 
-    def sense(self, tokens: frozenset[str]) -> Sensed:
-        """Begin a cycle of the DEM with these Tokens."""
-        self._tokens = tokens
-        self.proposal = None
-        self.feel()
-        sensed = self._model.sense(tokens)
-        for goal in sensed.reached:
-            self._goals.reached(goal)
-        return sensed
+    def look(self, conditions: Conditions, now_ns: int) -> bool:
+        """Follow what is so at this moment; true if the failsafe has another reason than before."""
+        changed = self.authority.look(conditions, now_ns)
+        self._follow_commands(now_ns)
+        self._parts.proposals.follow(self._situation())
+        return changed
 
-    def feel(self) -> None:
-        """Update the inherent goals: a low battery wants charging."""
-        if self._battery.low and ON_CHARGE not in self._tokens:
-            self._goals.want((ON_CHARGE,), self._battery.urgency, GoalSource.INHERENT)
-        if self.proposal is not None and self.goals[:1] != (self.proposal.goal,):
-            self.proposal = None
-
-    @property
-    def goals(self) -> tuple[Tokens, ...]:
-        """The Goal List, top-goal first."""
-        return self._goals.listed
-
-    @property
-    def waiting_command(self) -> int | None:
-        """Number of the oldest command whose action has not begun; `None` without one."""
-        return self._orders[0].command if self._orders else None
-
-    # --- what the operator says --------------------------------------------------------------
-
-    def take(self, command: Command) -> None:
-        """Obey a command, or refuse it with a reason."""
-        refused = self._refusal(command)
-        self._journal.note(ROVER_COMMAND, CommandTaken(command.number, command.order, refused))
-        if refused is None:
-            self._obey(command)
-        else:
-            self._events.tell(CommandRefused(command.number, refused))
-
-    def _refusal(self, command: Command) -> str | None:
-        order = command.order
-        if self._journal.now_ns > command.expires_ns:
-            return "it came too late"
-        if isinstance(order, Drive | Override) and order.action not in ACTIONS:
-            return f"there is no action {order.action}"
-        if isinstance(order, Approve | Override):
-            if self.proposal is None:
-                return f"proposal {order.proposal} is no more"
-            if self.proposal.number != order.proposal:
-                return f"proposal {order.proposal} gave way to {self.proposal.number}"
-        if isinstance(order, WithdrawGoal) and not self._goals.wants(
-            order.tokens, GoalSource.OPERATOR
-        ):
-            return "it is no goal of the operator's"
-        return None
-
-    def _obey(self, command: Command) -> None:
-        order = command.order
-        match order:
-            case Drive() | Override():
-                self._orders.append(Undertaking(order.action, Chooser.GUIDED, command.number))
-            case Approve():
-                assert self.proposal is not None  # noqa: S101 - _refusal saw to it
-                agreed = self.proposal
-                self._orders.append(
-                    Undertaking(agreed.action, agreed.chooser, command.number, agreed.goal)
-                )
-            case SetMode():
-                self._switch(order.mode, ModeCause.OPERATOR)
-            case SetGoal():
-                self._goals.want(order.tokens, order.priority, GoalSource.OPERATOR)
-            case WithdrawGoal():
-                self._goals.give_up(order.tokens, GoalSource.OPERATOR)
-        # Whatever was proposed was proposed for a situation that has just changed.
-        self.proposal = None
-
-    def _switch(self, mode: Mode, why: ModeCause) -> None:
-        if mode is self.mode:
+    def _follow_commands(self, now_ns: int) -> None:
+        commands = self._parts.commands
+        commands.tell_missing(now_ns)
+        if commands.next is None:
             return
-        self.mode = mode
-        self.proposal = None
-        self._journal.note(ROVER_MODE, ModeEntry(mode, why))
-        self._events.tell(ModeChanged(mode, why))
-        if mode is not Mode.AUTONOMOUS:
-            self._goals.put_down_mission()
+        commands.expire(now_ns)
+        if self._parts.battery.empty:
+            commands.drop_all(CommandStage.REFUSED, "the battery is flat")
 
-    # --- what the link does ------------------------------------------------------------------
-
-    def failsafe(self, state: Failsafe) -> None:
-        """Respond to a new state of the failsafe."""
-        self._failsafe = state
-        if state is Failsafe.NOMINAL:
-            return
-        self.proposal = None
-        if state is Failsafe.LOST:
-            self._drop_orders()
-            if self._goals.any_for_alone:
-                self._switch(Mode.AUTONOMOUS, ModeCause.LINK_LOST)
-                self._goals.take_up_mission()
-
-    def _drop_orders(self) -> None:
-        for order in self._orders:
-            if order.command is not None:
-                self._events.tell(
-                    CommandRefused(order.command, "the link was lost before it began")
-                )
-        self._orders.clear()
-
-    # --- what to do next ---------------------------------------------------------------------
+    # --- what to do next -----------------------------------------------------------------------
 
     def next(self) -> Undertaking | None:
         """The action to begin now that the rover stands still; `None` to keep still."""
-        if self._failsafe is Failsafe.HOLD or self._battery.empty:
+        if self._parts.battery.empty:
             return None
-        if self._orders:
-            return self._orders.popleft()
-        if self.mode is Mode.AUTONOMOUS and self._wants_to_act:
-            choice = self._model.choose()
-            chooser = Chooser.GOAL_DIRECTED if choice.goal else Chooser.EXPLORATORY
-            return Undertaking(choice.action, chooser, goal=choice.goal)
+        if not self._parts.silence.silent:
+            while (order := self._parts.commands.next) is not None:
+                if (undertaking := self._begin(order)) is not None:
+                    return undertaking
+        if not self._parts.watch.rule.acts or self._is_charging:
+            return None
+        if self.authority.mode is Mode.AUTONOMOUS:
+            return self._own()
+        return self._consented() if self._may_propose else None
+
+    def _begin(self, order: Assignment) -> Undertaking | None:
+        """Begin a command's action, or refuse it here and now."""
+        parts, here = self._parts, self._parts.cycle.tokens
+        refused = self._elsewhere(order.command)
+        gate = None
+        if refused is None:
+            gate = self._unsafe() or parts.gate.refusal(order.action, here)
+            refused = None if order.force else gate
+        if refused is not None:
+            parts.commands.drop_next(CommandStage.REFUSED, refused)
+            return None
+        number = order.command.number
+        parts.commands.begin(gate)
+        if gate is not None:
+            parts.events.tell(CommandForced(number, gate))
+        parts.cycle.decided(order.chooser, order.action, goal=order.goal, command=number)
+        return Undertaking(order.action, order.chooser, number, order.goal)
+
+    def _elsewhere(self, command: Command) -> str | None:
+        """The reason not to begin a command that was meant for another situation than this."""
+        meant, tokens = command.meant, self._parts.cycle.tokens
+        if meant is None:
+            return None
+        if meant.place is not None and meant.place not in tokens:
+            where = self.authority.conditions.place or "no place that it knows"
+            return f"it was meant for {meant.place}, and the rover is at {where}"
+        if meant.after is not None and self._parts.commands.last_action != (meant.after, True):
+            return f"it was meant to follow on command {meant.after}, which was not done"
         return None
 
-    def propose(self) -> Proposal | None:
-        """A new proposal for the operator if one is due, outstanding from now on."""
-        if (
-            self.mode is not Mode.SHARED
-            or self._failsafe is not Failsafe.NOMINAL
-            or self.proposal is not None
-            or self._orders
-            or not self._wants_to_act
-        ):
-            return None
-        choice = self._model.choose()
-        self._proposals += 1
-        self.proposal = Proposal(
-            number=self._proposals,
-            time_ns=self._journal.now_ns,
-            goal=self.goals[0],
-            action=choice.action,
-            chooser=Chooser.GOAL_DIRECTED if choice.goal else Chooser.EXPLORATORY,
-            path=tuple(
-                ProposedStep(step.sign, step.action, step.cost_to_go)
-                for step in self._model.policy_path()
-            ),
-        )
-        self._journal.note(ROVER_PROPOSAL, self.proposal)
-        return self.proposal
+    def _unsafe(self) -> str | None:
+        rule = self._parts.watch.rule
+        if rule.state is Failsafe.SAFE and not self.authority.conditions.stuck:
+            return rule.why
+        return None
 
     @property
-    def _wants_to_act(self) -> bool:
-        charging = ON_CHARGE in self._tokens and self._battery.low
-        return bool(self.goals) and not charging
+    def _is_charging(self) -> bool:
+        return ON_CHARGE in self._parts.cycle.tokens and self._parts.battery.low
+
+    def _own(self) -> Undertaking | None:
+        """What the rover begins of its own, towards a goal."""
+        parts, goals = self._parts, self._parts.goals
+        wanted = goals.listed
+        if not wanted:
+            return None
+        top = goals.top
+        back = self._way_back(None if top is None else top.tokens)
+        if back is not None:
+            return self._undertake(back, Chooser.RETURNING, (LINK_UP,))
+        choice = parts.cycle.choose(explore=True)
+        if choice is None:
+            return None
+        if choice.goal is None:
+            return self._undertake(choice.action, Chooser.EXPLORATORY, wanted[0])
+        return self._undertake(choice.action, Chooser.GOAL_DIRECTED, choice.goal)
+
+    def _way_back(self, top: Tokens | None) -> str | None:
+        """The move back along the track, if that is what the rover is to do."""
+        if (LINK_UP,) not in self._parts.goals.listed:
+            return None
+        by_track = self._return_to is ReturnTo.TRACK and top == (LINK_UP,)
+        return self._parts.track.back if top is None or by_track else None
+
+    def _undertake(self, action: str, chooser: Chooser, goal: Tokens) -> Undertaking:
+        self._parts.cycle.decided(chooser, action, goal=goal)
+        return Undertaking(action, chooser, goal=goal)
+
+    def ended(
+        self, action: str, start: frozenset[str], duration_s: float, *, blocked: bool
+    ) -> None:
+        """An action has ended."""
+        self._parts.commands.ended(blocked=blocked)
+        self._parts.gate.moved(action, start, duration_s, blocked=blocked)
+        self.authority.moved(blocked=blocked)
+
+    # --- proposals -----------------------------------------------------------------------------
+
+    def _situation(self) -> Situation:
+        """What a proposal is made for."""
+        top = self._parts.goals.top
+        mode = self.authority.mode
+        return self._parts.cycle.number, top and top.tokens, mode, self._may_propose
+
+    @property
+    def _may_propose(self) -> bool:
+        """Whether the operator can be asked, and wants to be."""
+        silence, rule = self._parts.silence, self._parts.watch.rule
+        if silence.silent or silence.expected:
+            return False
+        if self.authority.is_unconfirmed:
+            # Only for a goal of the operator's own.
+            top = self._parts.goals.top
+            return top is not None and GoalSource.OPERATOR in top.priorities
+        return self.authority.mode is Mode.SHARED and rule.state is Failsafe.NOMINAL
+
+    def propose(self) -> Proposal | None:
+        """A new proposal for the operator if one is due, standing from now on."""
+        parts = self._parts
+        top, situation = parts.goals.top, self._situation()
+        if (
+            not self._may_propose
+            or top is None
+            or parts.commands.next is not None
+            or self._is_charging
+            or not parts.proposals.may_make(situation)
+        ):
+            return None
+        choice = parts.cycle.choose(explore=False)
+        if choice is None or choice.goal is None:
+            return None
+        proposal = parts.proposals.make(
+            situation,
+            choice.goal,
+            choice.action,
+            parts.cycle.path(),
+            by_approval=self.authority.mode is not Mode.SHARED,
+        )
+        parts.cycle.decided(
+            Chooser.GOAL_DIRECTED, choice.action, goal=choice.goal, proposal=proposal.number
+        )
+        return proposal
+
+    def _consented(self) -> Undertaking | None:
+        """The proposal that stands, if no veto has come in time."""
+        proposals = self._parts.proposals
+        proposal = proposals.standing
+        if proposal is None or not proposals.has_consent:
+            return None
+        proposals.end("carried out, as no veto came")
+        return self._undertake(proposal.action, Chooser.GOAL_DIRECTED, proposal.goal)

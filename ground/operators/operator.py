@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
 from farside.ground.belief import Belief
+from farside.ground.commands import CommandDesk
 from farside.messages import Order
 from farside.topics import OperatorEntry
 
@@ -14,14 +15,20 @@ class Situation(NamedTuple):
     Attributes:
         now_ns: simulated time at the ground.
         belief: what the ground knows of the rover.
-        settled: whether the rover is known to have finished all commands sent so far.
+        commands: the commands given so far, and what is known of each. The next order of this
+            operator becomes number `commands.last_given + 1`.
         silent: whether the rover has not been heard for too long.
     """
 
     now_ns: int
     belief: Belief
-    settled: bool
+    commands: CommandDesk
     silent: bool
+
+    @property
+    def settled(self) -> bool:
+        """Whether all commands given so far are known to be over."""
+        return self.commands.is_settled
 
 
 class Operator(Protocol):

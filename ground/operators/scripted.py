@@ -4,19 +4,34 @@ from collections.abc import Iterator, Sequence
 
 from msgspec.structs import replace
 
+from farside.control import CommandStage
 from farside.ground.config import AwaitReached, Pursue, ScriptStep, SwitchMode, Tour, WaitUntil
 from farside.ground.operators.operator import Situation
-from farside.messages import Approve, Drive, Order, Override, SetGoal, SetMode, Telemetry
+from farside.messages import (
+    Approve,
+    Drive,
+    Order,
+    Override,
+    Proposal,
+    SetGoal,
+    SetMode,
+    Telemetry,
+    Veto,
+)
 from farside.node import to_ns
-from farside.places import Cell, Chart, place_token
+from farside.places import BATTERY_LOW, Cell, Chart, place_name, place_token
 from farside.topics import OperatorEntry
+
+_Orders = Iterator[Sequence[Order]]
 
 
 class ScriptedOperator:
     """Carries out the script of a mission file step by step.
 
-    It moves and waits: a drive command goes out only when the one before is known to be done, and
-    none while the rover is silent.
+    It moves and waits: a drive command goes out only when the one before is known to be over, and
+    none while the rover is silent. What was refused or came too late it gives again. It insists on
+    a drive that was refused, since its script was written with the yard at hand; unless the battery
+    is low, when it drives to the dock and waits there until the rover is charged.
 
     Attributes:
         progress: see `Operator`.
@@ -34,7 +49,7 @@ class ScriptedOperator:
         self._situation = situation
         return () if self._over else next(self._play)
 
-    def _steps(self, script: Sequence[ScriptStep]) -> Iterator[Sequence[Order]]:
+    def _steps(self, script: Sequence[ScriptStep]) -> _Orders:
         for number, step in enumerate(script, start=1):
             self.progress = OperatorEntry(number, len(script), _wanted(step))
             match step:
@@ -52,55 +67,118 @@ class ScriptedOperator:
         self.progress = OperatorEntry(len(script), len(script), None)
         yield ()
 
-    def _tour(self, step: Tour) -> Iterator[Sequence[Order]]:
-        for place in step.places:
-            target = self._chart.places[place]
-            self.progress = replace(self.progress, waiting_for=f"the rover to be at {place}")
-            while (way := self._way(target)) is None or way:
-                yield [Drive(way[0])] if way else ()
+    def _wait_for(self, what: str) -> None:
+        if self.progress.waiting_for != what:
+            self.progress = replace(self.progress, waiting_for=what)
 
-    def _way(self, target: Cell) -> list[str] | None:
+    # --- driving -------------------------------------------------------------------------------
+
+    def _tour(self, step: Tour) -> _Orders:
+        for place in step.places:
+            yield from self._drive_to(self._chart.places[place], charging=True)
+
+    def _drive_to(self, target: Cell, *, charging: bool) -> _Orders:
+        goal = f"the rover to be at {place_name(self._chart.tokens[target])}"
+        insist = False
+        while True:
+            way = self._way(target, goal)
+            if way is None:
+                yield ()
+                continue
+            if not way:
+                return
+            number = self._situation.commands.last_given + 1
+            yield [Drive(way[0], force=insist)]
+            while not self._situation.settled:
+                yield ()
+            end = self._situation.commands.end_of(number)
+            insist = end is not None and end.stage is CommandStage.REFUSED
+            if insist and charging and self._is_low and self._chart.dock is not None:
+                yield from self._charge(self._chart.dock)
+                insist = False
+
+    def _charge(self, dock: Cell) -> _Orders:
+        yield from self._drive_to(dock, charging=False)
+        while self._is_low:
+            self._wait_for("the rover to be charged")
+            yield ()
+
+    @property
+    def _is_low(self) -> bool:
+        telemetry = self._situation.belief.telemetry
+        return telemetry is not None and BATTERY_LOW in telemetry.tokens
+
+    def _way(self, target: Cell, goal: str) -> list[str] | None:
         """The path from where the rover stands, or `None` while that is not known for sure."""
         telemetry = self._situation.belief.telemetry
         if telemetry is None or self._situation.silent or not self._situation.settled:
+            self._wait_for(goal)
             return None
-        return self._chart.way(self._cell(telemetry), target)
+        cell = self._cell(telemetry)
+        if cell is None:
+            self._wait_for("the rover to know where it is")
+            return None
+        self._wait_for(goal)
+        return self._chart.way(cell, target)
 
-    def _cell(self, telemetry: Telemetry) -> Cell:
-        return next(self._chart.cells[t] for t in telemetry.tokens if t in self._chart.cells)
+    def _cell(self, telemetry: Telemetry) -> Cell | None:
+        """Where the rover is, if it knows."""
+        cells = (self._chart.cells.get(token) for token in telemetry.tokens)
+        return next((cell for cell in cells if cell is not None), None)
 
-    def _switch(self, step: SwitchMode) -> Iterator[Sequence[Order]]:
-        yield [SetMode(step.mode)]
+    # --- modes and goals -----------------------------------------------------------------------
+
+    def _switch(self, step: SwitchMode) -> _Orders:
+        while True:
+            number = self._situation.commands.last_given + 1
+            yield [SetMode(step.mode)]
+            while not self._situation.settled:
+                yield ()
+            if self._situation.commands.end_of(number) is None:
+                break
         while not self._is_in(step):
             yield ()
 
     def _is_in(self, step: SwitchMode) -> bool:
         telemetry = self._situation.belief.telemetry
-        return self._situation.settled and telemetry is not None and telemetry.mode is step.mode
+        return telemetry is not None and telemetry.mode is step.mode
 
-    def _pursue(self, step: Pursue) -> Iterator[Sequence[Order]]:
+    def _pursue(self, step: Pursue) -> _Orders:
         belief = self._situation.belief
         goal = (place_token(step.place),)
         known_events = len(belief.events)
         seen = answered = belief.proposal.number if belief.proposal else 0
-        overrides = {override.proposal: override.action for override in step.overrides}
-        yield [SetGoal(goal, step.priority)]
+        sent: int | None = None
         while not belief.reached(goal, known_events):
             proposal = belief.proposal
-            if proposal is None or proposal.number <= answered:
+            if sent is None or self._situation.commands.end_of(sent) is not None:
+                sent = self._situation.commands.last_given + 1
+                yield [SetGoal(goal, step.priority)]
+            elif proposal is None or proposal.number <= answered:
                 yield ()
-                continue
-            answered = proposal.number
-            action = overrides.get(proposal.number - seen)
-            yield [Override(answered, action) if action else Approve(answered)]
+            else:
+                answered = proposal.number
+                yield _answer(step, proposal, answered - seen)
 
-    def _wait_for_goal(self, step: AwaitReached) -> Iterator[Sequence[Order]]:
-        while not self._situation.belief.reached((place_token(step.place),)):
+    def _wait_for_goal(self, step: AwaitReached) -> _Orders:
+        belief = self._situation.belief
+        known_events = 0 if step.already else len(belief.events)
+        while not belief.reached((place_token(step.place),), known_events):
             yield ()
 
-    def _wait(self, step: WaitUntil) -> Iterator[Sequence[Order]]:
+    def _wait(self, step: WaitUntil) -> _Orders:
         while self._situation.now_ns < to_ns(step.until_s):
             yield ()
+
+
+def _answer(step: Pursue, proposal: Proposal, count: int) -> list[Order]:
+    """The answer to the `count`-th proposal since the goal was sent."""
+    for override in step.overrides:
+        if override.proposal == count:
+            return [Override(proposal.number, override.action)]
+    if count in step.vetoes:
+        return [Veto(proposal.number)]
+    return [Approve(proposal.number)] if proposal.veto_window_s is None else []
 
 
 def _wanted(step: ScriptStep) -> str:

@@ -31,6 +31,7 @@ from farside.messages import (
     Event,
     Heartbeat,
     Proposal,
+    Shown,
     Telemetry,
     Uplink,
 )
@@ -69,6 +70,7 @@ class Service(NamedTuple):
 SERVICES: dict[type[msgspec.Struct], Service] = {
     Command: Service(reliable=True, priority=3),
     Heartbeat: Service(reliable=False, priority=2, lifetime_ns=10 * NS_PER_S),
+    Shown: Service(reliable=True, priority=3),
     Event: Service(reliable=True, priority=3),
     Proposal: Service(reliable=True, priority=3),
     Telemetry: Service(reliable=False, priority=1, lifetime_ns=2 * NS_PER_S),
@@ -106,6 +108,7 @@ class LinkTerms(NamedTuple):
         store_byte: capacity of the store at each end.
         light_time_ns: the shortest uplink propagation delay, before which nothing can be heard.
         round_trip_ns: the longest propagation delay both ways.
+        heartbeat_ns: interval between the ground's heartbeats.
     """
 
     key: bytes
@@ -114,9 +117,12 @@ class LinkTerms(NamedTuple):
     store_byte: int
     light_time_ns: int
     round_trip_ns: int
+    heartbeat_ns: int = 2 * NS_PER_S
 
     @classmethod
-    def simulated(cls, config: LinkConfig, seed: int) -> "LinkTerms":
+    def simulated(
+        cls, config: LinkConfig, seed: int, heartbeat_ns: int = 2 * NS_PER_S
+    ) -> "LinkTerms":
         """The terms of a simulated run, whose key follows from its seed."""
         return cls(
             key=simulated_key(seed),
@@ -125,6 +131,7 @@ class LinkTerms(NamedTuple):
             store_byte=config.store_byte,
             light_time_ns=config.up.least_delay_ns,
             round_trip_ns=config.round_trip_ns,
+            heartbeat_ns=heartbeat_ns,
         )
 
 

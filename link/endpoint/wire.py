@@ -28,7 +28,7 @@ from cryptography.hazmat.primitives.kdf.hkdf import HKDF
 
 from farside.node import Direction
 
-WIRE_VERSION = 3
+WIRE_VERSION = 4
 """First byte of every frame. Frames of other versions are refused. Every version ends in the CRC,
 so noise in this byte is not mistaken for another version."""
 

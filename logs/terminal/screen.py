@@ -10,11 +10,11 @@ from rich.panel import Panel
 from rich.table import Table
 from rich.text import Text
 
+from farside.control import Failsafe, Mode
 from farside.escaping import printable
 from farside.logs.events import EventLine, sign_text, time_text
 from farside.logs.picture import Picture
 from farside.logs.terminal.yard import DrawnMap, draw_yard
-from farside.messages import Failsafe, Mode
 from farside.node import Direction, Role, to_s
 from farside.topics import ActionStarted
 
@@ -33,7 +33,12 @@ _BATTERY_WIDTH = 16
 
 _DIM, _GOOD, _FAIR, _BAD = "bright_black", "green", "yellow", "bold red"
 _MODE_STYLES = {Mode.GUIDED: "blue", Mode.SHARED: "cyan", Mode.AUTONOMOUS: "yellow"}
-_FAILSAFE_STYLES = {Failsafe.NOMINAL: _GOOD, Failsafe.HOLD: _FAIR, Failsafe.LOST: _BAD}
+_FAILSAFE_STYLES = {
+    Failsafe.NOMINAL: _GOOD,
+    Failsafe.HOLD: _FAIR,
+    Failsafe.ALONE: _BAD,
+    Failsafe.SAFE: _BAD,
+}
 _ROLE_STYLES = {Role.ROVER: "green", Role.LINK: "yellow", Role.GROUND: "magenta"}
 
 _State = TypeVar("_State", bound=StrEnum)

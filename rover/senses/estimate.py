@@ -5,8 +5,8 @@ import math
 from numpy.random import Generator
 
 from farside.rover.config import SensorConfig
-from farside.rover.noise import Normal
 from farside.rover.world.body import TruePose
+from farside.rover.world.noise import Normal
 
 _SLIP_SD = 0.25
 _START_SD_M = 0.05
@@ -31,13 +31,16 @@ class PoseEstimate:
         self._heading_var = config.heading_sd_rad**2
         self._steps_to_fix = self._steps_per_fix = max(1, round(config.fix_every_s / step_s))
 
-    def update(self, truth: TruePose, wheel_m_s: float, turned_rad: float) -> None:
+    def update(
+        self, truth: TruePose, wheel_m_s: float, turned_rad: float, *, fixes: bool = True
+    ) -> None:
         """Advance by one tick.
 
         Args:
             truth: the true pose, which fixes measure with noise.
             wheel_m_s: speed of the wheels.
             turned_rad: true change of heading, which the gyro measures with noise.
+            fixes: whether the sensor gives fixes.
         """
         step_s = self._step_s
         self.heading_rad += turned_rad + self._config.gyro_sd_rad_s * step_s * self._noise.draw()
@@ -49,7 +52,8 @@ class PoseEstimate:
         self._steps_to_fix -= 1
         if self._steps_to_fix == 0:
             self._steps_to_fix = self._steps_per_fix
-            self._fix(truth)
+            if fixes:
+                self._fix(truth)
 
     def _fix(self, truth: TruePose) -> None:
         config, draw = self._config, self._noise.draw

@@ -8,7 +8,7 @@ from numpy.random import Generator
 
 from farside.places import Chart
 from farside.rover.config import BodyConfig
-from farside.rover.noise import Wander
+from farside.rover.world.noise import Wander
 from farside.rover.world.terrain import OBSTACLE, obstacles
 
 _YAW_ACCELERATION_RAD_S2 = 4.0

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from farside.control import Chooser, Failsafe, Mode
 from farside.ground import Ground, GroundConfig, ScriptedOperator, Situation
 from farside.ground.belief import Belief
 from farside.ground.commands import CommandDesk
@@ -11,14 +12,11 @@ from farside.link.endpoint.endpoint import SERVICES
 from farside.logs import decode
 from farside.messages import (
     Approve,
-    Chooser,
     Command,
     Drive,
     Event,
-    Failsafe,
     GoalReached,
     Heartbeat,
-    Mode,
     Order,
     Override,
     Proposal,

@@ -7,19 +7,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from farside.control import Chooser, Failsafe, Mode
 from farside.frames import FrameEvent, FrameStage
 from farside.link import LinkConfig, LinkTerms, OneWay, ground_endpoint, rover_endpoint
 from farside.link.endpoint.endpoint import StoreState
 from farside.logs import decode
 from farside.messages import (
-    Chooser,
     Command,
     Drive,
     Event,
-    Failsafe,
     GoalReached,
     Heartbeat,
-    Mode,
     Proposal,
     ProposedStep,
     SetGoal,

@@ -8,9 +8,10 @@ import msgspec
 import pytest
 from noting import records_of
 
+from farside.control import Failsafe, Mode, ModeCause
 from farside.frames import Fate, FrameFate
 from farside.logs import Recorder
-from farside.messages import Failsafe, Mode, ModeCause, Telemetry
+from farside.messages import Telemetry
 from farside.node import Direction, Record, to_ns
 from farside.places import Chart
 from farside.topics import FailsafeEntry, GoalChange, GoalEntry, GoalSource, ModeEntry, Pose, Yard

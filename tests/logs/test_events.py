@@ -4,22 +4,19 @@ import msgspec
 import pytest
 from noting import logged
 
+from farside.control import BatteryState, Failsafe, Mode, ModeCause
 from farside.frames import LinkOutage, OutageReason
 from farside.logs import time_text
 from farside.logs.events import event_line
 from farside.messages import (
     Approve,
     BatteryChanged,
-    BatteryState,
     CommandRefused,
     Drive,
     Event,
-    Failsafe,
     FailsafeChanged,
     GoalReached,
     Happening,
-    Mode,
-    ModeCause,
     ModeChanged,
     Override,
     SetGoal,

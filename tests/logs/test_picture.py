@@ -6,9 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 from noting import log_of, records_of
 
+from farside.control import Chooser, Mode, ModeCause
 from farside.frames import Fate, LinkOutage, OutageReason
 from farside.logs import LinkPicture, LogEntry, Picture, picture_at
-from farside.messages import Chooser, Mode, ModeCause, Proposal
+from farside.messages import Proposal
 from farside.node import Direction, to_ns
 from farside.topics import (
     ActionEnded,

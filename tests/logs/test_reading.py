@@ -16,9 +16,9 @@ from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from mcap.writer import MCAP0_MAGIC, Writer
 
+from farside.control import Mode, ModeCause
 from farside.logs import LogEntry, LogError, LogFile, Recorder, decode, packing
 from farside.logs.mcap_bytes import spans
-from farside.messages import Mode, ModeCause
 from farside.node import Record, to_ns
 from farside.topics import ModeEntry, Pose, Silence
 

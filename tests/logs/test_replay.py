@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 from rich.console import Console
 
+from farside.control import Mode, ModeCause
 from farside.frames import LinkOutage, OutageReason
 from farside.logs import LogFile, Recorder, replay
-from farside.messages import Mode, ModeCause
 from farside.node import Direction
 from farside.topics import ModeEntry, Silence
 

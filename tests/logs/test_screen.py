@@ -12,9 +12,10 @@ from noting import logged
 from rich.cells import cell_len
 from rich.console import Console
 
+from farside.control import Chooser, Failsafe, Mode, ModeCause
 from farside.frames import Fate, LinkOutage, OutageReason
 from farside.logs import LogEntry, Picture, screen
-from farside.messages import Chooser, Failsafe, Mode, ModeCause, Proposal, ProposedStep
+from farside.messages import Proposal, ProposedStep
 from farside.node import Direction, to_ns
 from farside.places import Chart
 from farside.topics import ActionStarted, Cycle, FailsafeEntry, ModeEntry, Pose, Silence

@@ -7,9 +7,10 @@ from typing import Any
 import pytest
 from noting import view_of
 
+from farside.control import Failsafe, Mode, ModeCause
 from farside.frames import Fate, LinkOutage, OutageReason
 from farside.logs import GoalSpan, LogError, LogFile, ModeSpan, OutageSpan, Recorder, RunView
-from farside.messages import Drive, Failsafe, Mode, ModeCause
+from farside.messages import Drive
 from farside.node import Direction, Topic
 from farside.topics import (
     GROUND_SILENCE,

@@ -6,9 +6,10 @@ import msgspec
 import pytest
 from noting import records_of, view_of
 
+from farside.control import Chooser, Mode, ModeCause
 from farside.frames import Fate, FrameFate, LinkOutage, OutageReason
 from farside.logs import RunView
-from farside.messages import Chooser, Drive, Mode, ModeCause
+from farside.messages import Drive
 from farside.missions.expectations import judge
 from farside.missions.schema import (
     AutonomyExpected,

@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
+from farside.control import Mode
 from farside.logs import LogError, LogFile, RunView
-from farside.messages import Mode
 from farside.node import Role, to_ns
 from farside.topics import TRUTH_POSE
 from tests.processes.conftest import Family

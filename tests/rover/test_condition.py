@@ -4,7 +4,8 @@ import pickle
 from collections.abc import Callable
 from typing import Any
 
-from farside.messages import BatteryChanged, BatteryState, Drive, Event, StuckChanged
+from farside.control import BatteryState
+from farside.messages import BatteryChanged, Drive, Event, StuckChanged
 from farside.node import Journal
 from farside.rover.battery import Battery
 from farside.rover.condition import Condition

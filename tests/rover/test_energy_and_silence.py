@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.messages import Failsafe
+from farside.control import Failsafe
 from farside.node import to_ns
 from farside.rover.battery import Battery
 from farside.rover.config import BatteryConfig, FailsafeConfig

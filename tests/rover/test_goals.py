@@ -2,7 +2,8 @@
 
 from collections.abc import Callable
 
-from farside.messages import Mode, SetGoal, SetMode, WithdrawGoal
+from farside.control import Mode
+from farside.messages import SetGoal, SetMode, WithdrawGoal
 from farside.topics import ROVER_GOAL, ROVER_MODE, GoalChange, GoalSource
 from tests.rover.conftest import Bench
 

@@ -2,14 +2,12 @@
 
 from collections.abc import Callable
 
+from farside.control import Chooser, Failsafe, Mode
 from farside.messages import (
     Approve,
-    Chooser,
     CommandRefused,
     Drive,
-    Failsafe,
     GoalReached,
-    Mode,
     Override,
     SetGoal,
     SetMode,

@@ -10,8 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from farside.control import Failsafe, Mode
 from farside.frames import Fate
-from farside.messages import Failsafe, FailsafeChanged, GoalReached, Mode
+from farside.messages import FailsafeChanged, GoalReached
 from farside.missions import FinishedRun, Outcome, Rehearsal
 from farside.node import Direction
 from farside.topics import (

@@ -1,0 +1,1 @@
+"""Shared control on board: who drives, what is proposed, and the cycle of the controller."""

@@ -1,0 +1,75 @@
+"""What flies the rover when the operator does not: the protocol of a learning controller."""
+
+from collections.abc import Iterable, Mapping
+from typing import Protocol
+
+from farside.dem import Choice, Goal, Hypothesis, PolicyStep, Sensed, Why
+
+
+class Controller(Protocol):
+    """A controller on board. `farside.dem.DynamicExpectancyModel` is one.
+
+    A cycle is `sense`, then `choose` if the controller is to choose, then `perform` with the action
+    that was really performed, whoever chose it. Goals may be set and withdrawn at any time.
+    `farside.rover.PlainController` keeps the goals and leaves `choose` to its user.
+    """
+
+    @property
+    def goals(self) -> tuple[Goal, ...]:
+        """The Goal List: the top-goal first, those put aside last."""
+        ...
+
+    @property
+    def sign_count(self) -> int:
+        """How many Signs it knows."""
+        ...
+
+    @property
+    def hypothesis_count(self) -> int:
+        """How many hypotheses it has."""
+        ...
+
+    @property
+    def mean_cm(self) -> float:
+        """Mean C_m of its hypotheses, 0 without any."""
+        ...
+
+    def sense(self, tokens: Iterable[str]) -> Sensed:
+        """Begin a cycle: sense, learn, drop the goals that are satisfied."""
+        ...
+
+    def choose(self, *, explore: bool = True) -> Choice | None:
+        """The action to take now, `None` for nothing; without `explore` only towards a goal."""
+        ...
+
+    def perform(self, action: str | None) -> None:
+        """End a cycle with the action really performed, `None` if there was none."""
+        ...
+
+    def set_goal(self, tokens: Iterable[str], priority: float, source: str = ...) -> None:
+        """Put a Sign on the Goal List, or change the priority that `source` gives it."""
+        ...
+
+    def withdraw_goal(self, tokens: Iterable[str], source: str = ...) -> bool:
+        """Take back what `source` set; False if it set no such goal."""
+        ...
+
+    def goal_priorities(self, tokens: Iterable[str]) -> Mapping[str, float]:
+        """The priority that each source gives a Sign; empty if it is not on the list."""
+        ...
+
+    def policy_path(self) -> tuple[PolicyStep, ...]:
+        """The way that it has in mind to the top-goal; empty without one."""
+        ...
+
+    def why(self) -> Why | None:
+        """The reason for what it would choose; `None` without one."""
+        ...
+
+    def cost_to(self, goal: Iterable[str], start: Iterable[str] | None = None) -> float:
+        """Estimated cost from here, or from the Sign `start`, to a Sign; infinite if not known."""
+        ...
+
+    def expected(self, action: str) -> Hypothesis | None:
+        """The most credible hypothesis of what an action leads to here; `None` if not known."""
+        ...

@@ -1,0 +1,117 @@
+"""The one owner of the controller's cycle: sense, choose, perform, and what is noted of each."""
+
+from farside.control import Chooser
+from farside.dem import Choice, Why
+from farside.messages import ProposedStep, Tokens
+from farside.node import Journal
+from farside.rover.control.controller import Controller
+from farside.rover.goals import Goals
+from farside.topics import ROVER_CYCLE, ROVER_DECISION, Arc, Cycle, Decision
+
+
+class ControlCycle:
+    """Leads a controller through its cycles, and notes what it senses, decides and does with goals.
+
+    Args:
+        controller: the learning controller.
+        goals: the goals on its list.
+        journal: where cycles and decisions are noted.
+
+    Attributes:
+        tokens: what was last sensed.
+        number: counts the cycles.
+    """
+
+    def __init__(self, controller: Controller, goals: Goals, journal: Journal) -> None:
+        self._controller, self._goals, self._journal = controller, goals, journal
+        self._active: tuple[Tokens, ...] = ()
+        self._is_open = False
+        self.tokens: frozenset[str] = frozenset()
+        self.number = 0
+
+    def sense(self, tokens: frozenset[str], action: str | None = None) -> None:
+        """End the cycle with what was performed since it began, and begin the next one.
+
+        Args:
+            tokens: what is sensed now.
+            action: the action performed, whoever chose it (path A3); `None` for none.
+        """
+        controller = self._controller
+        if self._is_open:
+            controller.perform(action)
+        self._is_open = True
+        self.tokens = tokens
+        self.number += 1
+        sensed = controller.sense(tokens)
+        self._active = sensed.active
+        self._goals.reached(sensed.reached)
+        self._goals.follow_aside()
+        self._journal.note(
+            ROVER_CYCLE,
+            Cycle(
+                tokens=sensed.tokens,
+                novel=sensed.novel,
+                unexpected=sensed.unexpected,
+                succeeded=sensed.succeeded,
+                failed=sensed.failed,
+                created=sensed.created,
+                signs=controller.sign_count,
+                hypotheses=controller.hypothesis_count,
+                mean_cm=controller.mean_cm,
+            ),
+        )
+
+    def follow(self, tokens: frozenset[str]) -> None:
+        """Begin a new cycle while standing, if the Tokens changed or satisfy a new goal."""
+        met = any(tokens.issuperset(goal) for goal in self._goals.listed)
+        if met or tokens != self.tokens:
+            self.sense(tokens)
+
+    def choose(self, *, explore: bool) -> Choice | None:
+        """What the controller would do now; `None` for nothing."""
+        return self._controller.choose(explore=explore)
+
+    def path(self) -> tuple[ProposedStep, ...]:
+        """The policy path to the top-goal, as a proposal tells it."""
+        return tuple(
+            ProposedStep(step.sign, step.action, step.cost_to_go)
+            for step in self._controller.policy_path()
+        )
+
+    def decided(
+        self,
+        chooser: Chooser,
+        action: str,
+        *,
+        goal: Tokens | None = None,
+        command: int | None = None,
+        proposal: int | None = None,
+    ) -> None:
+        """Note a decision, with the hypotheses behind it."""
+        why = self._controller.why() if goal is not None else None
+        if why is not None and why.action == action:
+            behind: Arc | None = _arc(why)
+            runner_up = None if why.runner_up is None else _arc(why.runner_up)
+            margin = None if why.runner_up is None else why.runner_up.cost_to_go - why.cost_to_go
+        else:
+            known = self._controller.expected(action)
+            behind = known and Arc(known.context, known.action, known.outcome, known.cm, None)
+            runner_up = margin = None
+        self._journal.note(
+            ROVER_DECISION,
+            Decision(
+                chooser=chooser,
+                action=action,
+                goal=goal,
+                active=self._active,
+                behind=behind,
+                runner_up=runner_up,
+                margin=margin,
+                proposal=proposal,
+                command=command,
+            ),
+        )
+
+
+def _arc(why: Why) -> Arc:
+    return Arc(why.context, why.action, why.outcome, why.cm, why.cost_to_go)

@@ -1,0 +1,1 @@
+"""The failsafe: what it looks at, and what it makes of that."""

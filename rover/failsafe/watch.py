@@ -1,0 +1,60 @@
+"""The failsafe at work: the rule that applies now, noted and told whenever it is another one."""
+
+from collections.abc import Set as AbstractSet
+
+from farside.control import Cause, Failsafe
+from farside.messages import FailsafeChanged
+from farside.node import Journal, to_s
+from farside.rover.events import EventQueue
+from farside.rover.failsafe.silence import Silence
+from farside.rover.failsafe.table import Rule, rule_for
+from farside.topics import ROVER_FAILSAFE, FailsafeEntry
+
+
+class FailsafeWatch:
+    """Looks up what is so in the failsafe's table.
+
+    Args:
+        silence: on the link.
+        journal, events: where changes are noted, and told to the ground.
+
+    Attributes:
+        rule: the rule that applies.
+    """
+
+    def __init__(self, silence: Silence, journal: Journal, events: EventQueue) -> None:
+        self._silence = silence
+        self._journal, self._events = journal, events
+        self._causes: frozenset[Cause] = frozenset()
+        self.rule: Rule = rule_for(self._causes)
+
+    @property
+    def state(self) -> Failsafe:
+        """The failsafe's state."""
+        return self.rule.state
+
+    def begin(self) -> None:
+        """Note the state at the start."""
+        self._note()
+
+    def look(self, causes: AbstractSet[Cause]) -> bool:
+        """Apply the rule for what is so; true if it is another one."""
+        if causes == self._causes:
+            return False
+        self._causes = frozenset(causes)
+        rule = rule_for(causes)
+        if rule is self.rule:
+            return False
+        self.rule = rule
+        self._note()
+        self._events.tell(FailsafeChanged(rule.state, rule.why, self._silence.quiet_ns))
+        return True
+
+    def _note(self) -> None:
+        causes = tuple(cause for cause in Cause if cause in self._causes)
+        silence_s = to_s(self._silence.quiet_ns)
+        countdown_s = to_s(self._silence.countdown_ns)
+        self._journal.note(
+            ROVER_FAILSAFE,
+            FailsafeEntry(self.rule.state, self.rule.why, causes, silence_s, countdown_s),
+        )
