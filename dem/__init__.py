@@ -11,21 +11,23 @@ from farside.lazily import lazily
 
 if TYPE_CHECKING:
     from farside.dem.cycle import Choice, Sensed
-    from farside.dem.lists.goals import Goal, InherentGoal
+    from farside.dem.lists.goals import Aside, Goal, InherentGoal
     from farside.dem.lists.hypotheses import Hypothesis
     from farside.dem.lists.signs import Sign
     from farside.dem.memory import UnreadableMemoryError
     from farside.dem.model import DynamicExpectancyModel
-    from farside.dem.parameters import Curiosity, Parameters
+    from farside.dem.parameters import Curiosity, Exploration, Parameters
     from farside.dem.policy.planning import PolicyStep, PolicyValue, Why
     from farside.dem.shadow import Delta, DeltaError, ShadowModel
 
 __all__ = [
+    "Aside",
     "Choice",
     "Curiosity",
     "Delta",
     "DeltaError",
     "DynamicExpectancyModel",
+    "Exploration",
     "Goal",
     "Hypothesis",
     "InherentGoal",
@@ -42,11 +44,13 @@ __all__ = [
 __getattr__ = lazily(
     __name__,
     {
+        "Aside": "lists.goals",
         "Choice": "cycle",
         "Curiosity": "parameters",
         "Delta": "shadow",
         "DeltaError": "shadow",
         "DynamicExpectancyModel": "model",
+        "Exploration": "parameters",
         "Goal": "lists.goals",
         "Hypothesis": "lists.hypotheses",
         "InherentGoal": "lists.goals",

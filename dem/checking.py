@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from farside.dem.learning.differentiation import WATCHES, DifferentiationState
 from farside.dem.learning.learner import LearnerState
 from farside.dem.lists.actions import ActionList
-from farside.dem.lists.goals import Goal, GoalsState, GoalState
+from farside.dem.lists.goals import Aside, Goal, GoalsState, GoalState
 from farside.dem.lists.hypotheses import HypothesesState
 from farside.dem.lists.packing import unpack_into
 from farside.dem.lists.signs import Sign, SignsState, to_sign
@@ -180,8 +180,10 @@ def check_goals(goals: Iterable[Goal | GoalState]) -> None:
         _check_priorities(goal.priorities)
         if isinstance(goal, GoalState):
             _expect(goal.value_at_start >= 0, "a policy value of 0 or more")
-            until = goal.suspended_until
+            until = goal.blocked_until
             _expect(until is None or 0 <= until <= 2 * _GREATEST_COUNT, "a cycle to recover in")
+            is_blocked = goal.aside is Aside.BLOCKED
+            _expect(is_blocked == (until is not None), "a cycle to recover in if it is blocked")
     _expect(len(set(signs)) == len(signs), "no goal twice")
 
 

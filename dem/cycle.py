@@ -18,7 +18,10 @@ class Sensed(msgspec.Struct, frozen=True):
         succeeded, failed: number of due predictions that came true, or did not.
         created, removed: number of hypotheses created, or removed as ineffective.
         reached: goals satisfied and removed, highest first.
-        suspended, recovered: goals that passed their break point, or recovered from that.
+        suspended: goals put aside since the last cycle was sensed, or for another reason than then,
+            highest first; see `farside.dem.Aside`.
+        recovered: goals that were aside when the last cycle was sensed and are no longer, highest
+            first. Goals that were reached or withdrawn are not among them.
     """
 
     tokens: Sign
@@ -30,7 +33,7 @@ class Sensed(msgspec.Struct, frozen=True):
     created: int
     removed: int
     reached: tuple[Goal, ...]
-    suspended: tuple[Sign, ...]
+    suspended: tuple[Goal, ...]
     recovered: tuple[Sign, ...]
 
 
@@ -39,7 +42,7 @@ class Choice(msgspec.Struct, frozen=True):
 
     Attributes:
         action: its name.
-        goal: the top-goal's Sign, `None` where the choice is exploratory.
+        goal: the Sign of the goal pursued, `None` where the choice is exploratory.
         sign: the active Sign to act from, `None` where the choice is random.
         cost_to_go: policy value P_v of `sign`, `None` where the choice is random.
     """

@@ -75,6 +75,10 @@ def play(
         goal: a Sign of these Tokens, or of `REWARDED`.
         reward_above: only a greater reward counts as a reward.
         seed: seed of the first reset.
+
+    Raises:
+        ValueError: if the model does not explore, and knows no way to the goal: an environment
+            does not wait.
     """
     wanted = to_sign(goal)
     model.set_goal(wanted, priority=1.0)
@@ -90,9 +94,19 @@ def play(
                 model.set_goal(wanted, priority=1.0)
             if terminated or truncated:
                 break
-            action = model.choose().action
+            action = _chosen_by(model)
             model.perform(action)
             observation, reward, terminated, truncated, _ = env.step(int(action))
             steps, total, rewarded = steps + 1, total + float(reward), float(reward) > reward_above
-        model.perform(model.choose().action if terminated else None)
+        model.perform(_chosen_by(model) if terminated else None)
         yield Episode(steps, total, reached)
+
+
+def _chosen_by(model: DynamicExpectancyModel) -> str:
+    choice = model.choose()
+    if choice is None:
+        raise ValueError(
+            "exploration: expected a model that explores, random or curious, found one with no "
+            "known way to the goal and nothing else to do"
+        )
+    return choice.action

@@ -7,13 +7,14 @@ from numpy.random import Generator
 from farside.dem.cycle import Choice, Sensed
 from farside.dem.learning.learner import Learner
 from farside.dem.lists.actions import ActionList
-from farside.dem.lists.goals import OPERATOR, Goal, GoalList, InherentGoal, Outlook
+from farside.dem.lists.goals import OPERATOR, Goal, InherentGoal
 from farside.dem.lists.hypotheses import Hypothesis
 from farside.dem.lists.signs import Sign, to_sign
 from farside.dem.memory import ModelState, random_state, read, restored_generator, written
-from farside.dem.parameters import Parameters
+from farside.dem.parameters import Exploration, Parameters
 from farside.dem.policy.curiosity import CuriousMap
-from farside.dem.policy.planning import Planner, PolicyStep, PolicyValue, Why
+from farside.dem.policy.planning import PolicyStep, PolicyValue, Why
+from farside.dem.policy.pursuit import Pursuit
 from farside.dem.shadow import ChangeFeed, Delta
 
 _DEFAULTS = Parameters()
@@ -51,9 +52,9 @@ class DynamicExpectancyModel:
         self._learner = Learner(self._actions, parameters, rng)
         self._signs = self._learner.signs
         self._hypotheses = self._learner.hypotheses
-        self._planner = Planner(self._signs, self._hypotheses, self._actions)
-        self._goals = GoalList(parameters.break_multiple, parameters.recovery)
         self._inherent = tuple(inherent)
+        self._pursuit = Pursuit(self._learner, parameters, self._inherent)
+        self._goals, self._planner = self._pursuit.goals, self._pursuit.planner
         self._active: list[int] = []
         self._awaits_action = False
         self._chosen: str | None = None
@@ -79,18 +80,10 @@ class DynamicExpectancyModel:
                 "perform(None) if nothing was done"
             )
         sensed = to_sign(tokens)
-        learned = self._learner.sense(sensed, self._needed())
+        learned = self._learner.sense(sensed, self._pursuit.needed())
         self._active = learned.active
-        if self._inherent:
-            self._goals.follow(self._inherent, sensed)
-            self._know_goals()
-        reached = self._goals.take_satisfied(sensed)
-        recovered = self._goals.recover(self._learner.cycle)
         self._awaits_action = True
-        suspended = self._goals.suspend_broken(
-            self._learner.cycle, self._outlook, self._detour, on_course=self._on_course
-        )
-        self._aim()
+        news = self._pursuit.sense(sensed, learned.active, on_course=self._on_course)
         return Sensed(
             tokens=sensed,
             active=self._named(learned.active),
@@ -100,24 +93,33 @@ class DynamicExpectancyModel:
             failed=learned.failed,
             created=learned.created,
             removed=learned.removed,
-            reached=reached,
-            suspended=suspended,
-            recovered=recovered,
+            reached=news.reached,
+            suspended=news.suspended,
+            recovered=news.recovered,
         )
 
-    def choose(self) -> Choice:
+    def choose(self, *, explore: bool = True) -> Choice | None:
         """The action to take now; `perform` is still to be called.
 
-        Goal-directed if any active Sign is on the top-goal's DPM: the best action of the one with
-        the least policy value. Otherwise exploratory, each action with equal probability; also if
-        the top-goal was set after `sense` and is active already.
+        Goal-directed if there is a top-goal: the best action of the active Sign with the least
+        policy value. Otherwise exploratory, as `Parameters.exploration` says; also if the top-goal
+        was set after `sense` and is active already. `None` where there is nothing to do: no action
+        is suggested by the map, and the model does not explore.
+
+        Args:
+            explore: whether the model may explore. Without, a curious model chooses by the
+                top-goal's DPM too, and nothing is drawn at random.
 
         Raises:
             RuntimeError: if `sense` was not called since the last `perform`.
         """
         self._expect_sensed("choose")
-        choice = self._curious() if self._parameters.curiosity else self._goal_directed()
+        exploration = self._parameters.exploration if explore else Exploration.NONE
+        curious = exploration is Exploration.CURIOUS
+        choice = self._curious() if curious else self._goal_directed()
         if choice is None:
+            if exploration is Exploration.NONE:
+                return None
             choice = Choice(self._actions.names[self._rng.integers(len(self._actions))])
         self._chosen = choice.action if choice.goal else None
         return choice
@@ -134,7 +136,7 @@ class DynamicExpectancyModel:
         """
         self._expect_sensed("perform")
         performed = None if action is None else self._actions.id_of(action)
-        self._learner.perform(self._active, performed, self._needed())
+        self._learner.perform(self._active, performed, self._pursuit.needed())
         self._on_course = action is not None and action == self._chosen
         self._chosen = None
         self._awaits_action = False
@@ -147,43 +149,30 @@ class DynamicExpectancyModel:
             )
 
     def _goal_directed(self) -> Choice | None:
-        self._aim()
+        self._pursuit.aim()
         sign = self._planner.entry(self._active)
         if sign is None:
             return None
         return Choice(
             action=self._planner.action(sign),
-            goal=self._goals.top,
+            goal=self._goals.sought,
             sign=self._signs.names[sign],
             cost_to_go=self._planner.value(sign),
         )
 
     def _curious(self) -> Choice | None:
-        assert self._parameters.curiosity is not None  # noqa: S101 - checked by the caller
-        top = self._goals.top
-        goal = None if top is None else self._signs.find(top)
+        sought = self._goals.sought
+        goal = None if sought is None else self._signs.find(sought)
         curious = CuriousMap(self._learner, self._parameters.curiosity, goal, self._active)
         lead = curious.lead(self._learner.last_action, self._rng)
         if lead is None:
             return None
         return Choice(
             action=self._actions.names[lead.action],
-            goal=None if lead.tries or goal is None else top,
+            goal=None if lead.tries or goal is None else sought,
             sign=self._signs.names[lead.sign],
             cost_to_go=lead.cost,
         )
-
-    def _needed(self) -> list[int]:
-        """The Signs that are goals now, or may become goals by a rule."""
-        wanted = [goal.tokens for goal in self._goals.ordered]
-        wanted += [rule.goal for rule in self._inherent]
-        return [sign for sign in map(self._signs.find, wanted) if sign is not None]
-
-    def _know_goals(self) -> None:
-        # A Sign of one Token becomes known when it is first sensed.
-        for goal in self._goals.ordered:
-            if len(goal.tokens) > 1:
-                self._learner.know(goal.tokens)
 
     # --- goals and the policy ------------------------------------------------------------------
 
@@ -192,8 +181,8 @@ class DynamicExpectancyModel:
 
         Several sources may want the same Sign; the highest of their priorities counts. A Sign of
         several Tokens becomes known by being set. A single Token that was never sensed can be a
-        goal too, though no path leads to it until it is sensed. A goal that is active already is
-        satisfied at the next `sense`.
+        goal too, but is put aside until it is sensed. A goal that is active already is satisfied
+        at the next `sense`.
 
         Raises:
             ValueError: if there are no Tokens, `priority` is not finite, or `source` is `"rule"`,
@@ -201,7 +190,8 @@ class DynamicExpectancyModel:
             TypeError: if `tokens` is a string.
         """
         self._goals.set(to_sign(tokens), priority, source)
-        self._know_goals()
+        self._pursuit.know_goals()
+        self._attend()
 
     def withdraw_goal(self, tokens: Iterable[str], source: str = OPERATOR) -> bool:
         """Take back what `source` set; False if it set no such goal.
@@ -212,12 +202,16 @@ class DynamicExpectancyModel:
         sign = to_sign(tokens)
         withdrawn, known = self._goals.withdraw(sign, source), self._signs.find(sign)
         if withdrawn and known is not None:
-            self._learner.forget(known, [*self._needed(), *self._active])
+            self._learner.forget(known, [*self._pursuit.needed(), *self._active])
+        self._attend()
         return withdrawn
 
     @property
     def goals(self) -> tuple[Goal, ...]:
-        """The Goal List, the top-goal first, ties to the older; suspended goals come last."""
+        """The Goal List, the top-goal first, ties to the older; goals put aside come last.
+
+        Before the first `sense`, no goal is put aside.
+        """
         return self._goals.ordered
 
     def goal_priorities(self, tokens: Iterable[str]) -> Mapping[str, float]:
@@ -229,8 +223,12 @@ class DynamicExpectancyModel:
         return self._goals.priorities(to_sign(tokens))
 
     def policy_map(self) -> tuple[PolicyValue, ...]:
-        """The top-goal's DPM, ordered by value, then Sign. Empty without a known top-goal."""
-        self._aim()
+        """The top-goal's DPM, ordered by value, then Sign.
+
+        Where all goals are aside, that of the highest that is not blocked. Empty if there is none,
+        or its Sign is not known.
+        """
+        self._pursuit.aim()
         return self._planner.table()
 
     def policy_path(self) -> tuple[PolicyStep, ...]:
@@ -238,7 +236,7 @@ class DynamicExpectancyModel:
 
         Empty if no known path leads there. The goal itself is not a step.
         """
-        self._aim()
+        self._pursuit.aim()
         return self._planner.path(self._active)
 
     def why(self) -> Why | None:
@@ -246,19 +244,39 @@ class DynamicExpectancyModel:
 
         `None` if `choose` would explore.
         """
-        self._aim()
+        self._pursuit.aim()
         return self._planner.why(self._active)
 
-    def _aim(self) -> None:
-        self._planner.aim(self._goals.top)
+    def cost_to(self, goal: Iterable[str], start: Iterable[str] | None = None) -> float:
+        """P_v towards any Sign, of the best active Sign or of the Sign `start`.
 
-    def _outlook(self, goal: Sign) -> Outlook:
-        self._planner.aim(goal)
-        return self._planner.outlook(self._active)
+        0.0 if the Sign is active, or `start` implies it; infinite where no way is known, or a Sign
+        is unknown. The maps of the last few Signs asked for are kept up to date like that of the
+        top-goal (`farside.dem.policy.planning.WATCHED`), so this may be asked before every action.
 
-    def _detour(self, goal: Sign) -> Outlook:
-        self._planner.aim(goal)
-        return self._planner.detour(self._active)
+        Raises:
+            ValueError: if `goal` has no Tokens.
+            TypeError: if `goal` or `start` is a string.
+        """
+        begin = None if start is None else to_sign(start)
+        return self._pursuit.cost_to(to_sign(goal), begin, self._active)
+
+    def expected(self, action: str) -> Hypothesis | None:
+        """The most credible hypothesis of what `action` leads to now; `None` if nothing is known.
+
+        Of those whose context is active, the one with the highest C_m, then the one with the most
+        Tokens in its context, then the oldest.
+
+        Raises:
+            ValueError: if the action is unknown. The message names the known ones.
+        """
+        asked = self._actions.id_of(action)
+        return self._hypotheses.most_credible(self._active, asked, self._signs.names)
+
+    def _attend(self) -> None:
+        # Before the first `sense`, no Sign is active and nothing can be said of any goal.
+        if self._awaits_action or self._learner.cycle:
+            self._pursuit.attend(self._active)
 
     # --- saving and shadowing ------------------------------------------------------------------
 

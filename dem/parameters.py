@@ -1,6 +1,7 @@
 """The parameters of learning and acting, and the range of each."""
 
 import math
+from enum import StrEnum
 from typing import Annotated, get_args
 
 import msgspec
@@ -35,8 +36,23 @@ def _in_words(kind: object) -> str:
             bounds = ((">", meta.gt), (">=", meta.ge), ("<=", meta.le))
             limits = [f"{sign} {limit:g}" for sign, limit in bounds if limit is not None]
             return f"{'a whole number' if number is int else 'a number'} {' and '.join(limits)}"
+        case _ if isinstance(kind, type) and issubclass(kind, StrEnum):
+            return f"one of {', '.join(kind)}"
         case _:
             return getattr(kind, "__name__", str(kind))
+
+
+class Exploration(StrEnum):
+    """What a model does where the map suggests no action."""
+
+    NONE = "none"
+    """Nothing: `DynamicExpectancyModel.choose` returns `None`."""
+
+    RANDOM = "random"
+    """Any action, each with equal probability."""
+
+    CURIOUS = "curious"
+    """What was never tried, or not for long; also on the way to a goal. See `Curiosity`."""
 
 
 class Curiosity(_Checked, frozen=True):
@@ -86,11 +102,12 @@ class Parameters(_Checked, frozen=True):
         maturity: number of predictions after which a hypothesis may be differentiated or removed;
             1 to 10⁹. Fewer than 8 are too few to tell a difference from chance.
         ineffective: a mature hypothesis with a C_m below this is removed; 0 to 1.
-        break_multiple: a goal is suspended when its P_v has grown past this multiple of what it
-            was when the goal was set; above 1.
-        recovery: number of cycles for which a goal stays suspended; 1 to 10⁹.
-        curiosity: explore through the map instead of at random. Off by default, so that the
-            operator is not surprised.
+        break_multiple: a goal is blocked, and put aside, when its P_v has grown past this multiple
+            of what it was when the goal was set; above 1.
+        recovery: number of cycles for which a blocked goal stays aside; 1 to 10⁹.
+        exploration: what to do where the map suggests no action: `none`, `random` or `curious`.
+            Not curious by default, so that the operator is not surprised.
+        curiosity: the costs of trying, where exploration is `curious`.
 
     Raises:
         ValueError: if a value is out of range. The message names it.
@@ -108,4 +125,16 @@ class Parameters(_Checked, frozen=True):
     ineffective: Fraction = 0.02
     break_multiple: Annotated[float, Meta(gt=1)] = 4.0
     recovery: Count = 100
-    curiosity: Curiosity | None = None
+    exploration: Exploration = Exploration.RANDOM
+    curiosity: Curiosity = Curiosity()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        # A plain "none" passes the check too.
+        msgspec.structs.force_setattr(self, "exploration", Exploration(self.exploration))
+
+
+def same(one: Parameters, other: Parameters) -> bool:
+    """Whether two parameters are equal in every field, though one may be of a subclass."""
+    names = [field.name for field in msgspec.structs.fields(Parameters)]
+    return all(getattr(one, name) == getattr(other, name) for name in names)

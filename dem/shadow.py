@@ -21,11 +21,11 @@ from farside.dem.changes import (
 )
 from farside.dem.checking import CheckedLists, check_goals
 from farside.dem.lists.actions import ActionList
-from farside.dem.lists.goals import Goal
+from farside.dem.lists.goals import Goal, sought
 from farside.dem.lists.hypotheses import HypothesesState, Hypothesis, HypothesisList
 from farside.dem.lists.signs import Sign, SignList, SignsState, to_sign
 from farside.dem.memory import UnreadableMemoryError, compress, decompress
-from farside.dem.parameters import Parameters
+from farside.dem.parameters import Parameters, same
 from farside.dem.policy.planning import Planner, PolicyValue
 
 
@@ -187,12 +187,12 @@ class ShadowModel:
         return self._goals
 
     def policy_map(self) -> tuple[PolicyValue, ...]:
-        """The top-goal's DPM, ordered by value, then Sign. Empty without a known top-goal."""
+        """The DPM as `DynamicExpectancyModel.policy_map` gives it."""
         self._aim()
         return self._planner.table()
 
     def value(self, tokens: Iterable[str]) -> float:
-        """P_v of a Sign towards the top-goal; infinite if the Sign or a path is not known.
+        """P_v of a Sign on that map; infinite if the Sign or a path is not known.
 
         Raises:
             TypeError: if `tokens` is a string.
@@ -202,8 +202,7 @@ class ShadowModel:
         return float("inf") if sign is None else self._planner.value(sign)
 
     def _aim(self) -> None:
-        top = self._goals[0] if self._goals and not self._goals[0].suspended else None
-        self._planner.aim(None if top is None else top.tokens)
+        self._planner.aim(sought(self._goals))
 
     def _clear(self) -> None:
         self._signs = SignList()
@@ -213,7 +212,7 @@ class ShadowModel:
     def _restore(self, packed: bytes) -> None:
         whole = decompress(packed, _Whole)
         costs = dict(zip(self._actions.names, self._actions.costs, strict=True))
-        if (whole.action_costs, whole.parameters) != (costs, self._parameters):
+        if whole.action_costs != costs or not same(whole.parameters, self._parameters):
             raise DeltaError(
                 f"the lists of another model: expected action costs {costs} and "
                 f"{self._parameters}, found {whole.action_costs} and {whole.parameters}"

@@ -1,7 +1,8 @@
 """G, the Goal List: the Signs that are wanted, by whom, and how much."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from enum import StrEnum
 from typing import NamedTuple
 
 import msgspec
@@ -15,6 +16,19 @@ RULE = "rule"
 """The source of the goals of `InherentGoal` rules; no goal can be set in its name."""
 
 
+class Aside(StrEnum):
+    """Why a goal is put aside, so that one of lower priority can be pursued."""
+
+    BLOCKED = "blocked"
+    """It is past its break point, and waits to recover."""
+
+    UNKNOWN = "unknown"
+    """Its Sign is not known."""
+
+    UNREACHABLE = "unreachable"
+    """No way to it is known from the active Signs."""
+
+
 class Goal(msgspec.Struct, frozen=True):
     """A Sign to be made active, wanted by one source or more.
 
@@ -22,12 +36,13 @@ class Goal(msgspec.Struct, frozen=True):
         tokens: the Sign.
         priorities: the priority that each source gives the goal, on any scale; one at least. The
             source that wanted it first comes first.
-        suspended: whether the goal passed its break point and waits to recover.
+        aside: why the goal is put aside, `None` unless it is. Whether there is a way to a goal is
+            looked at when its turn comes, and then in every cycle until there is one.
     """
 
     tokens: Sign
     priorities: Mapping[str, float]
-    suspended: bool = False
+    aside: Aside | None = None
 
     @property
     def priority(self) -> float:
@@ -63,7 +78,9 @@ class GoalState(msgspec.Struct, frozen=True, array_like=True):
     tokens: Sign
     priorities: dict[str, float]
     value_at_start: float
-    suspended_until: int | None
+    blocked_until: int | None
+    aside: Aside | None
+    told: Aside | None
 
 
 class GoalsState(msgspec.Struct, frozen=True, array_like=True):
@@ -78,11 +95,12 @@ class Outlook(NamedTuple):
 
     Attributes:
         value: least policy value P_v of the active Signs, infinite where no path is known.
-        planned: cost of the actions on the best path if each succeeds at the first attempt.
+        planned: gives the cost of the actions on the best path if each succeeds at the first
+            attempt. It takes a walk along the path, and is rarely needed.
     """
 
     value: float
-    planned: float
+    planned: Callable[[], float]
 
 
 class _Entry:
@@ -91,13 +109,17 @@ class _Entry:
     Attributes:
         priorities: priority by source, in the order in which the sources came to want it.
         value_at_start: policy value from which growth is measured, infinite until there is one.
-        suspended_until: cycle in which it recovers, `None` unless suspended.
+        blocked_until: cycle in which it recovers, `None` unless blocked.
+        aside: why it is put aside, `None` unless it is.
+        told: the same when `GoalList.news` was last asked for.
     """
 
     def __init__(self) -> None:
         self.priorities: dict[str, float] = {}
         self.value_at_start = math.inf
-        self.suspended_until: int | None = None
+        self.blocked_until: int | None = None
+        self.aside: Aside | None = None
+        self.told: Aside | None = None
 
 
 def _check(sign: Sign, priority: float) -> None:
@@ -108,27 +130,36 @@ def _check(sign: Sign, priority: float) -> None:
 
 
 class GoalList:
-    """G, the goals: active ones before suspended ones, by priority, ties to the older.
+    """G, the goals: those put aside come last; by priority, ties to the older.
 
     A Sign is a goal as long as any source wants it, at the highest priority that any source gives
     it. When the Sign becomes active, the goal is satisfied for all of them.
 
-    A goal has a *break point*. It is suspended when its policy value has grown past a multiple of
-    its value when set, and past the same multiple of what the best path costs if all goes as
-    planned. Another goal is then pursued, or exploration. After a number of cycles the goal
-    recovers, and its value is measured anew. Source: seed for break point and recovery; the
-    numbers, and that a long detour is no block, are project defaults.
+    A goal that cannot be reached is *put aside*, and the next one is pursued. It is taken up again
+    as soon as its Sign, or a way to it, is known (project default).
+
+    A goal has a *break point*. It is blocked, and put aside, when its policy value has grown past a
+    multiple of its value when set, and past the same multiple of what the best path costs if all
+    goes as planned. After a number of cycles the goal recovers, and its value is measured anew.
+    Source: seed for break point and recovery; the numbers, and that a long detour is no block, are
+    project defaults.
 
     Args:
         break_multiple: the multiple, above 1.
-        recovery: number of cycles that a suspension lasts.
+        recovery: number of cycles for which a blocked goal stays aside.
 
     Attributes:
         ordered: the goals, the top-goal first.
+        sought: the top-goal; where all goals are aside, the highest that is not blocked, to which a
+            way may yet be found; `None` if there is none.
+        unreachable: those that are aside because no way to them is known, highest first.
     """
 
     def __init__(self, break_multiple: float, recovery: int) -> None:
         self.ordered: tuple[Goal, ...] = ()
+        self.sought: Sign | None = None
+        self.unreachable: tuple[Sign, ...] = ()
+        self._ranked: list[tuple[Sign, _Entry]] = []
         self._break_multiple = break_multiple
         self._recovery = recovery
         self._entries: dict[Sign, _Entry] = {}
@@ -137,8 +168,8 @@ class GoalList:
 
     @property
     def top(self) -> Sign | None:
-        """The top-goal; `None` where there is no goal, or all are suspended."""
-        return self.ordered[0].tokens if self.ordered and not self.ordered[0].suspended else None
+        """The top-goal, which is pursued; `None` where there is no goal, or all are aside."""
+        return self.ordered[0].tokens if self.ordered and self.ordered[0].aside is None else None
 
     def __contains__(self, sign: Sign) -> bool:
         return sign in self._entries
@@ -192,10 +223,17 @@ class GoalList:
         self._order()
 
     def take_satisfied(self, tokens: Sign) -> tuple[Goal, ...]:
-        """Remove and return the goals that are active when `tokens` are sensed."""
+        """Remove and return the goals that are active when `tokens` are sensed.
+
+        None of these is aside any more.
+        """
         if not self.ordered:
             return ()
-        satisfied = tuple(goal for goal in self.ordered if set(goal.tokens).issubset(tokens))
+        satisfied = tuple(
+            msgspec.structs.replace(goal, aside=None)
+            for goal in self.ordered
+            if set(goal.tokens).issubset(tokens)
+        )
         for goal in satisfied:
             del self._entries[goal.tokens]
             if RULE in goal.priorities:
@@ -205,16 +243,57 @@ class GoalList:
         return satisfied
 
     def recover(self, cycle: int) -> tuple[Sign, ...]:
-        """End the suspensions that are over by `cycle`, and return those goals."""
+        """Take up the goals whose block is over by `cycle`, and return them."""
         recovered = []
         for sign, entry in self._entries.items():
-            if entry.suspended_until is not None and entry.suspended_until <= cycle:
-                entry.suspended_until = None
+            if entry.blocked_until is not None and entry.blocked_until <= cycle:
+                entry.blocked_until = entry.aside = None
                 entry.value_at_start = math.inf
                 recovered.append(sign)
         if recovered:
             self._order()
         return tuple(recovered)
+
+    def put_aside(
+        self, is_known: Callable[[Sign], bool], is_reachable: Callable[[Sign], bool]
+    ) -> None:
+        """Put aside the goals that cannot be reached, and take up those that can be again.
+
+        Blocked goals stay so. Whether there is a way is asked only of goals down to the top-goal,
+        and of those below it that are aside already: a map is needed to know it.
+
+        Args:
+            is_known: whether a Sign is known.
+            is_reachable: whether a way leads from the active Signs to a Sign that is known.
+        """
+        changed = has_top = False
+        for sign, entry in self._ranked:
+            if entry.aside is Aside.BLOCKED:
+                continue
+            aside = None
+            if not is_known(sign):
+                aside = Aside.UNKNOWN
+            elif (entry.aside or not has_top) and not is_reachable(sign):
+                aside = Aside.UNREACHABLE
+            has_top |= aside is None
+            changed |= aside is not entry.aside
+            entry.aside = aside
+        if changed:
+            self._order()
+
+    def news(self) -> tuple[tuple[Goal, ...], tuple[Sign, ...]]:
+        """The goals put aside, or for another reason, and those taken up, since last asked."""
+        put_aside: list[Goal] = []
+        taken_up: list[Sign] = []
+        for goal in self.ordered:
+            entry = self._entries[goal.tokens]
+            if goal.aside is not entry.told:
+                if goal.aside is None:
+                    taken_up.append(goal.tokens)
+                else:
+                    put_aside.append(goal)
+                entry.told = goal.aside
+        return tuple(put_aside), tuple(taken_up)
 
     def suspend_broken(
         self,
@@ -224,15 +303,15 @@ class GoalList:
         *,
         on_course: bool,
     ) -> tuple[Sign, ...]:
-        """Suspend one top-goal after another while each is past its break point.
+        """Put aside one top-goal after another while each is past its break point.
 
         Args:
             cycle: the current cycle.
-            outlook_of: the outlook of a goal. A goal that no known path leads to is not
-                suspended: exploration may find one.
+            outlook_of: the outlook of a goal. A goal that no known path leads to is not blocked;
+                that is for `put_aside`.
             detour_of: its outlook without the hypothesis to act on next. A goal with a reliable
-                detour, by the same multiple, is not suspended either: after a few more failures
-                of that hypothesis the detour will be the best path.
+                detour, by the same multiple, is not blocked either: after a few more failures of
+                that hypothesis the detour will be the best path.
             on_course: whether the action performed last was the policy map's own choice. A value
                 that grew because somebody led the robot away is no sign of a block.
         """
@@ -245,12 +324,14 @@ class GoalList:
                 entry.value_at_start = value
             elif not on_course:
                 entry.value_at_start = max(entry.value_at_start, value)
-            if value <= self._break_multiple * max(entry.value_at_start, planned):
+            multiple = self._break_multiple
+            if value <= multiple * entry.value_at_start or value <= multiple * planned():
                 break
             detour = detour_of(sign)
-            if detour.value <= self._break_multiple * detour.planned < math.inf:
+            if detour.value <= multiple * detour.planned() < math.inf:
                 break
-            entry.suspended_until = cycle + self._recovery
+            entry.blocked_until = cycle + self._recovery
+            entry.aside = Aside.BLOCKED
             suspended.append(sign)
             self._order()
         return tuple(suspended)
@@ -258,7 +339,14 @@ class GoalList:
     def state(self) -> GoalsState:
         """Everything that `restore` needs."""
         goals = tuple(
-            GoalState(sign, dict(entry.priorities), entry.value_at_start, entry.suspended_until)
+            GoalState(
+                sign,
+                dict(entry.priorities),
+                entry.value_at_start,
+                entry.blocked_until,
+                entry.aside,
+                entry.told,
+            )
             for sign, entry in self._entries.items()
         )
         return GoalsState(goals, tuple(sorted(self._held)))
@@ -269,15 +357,29 @@ class GoalList:
             entry = self._entries[saved.tokens] = _Entry()
             entry.priorities.update(saved.priorities)
             entry.value_at_start = saved.value_at_start
-            entry.suspended_until = saved.suspended_until
+            entry.blocked_until = saved.blocked_until
+            entry.aside, entry.told = saved.aside, saved.told
         self._held.update(state.held)
         self._order()
 
     def _order(self) -> None:
         """Drop the goals that no source wants any more, and sort the others."""
         self._entries = {sign: entry for sign, entry in self._entries.items() if entry.priorities}
-        goals = (
-            Goal(sign, dict(entry.priorities), entry.suspended_until is not None)
-            for sign, entry in self._entries.items()
+        self._ranked = sorted(
+            self._entries.items(), key=lambda item: -max(item[1].priorities.values())
         )
-        self.ordered = tuple(sorted(goals, key=lambda goal: (goal.suspended, -goal.priority)))
+        goals = (Goal(sign, dict(entry.priorities), entry.aside) for sign, entry in self._ranked)
+        self.ordered = tuple(sorted(goals, key=lambda goal: goal.aside is not None))
+        self.sought = sought(self.ordered)
+        self.unreachable = tuple(
+            goal.tokens for goal in self.ordered if goal.aside is Aside.UNREACHABLE
+        )
+
+
+def sought(goals: Sequence[Goal]) -> Sign | None:
+    """The goal that a policy map is wanted of; see `GoalList.sought`.
+
+    Args:
+        goals: a Goal List, those put aside last.
+    """
+    return next((goal.tokens for goal in goals if goal.aside is not Aside.BLOCKED), None)

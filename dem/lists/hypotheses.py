@@ -7,7 +7,7 @@ both in order of age.
 
 import math
 from array import array
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import msgspec
@@ -235,24 +235,46 @@ class HypothesisList:
         if self.recorded is not None:
             self.recorded.append(encoded_result(hypothesis, PredictionResult.FAILED))
 
+    def most_credible(
+        self, contexts: Iterable[int], action: int, names: Sequence[Sign]
+    ) -> Hypothesis | None:
+        """The hypothesis with the highest C_m of those with one of these contexts and this action.
+
+        Ties go to the one with the most Tokens in its context, then to the oldest; `None` if there
+        is no such hypothesis.
+
+        Args:
+            contexts: Signs.
+            action: the Action.
+            names: the Signs by id.
+        """
+        found = (one for context in contexts for one in self.of_cause(context, action))
+        best = min(
+            found,
+            key=lambda one: (-self.cm[one], -len(names[self.context[one]]), self.born[one]),
+            default=None,
+        )
+        return None if best is None else self.one_named(best, names)
+
     def named(self, names: Sequence[Sign]) -> tuple[Hypothesis, ...]:
         """All hypotheses with their Signs and actions by name, oldest first.
 
         Args:
             names: the Signs by id.
         """
-        return tuple(
-            Hypothesis(
-                context=names[self.context[hypothesis]],
-                action=self._actions.names[self.action[hypothesis]],
-                outcome=names[self.outcome[hypothesis]],
-                delay=self.delay[hypothesis],
-                cm=self.cm[hypothesis],
-                credit=self.credit[hypothesis],
-                predictions=self.predictions[hypothesis],
-                successes=self.successes[hypothesis],
-            )
-            for hypothesis in self.by_age()
+        return tuple(self.one_named(hypothesis, names) for hypothesis in self.by_age())
+
+    def one_named(self, hypothesis: int, names: Sequence[Sign]) -> Hypothesis:
+        """A hypothesis with its Signs and action by name; see `named`."""
+        return Hypothesis(
+            context=names[self.context[hypothesis]],
+            action=self._actions.names[self.action[hypothesis]],
+            outcome=names[self.outcome[hypothesis]],
+            delay=self.delay[hypothesis],
+            cm=self.cm[hypothesis],
+            credit=self.credit[hypothesis],
+            predictions=self.predictions[hypothesis],
+            successes=self.successes[hypothesis],
         )
 
     def state(self) -> HypothesesState:

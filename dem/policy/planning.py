@@ -1,7 +1,7 @@
-"""Planning: the map of the top-goal, and what to read from it: action, path and reason."""
+"""Planning: the maps of goals, and what to read from them: action, path, reason and cost."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
 import msgspec
 
@@ -12,7 +12,11 @@ from farside.dem.lists.signs import Sign, SignList
 from farside.dem.policy.policy_map import PolicyMap
 from farside.dem.policy.spread import Spread
 
-_NO_PATH = Outlook(math.inf, math.inf)
+_NO_PATH = Outlook(math.inf, lambda: math.inf)
+
+WATCHED = 8
+"""The number of Signs whose maps are kept because `Planner.cost_to` was asked for them (project
+default). Every map takes time in every cycle."""
 
 
 class PolicyValue(msgspec.Struct, frozen=True):
@@ -55,6 +59,7 @@ class Why(msgspec.Struct, frozen=True):
     Attributes:
         context, action, outcome: the hypothesis.
         cost_to_go: C_e of the hypothesis plus P_v of its outcome.
+        cm: C_m of the hypothesis.
         runner_up: the same for the best other action, `None` if there is none.
     """
 
@@ -62,11 +67,21 @@ class Why(msgspec.Struct, frozen=True):
     action: str
     outcome: Sign
     cost_to_go: float
+    cm: float
     runner_up: "Why | None" = None
+
+    @property
+    def margin(self) -> float | None:
+        """By how much the runner-up is dearer, 0 or more; `None` without a runner-up."""
+        return None if self.runner_up is None else self.runner_up.cost_to_go - self.cost_to_go
 
 
 class Planner:
-    """Keeps the Dynamic Policy Map of the top-goal up to date with the lists.
+    """Keeps the Dynamic Policy Maps of some goals up to date with the lists.
+
+    A map is built when it is first needed, and repaired after every change of the lists until
+    `aim` finds that nobody needs it any more. What is told of "the map" is told of the one aimed
+    at. After any change to the lists, call `refresh` or `aim` before any other method.
 
     Args:
         signs, hypotheses, actions: the lists.
@@ -76,60 +91,125 @@ class Planner:
         self._signs, self._hypotheses, self._actions = signs, hypotheses, actions
         self._spread = Spread(self._hypotheses, self._signs)
         self._map: PolicyMap | None = None
+        self._maps: dict[Sign, PolicyMap] = {}
+        # The one asked for longest ago comes first.
+        self._watched: dict[Sign, None] = {}
 
-    def aim(self, goal: Sign | None) -> None:
-        """Bring the map up to date, or build a new one if the top-goal has changed.
+    def refresh(self) -> None:
+        """Bring all maps up to date with the lists."""
+        costs, signs = self._hypotheses.cost_changes, self._signs.changed
+        if signs:
+            # Its id may be that of another Sign now.
+            self._maps = {
+                goal: policy for goal, policy in self._maps.items() if policy.goal not in signs
+            }
+        if costs or signs:
+            for policy in self._maps.values():
+                policy.update(costs, signs)
+            costs.clear()
+            signs.clear()
 
-        There is no map without a top-goal, or if its Sign is not known.
+    def aim(self, goal: Sign | None, others: Collection[Sign] = ()) -> None:
+        """Bring all maps up to date, and aim at the map of `goal`.
+
+        There is no map without a goal, or if its Sign is not known. Of the other maps, only those
+        of `others` and of the Signs that `cost_to` was asked for are kept.
         """
-        known = None if goal is None else self._signs.find(goal)
-        if known is None:
-            self._map = None
-        elif self._map is None or self._map.goal != known or known in self._signs.changed:
-            self._map = PolicyMap(known, self._spread)
-        elif self._hypotheses.cost_changes or self._signs.changed:
-            self._map.update(self._hypotheses.cost_changes, self._signs.changed)
-        self._hypotheses.cost_changes.clear()
-        self._signs.changed.clear()
+        self.refresh()
+        self._map = None if goal is None else self._map_of(goal)
+        if len(self._maps) > (self._map is not None):
+            self._maps = {
+                kept: policy
+                for kept, policy in self._maps.items()
+                if kept == goal or kept in others or kept in self._watched
+            }
+
+    def _map_of(self, goal: Sign) -> PolicyMap | None:
+        """The map of a goal, built if it is not kept; `None` if the Sign is not known."""
+        policy = self._maps.get(goal)
+        if policy is None:
+            known = self._signs.find(goal)
+            if known is None:
+                return None
+            policy = self._maps[goal] = PolicyMap(known, self._spread)
+        return policy
+
+    def knows(self, goal: Sign) -> bool:
+        """Whether the Sign of a goal is known."""
+        return self._signs.find(goal) is not None
+
+    def reaches(self, goal: Sign, active: Sequence[int]) -> bool:
+        """Whether a way is known from one of the active Signs to a goal, or it is active itself."""
+        policy = self._map_of(goal)
+        if policy is None:
+            return False
+        value = policy.value
+        for sign in active:  # noqa: SIM110 - half the time of `any`
+            if value[sign] < math.inf:
+                return True
+        return False
+
+    def cost_to(self, goal: Sign, starts: Sequence[int]) -> float:
+        """P_v of the best of some Signs towards any goal, infinite where no way is known.
+
+        The map is kept, so that asking again costs next to nothing, until the costs to `WATCHED`
+        other goals have been asked for.
+        """
+        self.refresh()
+        policy = self._map_of(goal)
+        if policy is None:
+            return math.inf
+        self._watched.pop(goal, None)
+        self._watched[goal] = None
+        if len(self._watched) > WATCHED:
+            del self._watched[next(iter(self._watched))]
+        return min((policy.value[sign] for sign in starts), default=math.inf)
 
     def entry(self, active: Sequence[int]) -> int | None:
         """The active Sign to act from, `None` if the map suggests no action."""
         return None if self._map is None else self._map.entry(active)
 
     def value(self, sign: int) -> float:
-        """P_v of a Sign towards the top-goal; infinite without a map."""
+        """P_v of a Sign on the map; infinite without a map."""
         return math.inf if self._map is None else self._map.value[sign]
 
     def action(self, sign: int) -> str:
         """The best action at the Sign that `entry` returned."""
         return self._action_of(next(self._walk(sign)))
 
-    def outlook(self, active: Sequence[int]) -> Outlook:
-        """The outlook of the top-goal with these Signs active."""
-        return _NO_PATH if self._map is None else self._outlook(self._map, active)
+    def outlook(self, goal: Sign, active: Sequence[int]) -> Outlook:
+        """The outlook of a goal with these Signs active."""
+        policy = self._map_of(goal)
+        return _NO_PATH if policy is None else self._outlook(policy, active)
 
-    def detour(self, active: Sequence[int]) -> Outlook:
-        """The outlook if the hypothesis to act on next never came true again."""
-        entry = self.entry(active)
-        if entry is None or self._map is None:
+    def detour(self, goal: Sign, active: Sequence[int]) -> Outlook:
+        """The outlook of a goal if the hypothesis to act on next never came true again."""
+        policy = self._map_of(goal)
+        entry = None if policy is None else policy.entry(active)
+        if entry is None or policy is None:
             return _NO_PATH
-        cost, blocked = self._hypotheses.cost, next(self._walk(entry))
+        cost, blocked = self._hypotheses.cost, next(policy.walk(entry))
         held, cost[blocked] = cost[blocked], math.inf
         try:
-            return self._outlook(PolicyMap(self._map.goal, self._spread), active)
+            value, planned = self._outlook(PolicyMap(policy.goal, self._spread), active)
+            plan = planned()
         finally:
             cost[blocked] = held
+        return Outlook(value, lambda: plan)
 
     def _outlook(self, policy: PolicyMap, active: Sequence[int]) -> Outlook:
         entry = policy.entry(active)
         if entry is None:
             return _NO_PATH
-        costs, action = self._actions.costs, self._hypotheses.action
-        planned = sum(costs[action[arc]] for arc in policy.walk(entry))
+
+        def planned() -> float:
+            costs, action = self._actions.costs, self._hypotheses.action
+            return sum(costs[action[arc]] for arc in policy.walk(entry))
+
         return Outlook(policy.value[entry], planned)
 
     def path(self, active: Sequence[int]) -> tuple[PolicyStep, ...]:
-        """The best-estimate walk from the active Signs to the top-goal."""
+        """The best-estimate walk from the active Signs to the goal."""
         entry = self.entry(active)
         if entry is None:
             return ()
@@ -185,6 +265,7 @@ class Planner:
             action=self._action_of(arc),
             outcome=names[self._hypotheses.outcome[arc]],
             cost_to_go=total,
+            cm=self._hypotheses.cm[arc],
         )
 
     def _action_of(self, arc: int) -> str:

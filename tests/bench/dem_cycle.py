@@ -14,13 +14,18 @@ from farside.dem import DynamicExpectancyModel
 ACTIONS = "NESW"
 SMALL, LARGE = 16, 500  # sides of the squares: about 1,000 and 1,000,000 hypotheses
 CYCLES = 20_000
+PURSUED = 400
 
 
 class Size(NamedTuple):
-    """The number of hypotheses of a model, and what it costs to keep them."""
+    """The number of hypotheses of a model, and what it costs to keep them.
+
+    `pursuit_s` is the time of a cycle in which the model goes to a goal by itself.
+    """
 
     hypotheses: int
     cycle_s: float
+    pursuit_s: float
     byte_per_hypothesis: float
 
 
@@ -42,8 +47,26 @@ class Torus:
         self.model.sense(tokens)
         self.model.perform(ACTIONS[action])
         took = time.perf_counter() - began
+        self._move(action)
+        return took
+
+    def _move(self, action: int) -> None:
         self._east = (self._east + (0, 1, 0, -1)[action]) % self.side
         self._north = (self._north + (1, 0, -1, 0)[action]) % self.side
+
+    def pursue(self, rng: np.random.Generator) -> float:
+        """Run one cycle towards a goal, a random one of those nearby, and return its time."""
+        place = self._north * self.side + self._east
+        if not self.model.goals:
+            east, north = (self._east + rng.integers(1, 6), self._north + rng.integers(1, 6))
+            self.model.set_goal(self._tokens[north % self.side * self.side + east % self.side], 1.0)
+        began = time.perf_counter()
+        self.model.sense(self._tokens[place])
+        choice = self.model.choose()
+        assert choice is not None
+        self.model.perform(choice.action)
+        took = time.perf_counter() - began
+        self._move(ACTIONS.index(choice.action))
         return took
 
     def try_everything(self) -> None:
@@ -65,8 +88,9 @@ def measure(side: int) -> Size:
     grown_byte = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)
     actions = np.random.default_rng(1).integers(4, size=CYCLES).tolist()
     cycle_s = statistics.median(torus.cycle(action) for action in actions)
-    known = torus.model.hypothesis_count
-    return Size(known, cycle_s, grown_byte / known)
+    known, rng = torus.model.hypothesis_count, np.random.default_rng(2)
+    pursuit_s = statistics.median(torus.pursue(rng) for _ in range(PURSUED))
+    return Size(known, cycle_s, pursuit_s, grown_byte / known)
 
 
 def table() -> Table:
@@ -77,6 +101,7 @@ def table() -> Table:
         found.add_row(
             f"cycle with {size.hypotheses:,} hypotheses (µs)", f"{1e6 * size.cycle_s:.1f}", "40"
         )
+        found.add_row("the same towards a goal (µs)", f"{1e6 * size.pursuit_s:.1f}")
     found.add_row("second / first", f"{large.cycle_s / small.cycle_s:.2f}", "2")
     found.add_row(
         f"memory with {large.hypotheses:,}, Signs included (bytes per hypothesis)",

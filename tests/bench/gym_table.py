@@ -22,7 +22,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from farside.dem import Curiosity, DynamicExpectancyModel, Parameters
+from farside.dem import DynamicExpectancyModel, Exploration, Parameters
 from farside.dem.gym import REWARDED, Episode, action_costs, play
 
 EVALUATED = 100
@@ -162,7 +162,7 @@ def _random(world: World, seed: int) -> Learner:
 
 
 def _curious(world: World, seed: int) -> Learner:
-    return model_play(world, seed, Parameters(curiosity=Curiosity())), lambda: None
+    return model_play(world, seed, Parameters(exploration=Exploration.CURIOUS)), lambda: None
 
 
 def _q_learning(world: World, seed: int) -> Learner:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from farside.dem import Goal, InherentGoal
+from farside.dem import Aside, Goal, InherentGoal
 from farside.dem.lists.goals import GoalList, Outlook
 
 A, B, C = ("a",), ("b",), ("c",)
@@ -13,13 +13,13 @@ A, B, C = ("a",), ("b",), ("c",)
 
 @pytest.fixture
 def goals() -> GoalList:
-    """A list that suspends a goal for ten cycles at more than four times its first value."""
+    """A list that puts a goal aside for ten cycles at more than four times its first value."""
     return GoalList(break_multiple=4.0, recovery=10)
 
 
-def goal(sign: tuple[str, ...], priority: float, *, suspended: bool = False) -> Goal:
+def goal(sign: tuple[str, ...], priority: float, aside: Aside | None = None) -> Goal:
     """A goal that only the operator wants."""
-    return Goal(sign, {"operator": priority}, suspended)
+    return Goal(sign, {"operator": priority}, aside)
 
 
 def names(goals: GoalList) -> list[tuple[str, ...]]:
@@ -28,7 +28,7 @@ def names(goals: GoalList) -> list[tuple[str, ...]]:
 
 def promising(value: float, planned: float = 1.0) -> Callable[[object], Outlook]:
     """The same outlook for every goal."""
-    return lambda _: Outlook(value, planned)
+    return lambda _: Outlook(value, lambda: planned)
 
 
 NO_DETOUR = promising(math.inf, math.inf)
@@ -142,7 +142,7 @@ def test_a_goal_breaks_when_its_value_passes_the_multiple_of_its_first_value(
     for value in (5.0, 12.0, 20.0):
         assert goals.suspend_broken(0, promising(value), NO_DETOUR, on_course=True) == ()
     assert goals.suspend_broken(3, promising(20.1), NO_DETOUR, on_course=True) == (A,)
-    assert goals.ordered == (goal(A, 1.0, suspended=True),)
+    assert goals.ordered == (goal(A, 1.0, Aside.BLOCKED),)
     assert goals.top is None
 
 
@@ -152,7 +152,7 @@ def test_when_the_top_goal_is_suspended_the_next_one_takes_its_place(goals: Goal
     goals.suspend_broken(0, promising(5.0), NO_DETOUR, on_course=True)
     assert goals.suspend_broken(1, promising(50.0), NO_DETOUR, on_course=True) == (A,)
     assert goals.top == B
-    assert goals.ordered == (goal(B, 1.0), goal(A, 2.0, suspended=True))
+    assert goals.ordered == (goal(B, 1.0), goal(A, 2.0, Aside.BLOCKED))
 
 
 def test_all_goals_past_their_break_points_are_suspended_at_once(goals: GoalList) -> None:
@@ -183,14 +183,14 @@ def test_setting_a_suspended_goal_again_does_not_end_its_suspension(goals: GoalL
     goals.suspend_broken(0, promising(5.0), NO_DETOUR, on_course=True)
     goals.suspend_broken(0, promising(50.0), NO_DETOUR, on_course=True)
     goals.set(A, 3.0)
-    assert goals.ordered == (goal(A, 3.0, suspended=True),)
+    assert goals.ordered == (goal(A, 3.0, Aside.BLOCKED),)
 
 
 def test_a_suspended_goal_that_becomes_active_is_satisfied(goals: GoalList) -> None:
     goals.set(A, 1.0)
     goals.suspend_broken(0, promising(5.0), NO_DETOUR, on_course=True)
     goals.suspend_broken(0, promising(50.0), NO_DETOUR, on_course=True)
-    assert goals.take_satisfied(A) == (goal(A, 1.0, suspended=True),)
+    assert goals.take_satisfied(A) == (goal(A, 1.0),)
     assert goals.recover(99) == ()
 
 

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from gymnasium.wrappers.common import TimeLimit
 
-from farside.dem import Curiosity, DynamicExpectancyModel, Parameters
+from farside.dem import DynamicExpectancyModel, Exploration, Parameters
 from farside.dem.gym import REWARDED, Episode, action_costs, play
 
 
@@ -152,13 +152,13 @@ def test_the_same_seeds_play_the_same_episodes(make: Callable[..., DynamicExpect
     assert episodes() == episodes()
 
 
-@pytest.mark.parametrize("curiosity", [None, Curiosity()], ids=["random", "curious"])
+@pytest.mark.parametrize("exploration", ["random", "curious"])
 @pytest.mark.parametrize("seed", range(3))
 def test_the_frozen_lake_without_slipping_is_solved_in_six_steps(
-    make: Callable[..., DynamicExpectancyModel], seed: int, curiosity: Curiosity | None
+    make: Callable[..., DynamicExpectancyModel], seed: int, exploration: str
 ) -> None:
     env = gymnasium.make("FrozenLake-v1", is_slippery=False)
-    model = make(env, seed, curiosity=curiosity)
+    model = make(env, seed, exploration=Exploration(exploration))
     episodes = list(islice(play(model, env, place, seed=seed), 250))
     assert episodes[-10:] == [Episode(steps=6, reward=1.0, reached=1)] * 10
 
@@ -168,7 +168,7 @@ def test_curiosity_does_not_return_to_a_hole_for_ever(
 ) -> None:
     """No action leads out of a hole: without learning from the reset it would stay tempting."""
     env = gymnasium.make("FrozenLake-v1", is_slippery=False)
-    model = make(env, curiosity=Curiosity())
+    model = make(env, exploration=Exploration.CURIOUS)
     episodes = list(islice(play(model, env, place, seed=0), 60))
     assert sum(episode.reached for episode in episodes) > 20
 

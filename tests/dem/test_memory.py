@@ -12,6 +12,7 @@ from restless import COSTS, PARAMETERS, cycles
 from restless import parameters as restless_parameters
 
 from farside.dem import (
+    Aside,
     DynamicExpectancyModel,
     InherentGoal,
     Parameters,
@@ -95,7 +96,8 @@ def test_that_long_stream_exercises_everything_that_has_to_be_saved(
     kept = model._learner.state()
 
     assert sum(one.removed for one in sensed) > 50
-    assert any(one.suspended for one in sensed)
+    told = {goal.aside for one in sensed for goal in one.suspended}
+    assert told == {Aside.BLOCKED, Aside.UNREACHABLE}
     assert max(len(one.context) for one in model.hypotheses) > 1
     assert {one.delay for one in model.hypotheses} == {1, 2}
     assert kept.hypotheses.free
@@ -133,7 +135,7 @@ def test_a_model_can_be_saved_between_choosing_and_performing(
 
 def test_a_suspended_goal_recovers_on_time_after_loading(eventful: Eventful, live: Live) -> None:
     model, stream = restless_model(), eventful(300)
-    while not any(goal.suspended for goal in model.goals):
+    while not any(goal.aside is Aside.BLOCKED for goal in model.goals):
         live(model, [stream.pop(0)])
     loaded = DynamicExpectancyModel.load(model.save())
 
@@ -192,8 +194,8 @@ def test_the_message_says_what_is_wrong(saved: bytes) -> None:
     body = saved[HEADER.size :]
     with pytest.raises(UnreadableMemoryError, match=r"begin with b'FARSIDE.*found b'GIF89a'$"):
         DynamicExpectancyModel.load(b"GIF89a")
-    with pytest.raises(UnreadableMemoryError, match="expected format 2, found format 1"):
-        DynamicExpectancyModel.load(HEADER.pack(magic, 1, length, check) + body)
+    with pytest.raises(UnreadableMemoryError, match="expected format 3, found format 2"):
+        DynamicExpectancyModel.load(HEADER.pack(magic, 2, length, check) + body)
     with pytest.raises(UnreadableMemoryError, match=f"{length} bytes after .* {length + 1}$"):
         DynamicExpectancyModel.load(saved + b"\0")
     with pytest.raises(UnreadableMemoryError, match="is damaged: expected CRC-32"):
@@ -202,8 +204,8 @@ def test_the_message_says_what_is_wrong(saved: bytes) -> None:
 
 @pytest.mark.parametrize("body", [b"", zlib.compress(b""), zlib.compress(b"\x90")])
 def test_wrong_contents_are_refused_even_with_the_right_checksum(body: bytes) -> None:
-    data = HEADER.pack(b"FARSIDE\0", 2, len(body), zlib.crc32(body)) + body
-    with pytest.raises(UnreadableMemoryError, match="expected what format 2 holds, found"):
+    data = HEADER.pack(b"FARSIDE\0", 3, len(body), zlib.crc32(body)) + body
+    with pytest.raises(UnreadableMemoryError, match="expected what format 3 holds, found"):
         DynamicExpectancyModel.load(data)
 
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 import pytest
 from worlds import aliased_trial, phantom_trial, removal_curve, walk_to
 
-from farside.dem import Curiosity, DynamicExpectancyModel, Parameters
+from farside.dem import DynamicExpectancyModel, Exploration, Parameters
 from tests.dem.conftest import Grid, MakeModel
 
 
@@ -109,7 +109,7 @@ def test_curiosity_tries_everything_sooner_than_random_exploration(
         return cycles
 
     start = grid.at
-    curious = cycles_to_try_all(make_model(curiosity=Curiosity()))
+    curious = cycles_to_try_all(make_model(exploration=Exploration.CURIOUS))
     grid.at = start
     at_random = cycles_to_try_all(make_model())
     assert curious < at_random / 3
@@ -119,7 +119,7 @@ def test_curiosity_crosses_known_ground_to_what_was_never_tried(
     make_model: MakeModel, corridor: Grid
 ) -> None:
     """Everything is known except the far end of a corridor of six places."""
-    model = make_model(curiosity=Curiosity())
+    model = make_model(exploration=Exploration.CURIOUS)
     for action in "EWEEWWEEEWWWEEEEWWWW":
         model.sense(corridor.tokens())
         model.perform(corridor.do(action))
@@ -141,4 +141,4 @@ def test_curiosity_crosses_known_ground_to_what_was_never_tried(
 
 
 def test_curiosity_is_off_by_default() -> None:
-    assert Parameters().curiosity is None
+    assert Parameters().exploration is Exploration.RANDOM

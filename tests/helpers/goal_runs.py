@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from farside.dem import DynamicExpectancyModel, Sensed
+from farside.dem import Aside, DynamicExpectancyModel, Sensed
 from tests.dem.conftest import Grid
 
 
@@ -14,7 +14,8 @@ def drive(model: DynamicExpectancyModel, world: Grid, patience: int) -> list[Sen
         if not model.goals:
             model.perform(None)
             return story
-        model.perform(world.do(model.choose().action))
+        choice = model.choose()
+        model.perform(None if choice is None else world.do(choice.action))
     raise AssertionError(f"{model.goals} not reached from {world.at} in {patience} cycles")
 
 
@@ -23,4 +24,8 @@ def reached(story: Sequence[Sensed]) -> list[tuple[str, ...]]:
 
 
 def suspended(story: Sequence[Sensed]) -> list[tuple[str, ...]]:
-    return [sign for sensed in story for sign in sensed.suspended]
+    return [goal.tokens for sensed in story for goal in sensed.suspended]
+
+
+def reasons(story: Sequence[Sensed]) -> list[Aside]:
+    return [goal.aside for sensed in story for goal in sensed.suspended if goal.aside]

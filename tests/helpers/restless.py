@@ -2,7 +2,7 @@
 
 from hypothesis import strategies as st
 
-from farside.dem import Curiosity, Parameters
+from farside.dem import Exploration, Parameters
 
 COSTS = {"go": 2.5, "turn": 1}
 TOKENS = "abcdef"
@@ -36,5 +36,5 @@ parameters = st.builds(
     ineffective=st.sampled_from([0.02, 0.3]),
     break_multiple=st.just(1.2),
     recovery=st.integers(1, 5),
-    curiosity=st.sampled_from([None, Curiosity()]),
+    exploration=st.sampled_from([Exploration.RANDOM, Exploration.CURIOUS]),
 )

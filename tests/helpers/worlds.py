@@ -173,9 +173,10 @@ def walk_to(
         if model.sense(world.tokens() | (next(beside) if beside else set())).reached:
             model.perform(None)
             return steps
-        action = model.choose().action
-        model.perform(action)
-        world.do(action)
+        choice = model.choose()
+        assert choice is not None, "a model that explores has always something to do"
+        model.perform(choice.action)
+        world.do(choice.action)
     model.withdraw_goal(goal)
     return patience
 

@@ -42,7 +42,9 @@ class DemPlayer:
         if self.epsilon and self.rng.random() < self.epsilon:
             action = str(self.rng.choice(list(MOVES)))
         else:
-            action = self.model.choose().action
+            choice = self.model.choose()
+            assert choice is not None, "a model that explores has always something to do"
+            action = choice.action
         self.model.perform(action)
         return action
 

@@ -20,12 +20,16 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from farside.dem import Curiosity, Parameters
+from farside.dem import Curiosity, Exploration, Parameters
 
 PROCESSES = 2
 EPSILON = 0.1
 LEARNING = Parameters(alpha=0.3, beta=0.5, initial_cm=0.8)
-CURIOSITY = Curiosity(optimistic_cost=10.0, restlessness=2e4)
+CURIOUS = replace(
+    LEARNING,
+    exploration=Exploration.CURIOUS,
+    curiosity=Curiosity(optimistic_cost=10.0, restlessness=2e4),
+)
 
 # By heading: the task, the name of the peers' parameters, the target.
 TASKS: dict[str, tuple[Callable[[Player, int], int], str, str]] = {
@@ -47,7 +51,7 @@ PLAYERS: dict[str, Callable[[Generator, str], Player]] = {
     "prioritized sweeping": lambda rng, _: PrioritizedSweeping(rng, planning=5),
     "DEM, random": lambda rng, _: DemPlayer(rng, LEARNING),
     "DEM, ε .1": lambda rng, _: DemPlayer(rng, LEARNING, epsilon=EPSILON),
-    "DEM, curious": lambda rng, _: DemPlayer(rng, replace(LEARNING, curiosity=CURIOSITY)),
+    "DEM, curious": lambda rng, _: DemPlayer(rng, CURIOUS),
 }
 
 
