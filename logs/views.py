@@ -4,7 +4,7 @@ from collections.abc import Iterator, Sequence
 from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
-from typing import TypeVar, cast
+from typing import Any, TypeVar, cast
 
 import msgspec
 
@@ -104,6 +104,15 @@ class RunView:
             raise ValueError(f"expected a topic of the log, found {shown(topic.name)}{hint}")
         for record in self._log.records([topic]):
             yield to_s(record.log_time_ns), cast("T", decode(record))
+
+    def together(self, *topics: Topic[Any]) -> Iterator[tuple[float, msgspec.Struct]]:
+        """The messages of several topics in log order, one by one, each with its log time.
+
+        Raises:
+            LogError: if a message cannot be decoded.
+        """
+        for record in self._log.records(topics):
+            yield to_s(record.log_time_ns), decode(record)
 
     # --- state at a time -----------------------------------------------------------------------
 

@@ -1,8 +1,9 @@
 """Judging a run by the expectations of its mission."""
 
+from collections import Counter
 from collections.abc import Callable
 
-from farside.control import Mode, ModeCause
+from farside.control import CommandStage, Mode, ModeCause
 from farside.frames import Fate, FrameFate
 from farside.logs.spans import OutageSpan
 from farside.logs.views import RunView
@@ -15,9 +16,12 @@ from farside.missions.schema import (
     ObedienceExpected,
     ReachedExpected,
 )
+from farside.missions.surprises import surprises
 from farside.node import Direction, to_ns
 from farside.places import place_token
-from farside.topics import ROVER_ACTION_STARTED
+from farside.topics import GROUND_COMMAND, ROVER_COMMAND
+
+_NOT_DONE = [stage for stage in CommandStage if stage.is_last and stage is not CommandStage.DONE]
 
 
 def judge(expectation: Expectation, run: RunView) -> Judgement:
@@ -79,23 +83,15 @@ def _autonomy(expectation: AutonomyExpected, run: RunView) -> Judgement:
 
 
 def _obedience(run: RunView) -> Judgement:
-    name = "no command obeyed that nobody sent"
-    sent: dict[int, tuple[float, object]] = {}
-    for t_s, sending in run.commands_sent:
-        sent.setdefault(sending.number, (t_s, sending.order))
-    obeyed: set[int] = set()
-    for t_s, taken in run.commands_taken:
-        sent_s, order = sent.get(taken.number, (float("inf"), None))
-        if taken.number in obeyed or sent_s > t_s or order != taken.order:
-            return Judgement(
-                name, met=False, detail=f"command {taken.number}, obeyed at {t_s:.1f} s"
-            )
-        if taken.refused is None:
-            obeyed.add(taken.number)
-    for t_s, action in run.each(ROVER_ACTION_STARTED):
-        if action.command is not None and action.command not in obeyed:
-            return Judgement(name, met=False, detail=f"action {action.action} at {t_s:.1f} s")
-    return Judgement(name, met=True, detail=f"{len(sent)} sent, {len(obeyed)} obeyed")
+    name = "no order but the operator's, and nothing of the rover's own against it"
+    found = next(surprises(run), None)
+    if found is not None:
+        return Judgement(name, met=False, detail=f"{found.what}, at {found.t_s:.1f} s")
+    sent = sum(1 for _ in run.each(GROUND_COMMAND))
+    stages = Counter(entry.stage for _, entry in run.each(ROVER_COMMAND))
+    detail = f"{sent} sent, {stages[CommandStage.DONE]} done"
+    not_done = ", ".join(f"{stages[stage]} {stage}" for stage in _NOT_DONE if stages[stage])
+    return Judgement(name, met=True, detail=f"{detail}, {not_done}" if not_done else detail)
 
 
 def _no_crossing(run: RunView) -> Judgement:

@@ -68,7 +68,12 @@ class AutonomyExpected(Section, frozen=True, tag="autonomy", tag_field="what"):
 
 
 class ObedienceExpected(Section, frozen=True, tag="obedience", tag_field="what"):
-    """Every command obeyed was sent, and none is obeyed twice."""
+    """The rover does what it is ordered to, and nothing of its own against it.
+
+    Every command begun was sent, no command is begun twice or after it expired, and every one that
+    was taken comes to an end. Of its own the rover acts only towards a goal: alone, in autonomous
+    mode, or by consent; and after it took over not before the operator has said who drives.
+    """
 
 
 class NoCrossingExpected(Section, frozen=True, tag="no-crossing", tag_field="what"):

@@ -35,7 +35,8 @@ class Goals:
     ) -> None:
         self._controller = controller
         self._mission = dict(mission)
-        self._dismissed: set[Tokens] = set()  # inherent ones that the operator does not want
+        self._inherent: set[Tokens] = set()
+        self._dismissed: set[Tokens] = set()  # of these, what the operator does not want
         self._aside: dict[Tokens, str] = {}
         self.reached_lately: list[Tokens] = []
         self._journal, self._events = journal, events
@@ -108,12 +109,15 @@ class Goals:
 
     def follow_inherent(self, tokens: Tokens, priority: float | None) -> None:
         """Want a Sign of the rover's own at this priority; `None` for not any more."""
-        if priority is None:
+        if priority is not None:
+            if tokens not in self._dismissed:
+                self._inherent.add(tokens)
+                self.want(tokens, priority, GoalSource.INHERENT)
+        elif tokens in self._inherent:
+            self._inherent.remove(tokens)
             self._dismissed.discard(tokens)
             if self.wants(tokens, GoalSource.INHERENT):
                 self._give_up(tokens, GoalSource.INHERENT)
-        elif tokens not in self._dismissed:
-            self.want(tokens, priority, GoalSource.INHERENT)
 
     def follow_mission(self, *, wanted: bool) -> None:
         """Have the mission goals that are left on the list, or not."""

@@ -7,7 +7,7 @@ from numpy.random import Generator
 
 from farside.control import OnLoss, Signal
 from farside.link.endpoint.endpoint import LinkTerms, rover_endpoint
-from farside.messages import Command, Heartbeat, Shown, Telemetry
+from farside.messages import Command, Heartbeat, Shown, Telemetry, Tokens
 from farside.node import NS_PER_S, Frame, Journal, Step, to_ns, to_s
 from farside.places import (
     BATTERY_LOW,
@@ -116,7 +116,9 @@ class Rover:
         self._condition = Condition(self._battery, journal, events)
         self._silence = Silence(config.failsafe, terms)
         brain = controller(config, streams.learning)
-        mission = {(place_token(goal.place),): goal.priority for goal in config.goals}
+        mission: dict[Tokens, float] = {
+            (place_token(goal.place),): goal.priority for goal in config.goals
+        }
         self._goals = Goals(brain, mission, journal, events)
         self._cycle = ControlCycle(brain, self._goals, journal)
         self._commands = Commands(terms.round_trip_ns, journal, events)
@@ -219,7 +221,7 @@ class Rover:
             commands_done=self._commands.done_up_to,
             begun=self._commands.begun_number,
             waiting=self._commands.waiting,
-            proposal=standing and standing.number,
+            proposal=None if standing is None else standing.number,
             signal=self._signal,
             on_loss=authority.on_loss,
             alone_goals=self._goals.for_alone if alone else (),

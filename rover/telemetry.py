@@ -33,6 +33,7 @@ class Reporting:
         self._unheard: deque[Telemetry] = deque()
         self._heard_ns = 0  # time stamp of the newest telemetry known to be at the ground
         self._next_ns = self._sent_ns = 0
+        self._interval_ns = _INTERVAL_NS  # that the rate allows
         self._state = StoreState(0, 0, 0)
 
     def is_due(self, now_ns: int) -> bool:
@@ -41,8 +42,7 @@ class Reporting:
 
     def is_heard(self, now_ns: int) -> bool:
         """Whether the ground is known to have received telemetry lately."""
-        interval_ns = self._endpoint.telemetry_interval_ns(now_ns)
-        return now_ns - self._heard_ns <= self._usual_ns + 2 * max(interval_ns, _INTERVAL_NS)
+        return now_ns - self._heard_ns <= self._usual_ns + 2 * self._interval_ns
 
     def acknowledged(self, time_ns: int) -> None:
         """The newest telemetry at the ground has this time stamp."""
@@ -52,14 +52,15 @@ class Reporting:
 
     def report(self, telemetry: Telemetry) -> None:
         """Send telemetry, and store it if the ground does not hear the rover."""
-        self._endpoint.send(telemetry, telemetry.time_ns)
-        self._sent_ns = telemetry.time_ns
+        now_ns = self._sent_ns = telemetry.time_ns
+        self._endpoint.send(telemetry, now_ns)
+        self._interval_ns = max(_INTERVAL_NS, self._endpoint.telemetry_interval_ns(now_ns))
         self._unheard.append(telemetry)
-        if not self.is_heard(telemetry.time_ns):
+        if not self.is_heard(now_ns):
             while self._unheard:
                 kept = self._unheard.popleft()
                 self._endpoint.store(kept, kept.time_ns)
-        self.soon(telemetry.time_ns + _INTERVAL_NS)
+        self.soon(now_ns + _INTERVAL_NS)
 
     def soon(self, wanted_ns: int) -> None:
         """Send telemetry at `wanted_ns`, or as soon after it as the rate allows.

@@ -187,7 +187,7 @@ def _rover(picture: Picture) -> Table:
         goals = picture.goals.items()
         rows["goals"] = ", ".join(f"{sign_text(sign)} ({priority:.3g})" for sign, priority in goals)
     if proposal is not None:
-        steps = f"{len(proposal.path)} steps" if proposal.path else proposal.chooser
+        steps = f"{len(proposal.path)} steps"
         rows["proposal"] = (
             f"{proposal.number}: {proposal.action}, to {sign_text(proposal.goal)}, {steps}"
         )

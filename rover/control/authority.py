@@ -109,20 +109,20 @@ class Authority:
 
     def _causes(self) -> set[Cause]:
         silence, conditions = self._parts.silence, self.conditions
-        so = {
-            Cause.EXPECTED_SILENCE: silence.expected and not silence.silent,
-            Cause.SILENCE: silence.silent,
-            Cause.LOST: silence.lost,
-            Cause.UNCONFIRMED: self._why is ModeCause.LINK_LOST,
-            Cause.FORBIDDEN: self.on_loss is OnLoss.HOLD,
-            Cause.EXHAUSTED: not self._parts.goals.any_for_alone,
-            Cause.RESERVE: self._parts.gate.reserve,
-            Cause.NO_SIGNAL: conditions.signal is Signal.NONE,
-            Cause.STUCK: conditions.stuck,
-            Cause.TILT: conditions.tilted,
-            Cause.SENSOR_DEAD: conditions.place is None,
-        }
-        return {cause for cause, is_so in so.items() if is_so}
+        so = (
+            (Cause.EXPECTED_SILENCE, silence.expected and not silence.silent),
+            (Cause.SILENCE, silence.silent),
+            (Cause.LOST, silence.lost),
+            (Cause.UNCONFIRMED, self._why is ModeCause.LINK_LOST),
+            (Cause.FORBIDDEN, self.on_loss is OnLoss.HOLD),
+            (Cause.EXHAUSTED, not self._parts.goals.any_for_alone),
+            (Cause.RESERVE, self._parts.gate.reserve),
+            (Cause.NO_SIGNAL, conditions.signal is Signal.NONE),
+            (Cause.STUCK, conditions.stuck),
+            (Cause.TILT, conditions.tilted),
+            (Cause.SENSOR_DEAD, conditions.place is None),
+        )
+        return {cause for cause, is_so in so if is_so}
 
     @property
     def _is_alone(self) -> bool:

@@ -66,6 +66,8 @@ class ControlCycle:
         met = any(tokens.issuperset(goal) for goal in self._goals.listed)
         if met or tokens != self.tokens:
             self.sense(tokens)
+        else:
+            self._goals.follow_aside()
 
     def choose(self, *, explore: bool) -> Choice | None:
         """What the controller would do now; `None` for nothing."""
@@ -92,10 +94,12 @@ class ControlCycle:
         if why is not None and why.action == action:
             behind: Arc | None = _arc(why)
             runner_up = None if why.runner_up is None else _arc(why.runner_up)
-            margin = None if why.runner_up is None else why.runner_up.cost_to_go - why.cost_to_go
+            margin = why.margin
         else:
             known = self._controller.expected(action)
-            behind = known and Arc(known.context, known.action, known.outcome, known.cm, None)
+            behind = None
+            if known is not None:
+                behind = Arc(known.context, known.action, known.outcome, known.cm, None)
             runner_up = margin = None
         self._journal.note(
             ROVER_DECISION,
