@@ -66,10 +66,13 @@ class SetMode(_Message, frozen=True, tag="mode"):
 
 
 class SetGoal(_Message, frozen=True, tag="goal"):
-    """Put a Sign on the Goal List, or change its priority; the highest comes first (A5)."""
+    """Put a Sign on the Goal List, or change its priority; the highest comes first (A5).
+
+    A priority that is no finite number is refused; JSON, and so the log, has `None` for it.
+    """
 
     tokens: Tokens
-    priority: float
+    priority: float | None
 
 
 class WithdrawGoal(_Message, frozen=True, tag="withdraw"):

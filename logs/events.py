@@ -222,7 +222,8 @@ def _order(order: Order) -> str:
         case SetMode(mode=mode):
             text = f"mode {mode}"
         case SetGoal(tokens=tokens, priority=priority):
-            text = f"goal {sign_text(tokens)}, priority {priority:.3g}"
+            worth = "none" if priority is None else f"{priority:.3g}"
+            text = f"goal {sign_text(tokens)}, priority {worth}"
         case WithdrawGoal(tokens=tokens):
             text = f"withdraw goal {sign_text(tokens)}"
     return text

@@ -137,9 +137,12 @@ class Goals:
             self.reached_lately.append(goal.tokens)
             self._events.tell(GoalReached(goal.tokens))
 
-    def follow_aside(self) -> None:
-        """Tell which goals the controller has put aside, or taken up again, since the last call."""
-        goals = self._controller.goals
+    def follow_aside(self, sensed: frozenset[str]) -> None:
+        """Tell which goals the controller has put aside, or taken up again, since the last call.
+
+        A goal that is active where `sensed` is what is sensed is about to be satisfied.
+        """
+        goals = [goal for goal in self._controller.goals if not sensed.issuperset(goal.tokens)]
         if not self._aside and all(goal.aside is None for goal in goals):
             return
         before, self._aside = self._aside, {}

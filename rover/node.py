@@ -177,13 +177,13 @@ class Rover:
         self._listen()
         if self._doing is not None:
             self._drive(self._doing)
-        if now_ns >= self._house_at_ns:
-            self._keep_house()
         if self._pilot.look(self._conditions(), now_ns):
             self._stirred = True
         if self._stirred and self._doing is None:
             self._stirred = False
             self._decide()
+        if now_ns >= self._house_at_ns:
+            self._keep_house()
         if self._reporting.is_due(now_ns):
             self._reporting.report(self._telemetry())
 
@@ -361,6 +361,7 @@ class Rover:
         if place is not None:
             self._track.at(place, has_signal=self._has_signal, move=action)
         self._pilot.ended(action, doing.start, duration_s, blocked=blocked)
+        self._gate.look()
         self._stirred = True
         self._house_at_ns = self._now_ns
         self._reporting.soon(self._now_ns)

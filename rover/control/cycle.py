@@ -45,7 +45,7 @@ class ControlCycle:
         sensed = controller.sense(tokens)
         self._active = sensed.active
         self._goals.reached(sensed.reached)
-        self._goals.follow_aside()
+        self._goals.follow_aside(tokens)
         self._journal.note(
             ROVER_CYCLE,
             Cycle(
@@ -67,7 +67,7 @@ class ControlCycle:
         if met or tokens != self.tokens:
             self.sense(tokens)
         else:
-            self._goals.follow_aside()
+            self._goals.follow_aside(tokens)
 
     def choose(self, *, explore: bool) -> Choice | None:
         """What the controller would do now; `None` for nothing."""

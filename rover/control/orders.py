@@ -75,7 +75,7 @@ class Orders:
                 why = f"there is no action {order.action}"
             case SetGoal() if not order.tokens:
                 why = "a goal has one Token at least"
-            case SetGoal() if not math.isfinite(order.priority):
+            case SetGoal() if order.priority is None or not math.isfinite(order.priority):
                 why = f"a priority is a finite number, not {order.priority}"
             case Approve() | Override() | Veto() if not self._stands(order.proposal):
                 standing = self._parts.proposals.standing
@@ -102,9 +102,9 @@ class Orders:
                     CommandStage.SUPERSEDED, f"command {command.number} changed the mode"
                 )
                 self._authority.order(order.mode)
-            case SetGoal():
+            case SetGoal() if order.priority is not None:
                 parts.goals.want(order.tokens, order.priority, GoalSource.OPERATOR)
-                parts.goals.follow_aside()
+                parts.goals.follow_aside(parts.cycle.tokens)
             case WithdrawGoal():
                 return parts.goals.withdraw(order.tokens)
             case TakeBack():

@@ -7,15 +7,29 @@ from typing import Any, TypeVar, cast
 import msgspec
 import numpy as np
 import pytest
+from numpy.random import Generator
 
+from farside.dem import DynamicExpectancyModel
 from farside.link import LinkConfig, LinkTerms, OneWay, ground_endpoint
 from farside.logs import LogEntry
-from farside.messages import Command, Drive, Event, Heartbeat, Order, Proposal, Telemetry
+from farside.messages import (
+    Command,
+    Drive,
+    Event,
+    Heartbeat,
+    Meant,
+    Order,
+    Proposal,
+    Shown,
+    Telemetry,
+)
 from farside.node import Frame, Journal, Topic, to_ns, to_s
-from farside.places import Chart
+from farside.places import ACTIONS, Chart
 from farside.rover import Rover, RoverConfig, RoverStreams
+from farside.topics import ROVER_COMMAND, CommandEntry
 
 Entry = TypeVar("Entry", bound=msgspec.Struct)
+Happened = TypeVar("Happened", bound=msgspec.Struct)
 
 TICK_NS = to_ns(0.04)
 TERMS = LinkTerms.simulated(LinkConfig(up=OneWay(delay_s=0.0), down=OneWay(delay_s=0.0)), seed=1)
@@ -29,6 +43,12 @@ YARD = (
 )
 
 
+def model(config: RoverConfig, rng: Generator) -> DynamicExpectancyModel:
+    """The controller on the bench: the model that missions have."""
+    costs = dict.fromkeys(ACTIONS, config.drive.move_cost_s)
+    return DynamicExpectancyModel(costs, config.dem, rng=rng)
+
+
 class Bench:
     """Drives a rover node by itself, with a ground that is heard whenever `link_up`."""
 
@@ -40,6 +60,7 @@ class Bench:
             self.chart,
             tick_ns=TICK_NS,
             terms=TERMS,
+            controller=model,
             streams=RoverStreams(soil, sensors, learning),
         )
         self.link_up = True
@@ -53,24 +74,39 @@ class Bench:
         self._commands = 0
         self.run(TICK_NS)
 
-    def order(self, order: Order, *, expires_s: float = 1e6) -> int:
+    def order(self, order: Order, *, expires_s: float = 1e6, meant: Meant | None = None) -> int:
         """Send a command; it arrives with the next tick."""
         self._commands += 1
-        self._ground.send(Command(self._commands, to_ns(expires_s), order), self.now_ns)
+        self._ground.send(Command(self._commands, to_ns(expires_s), order, meant), self.now_ns)
         return self._commands
+
+    def show(self, proposal: int) -> None:
+        """Say that the operator was shown a proposal."""
+        self._ground.send(Shown(proposal), self.now_ns)
+
+    def end_of(self, number: int) -> CommandEntry:
+        """The last stage of a command."""
+        return [entry for entry in self.of(ROVER_COMMAND) if entry.number == number][-1]
+
+    def told(self, kind: type[Happened]) -> list[Happened]:
+        """What the rover has told of this kind."""
+        return [event.what for event in self.events if isinstance(event.what, kind)]
 
     def run(self, time_ns: int) -> None:
         """Live on for a while."""
         until_ns = self.now_ns + time_ns
         while self.now_ns < until_ns:
             if self.link_up and self.now_ns % to_ns(2) == 0:
-                self._ground.send(Heartbeat(), self.now_ns)
+                self._ground.send(self._heartbeat(), self.now_ns)
             self.now_ns += TICK_NS
             self._ground.pump(self.now_ns)
             sent = self._ground.take_sent()
             frames, records = self.rover.advance(self.now_ns, sent if self.link_up else [])
             self._read(frames)
             self.entries += map(LogEntry.of, records)
+
+    def _heartbeat(self) -> Heartbeat:
+        return Heartbeat(self._commands, self.telemetry.time_ns if self.telemetry else -1)
 
     def run_s(self, time_s: float) -> None:
         """Live on for so many seconds."""
@@ -84,10 +120,10 @@ class Bench:
             self.run(TICK_NS)
         return to_s(self.now_ns)
 
-    def do(self, actions: str) -> None:
+    def do(self, actions: str, *, force: bool = False) -> None:
         """Command moves and wait until they are done."""
         for action in actions:
-            number = self.order(Drive(action))
+            number = self.order(Drive(action, force))
             self.until(partial(self._has_done, number))
 
     def _has_done(self, number: int) -> bool:

@@ -81,7 +81,7 @@ def test_a_rover_blocked_ten_times_in_a_row_is_stuck_and_free_when_it_moves(
     bench: Callable[..., Any],
 ) -> None:
     rover = bench(rows=CELL, start="A")
-    rover.do("N" * 10)
+    rover.do("N" * 10, force=True)
     assert told(rover.events, StuckChanged) == [StuckChanged(stuck=True, moves=10)]
 
     rover.do("E")

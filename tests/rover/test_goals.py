@@ -1,9 +1,12 @@
 """What the rover wants: one Goal List for operator, mission and rover."""
 
+import math
 from collections.abc import Callable
 
-from farside.control import Mode
-from farside.messages import SetGoal, SetMode, WithdrawGoal
+import pytest
+
+from farside.control import CommandStage, Mode
+from farside.messages import CommandEnded, GoalAside, SetGoal, SetMode, WithdrawGoal
 from farside.topics import ROVER_GOAL, ROVER_MODE, GoalChange, GoalSource
 from tests.rover.conftest import Bench
 
@@ -39,9 +42,69 @@ def test_a_goal_that_the_operator_withdraws_stays_while_the_mission_wants_it(
     rover.until(lambda: rover.of(ROVER_MODE)[-1].mode is Mode.AUTONOMOUS)
     rover.link_up = True
     rover.order(WithdrawGoal(("at:C",)))
-    rover.until(lambda: changes(rover)[-1] == (GoalChange.WITHDRAWN, 2.0, GoalSource.OPERATOR))
+    rover.until(lambda: (GoalChange.WITHDRAWN, 2.0, GoalSource.OPERATOR) in changes(rover))
     rover.run_s(2)
-    assert rover.telemetry.goals == (("at:C",),)
+    assert not rover.telemetry.goals, "it has the operator's word for none"
+    assert rover.telemetry.alone_goals == (("at:C",),)
+    rover.order(SetMode(Mode.AUTONOMOUS))
+    rover.run_s(2)
+    assert rover.telemetry.goals == (("at:C",),), "the operator confirmed"
+
+
+def test_the_operator_may_withdraw_a_mission_goal_that_is_not_on_the_list_yet(
+    bench: Callable[..., Bench],
+) -> None:
+    rover = bench(goals=[{"place": "C", "priority": 1.0}])
+    rover.do(ROUND)
+    assert rover.telemetry.alone_goals == (("at:C",),), "the operator knows beforehand"
+    rover.order(WithdrawGoal(("at:C",)))
+    rover.run_s(2)
+    assert changes(rover) == [(GoalChange.WITHDRAWN, 1.0, GoalSource.MISSION)]
+    assert not rover.telemetry.alone_goals
+    rover.link_up = False
+    rover.run_s(60)
+    assert [entry.mode for entry in rover.of(ROVER_MODE)] == [Mode.GUIDED]
+
+
+def test_the_operator_may_do_without_charging(bench: Callable[..., Bench]) -> None:
+    rover = bench(start="A", battery={"initial": 0.2})
+    rover.run_s(2)
+    assert rover.telemetry.goals == (("on_charge",),)
+    rover.order(WithdrawGoal(("on_charge",)))
+    rover.run_s(5)
+    assert not rover.telemetry.goals
+
+
+@pytest.mark.parametrize(
+    ("goal", "why"),
+    [
+        (SetGoal((), 1.0), "a goal has one Token at least"),
+        (SetGoal(("at:B",), math.nan), "a priority is a finite number, not nan"),
+        (SetGoal(("at:B",), -math.inf), "a priority is a finite number, not -inf"),
+    ],
+)
+def test_a_goal_that_is_none_is_refused_and_told(
+    bench: Callable[..., Bench], goal: SetGoal, why: str
+) -> None:
+    rover = bench()
+    number = rover.order(goal)
+    rover.run_s(2)
+    assert rover.told(CommandEnded) == [CommandEnded(number, CommandStage.REFUSED, why)]
+    assert rover.telemetry.goals == ()
+
+
+def test_a_goal_that_cannot_be_is_put_aside_and_starves_no_other(
+    bench: Callable[..., Bench],
+) -> None:
+    rover = bench()
+    rover.do(ROUND)
+    rover.order(SetGoal(("at:Z",), 5.0))
+    rover.order(SetGoal(("at:C",), 1.0))
+    rover.order(SetMode(Mode.AUTONOMOUS))
+    rover.until(lambda: "at:C" in rover.telemetry.tokens)
+    rover.run_s(30)
+    assert rover.telemetry.tokens == ("at:C",)
+    assert rover.told(GoalAside) == [GoalAside(("at:Z",), "unknown")]
 
 
 def test_a_goal_may_be_set_with_its_tokens_in_any_order(bench: Callable[..., Bench]) -> None:

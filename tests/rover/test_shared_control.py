@@ -2,12 +2,16 @@
 
 from collections.abc import Callable
 
-from farside.control import Chooser, Failsafe, Mode
+import pytest
+
+from farside.control import Chooser, CommandStage, Failsafe, Mode
 from farside.messages import (
     Approve,
-    CommandRefused,
+    CommandEnded,
     Drive,
+    GoalAside,
     GoalReached,
+    LinkBack,
     Override,
     SetGoal,
     SetMode,
@@ -97,8 +101,13 @@ def test_the_operator_may_override(bench: Callable[..., Bench]) -> None:
     rover.order(SetGoal(("at:C",), 1.0))
     rover.until(lambda: rover.proposals)
     rover.order(Override(1, "E"))
-    rover.until(lambda: rover.proposals[-1].number == 2)
+    rover.run_s(20)
     assert actions(rover)[-1] == ("E", Chooser.GUIDED)
+    assert len(rover.proposals) == 1, "it was never there, and knows no way to propose"
+    assert rover.told(GoalAside)[-1] == GoalAside(("at:C",), "unreachable")
+    rover.do("W")
+    rover.until(lambda: rover.proposals[-1].number == 2)
+    assert rover.told(GoalAside)[-1] == GoalAside(("at:C",), None)
 
 
 def test_an_answer_to_a_proposal_that_is_no_more_is_refused(bench: Callable[..., Bench]) -> None:
@@ -107,12 +116,13 @@ def test_an_answer_to_a_proposal_that_is_no_more_is_refused(bench: Callable[...,
     rover.order(SetMode(Mode.SHARED))
     rover.order(SetGoal(("at:C",), 1.0))
     rover.until(lambda: rover.proposals)
-    rover.do("E")  # the operator drove on meanwhile
+    rover.do("N")  # the operator drove on meanwhile
+    rover.until(lambda: rover.proposals[-1].number == 2)
     before = len(actions(rover))
     number = rover.order(Approve(1))
     rover.run_s(10)
-    assert rover.of(ROVER_COMMAND)[-1].number == number
-    assert rover.of(ROVER_COMMAND)[-1].refused.startswith("proposal 1 gave way to")
+    assert rover.end_of(number).stage is CommandStage.REFUSED
+    assert rover.end_of(number).why.startswith("proposal 1 gave way to")
     assert len(actions(rover)) == before
 
 
@@ -138,12 +148,31 @@ def test_autonomous_without_a_goal_it_stands(bench: Callable[..., Bench]) -> Non
     assert len(actions(rover)) == before
 
 
-def test_towards_an_unknown_place_it_explores(bench: Callable[..., Bench]) -> None:
+def test_towards_an_unknown_place_it_stands_and_says_so(bench: Callable[..., Bench]) -> None:
     rover = bench()
     rover.order(SetGoal(("at:C",), 1.0))
     rover.order(SetMode(Mode.AUTONOMOUS))
     rover.run_s(20)
+    assert actions(rover) == []
+    assert rover.told(GoalAside) == [GoalAside(("at:C",), "unknown")]
+
+
+@pytest.mark.parametrize("exploration", ["random", "curious"])
+def test_it_explores_if_the_mission_says_so(bench: Callable[..., Bench], exploration: str) -> None:
+    rover = bench(dem={"exploration": exploration})
+    rover.order(SetGoal(("at:C",), 1.0))
+    rover.order(SetMode(Mode.AUTONOMOUS))
+    rover.run_s(20)
     assert {chooser for _, chooser in actions(rover)} == {Chooser.EXPLORATORY}
+
+
+def test_in_shared_mode_nothing_is_proposed_off_the_map(bench: Callable[..., Bench]) -> None:
+    rover = bench(dem={"exploration": "random"})
+    rover.order(SetMode(Mode.SHARED))
+    rover.order(SetGoal(("at:C",), 1.0))
+    rover.run_s(20)
+    assert rover.proposals == []
+    assert actions(rover) == []
 
 
 def test_a_goal_where_it_stands_is_reached_at_once(bench: Callable[..., Bench]) -> None:
@@ -160,7 +189,7 @@ def test_a_withdrawn_goal_is_given_up(bench: Callable[..., Bench]) -> None:
     rover.order(WithdrawGoal(("at:C",)))
     rover.run_s(2)
     assert rover.telemetry.goals == ()
-    assert rover.of(ROVER_COMMAND)[-1].refused == "it is no goal of the operator's"
+    assert rover.of(ROVER_COMMAND)[-1].why == "it is no goal"
 
 
 def test_a_command_that_comes_too_late_is_refused_and_told(bench: Callable[..., Bench]) -> None:
@@ -169,7 +198,8 @@ def test_a_command_that_comes_too_late_is_refused_and_told(bench: Callable[..., 
     rover.order(Drive("E"), expires_s=3.0)
     rover.run_s(5)
     assert actions(rover) == []
-    assert rover.of(ROVER_COMMAND)[-1].refused == "it came too late"
+    assert rover.of(ROVER_COMMAND)[-1].stage is CommandStage.EXPIRED
+    assert rover.of(ROVER_COMMAND)[-1].why == "it came too late"
 
 
 def test_when_silence_grows_it_holds_and_then_goes_on_alone(bench: Callable[..., Bench]) -> None:
@@ -179,7 +209,7 @@ def test_when_silence_grows_it_holds_and_then_goes_on_alone(bench: Callable[...,
     rover.link_up = False
     lost_s = rover.until(lambda: rover.of(ROVER_MODE)[-1].mode is Mode.AUTONOMOUS)
     states = [(entry.state, round(entry.silence_s)) for entry in rover.of(ROVER_FAILSAFE)]
-    assert states == [(Failsafe.NOMINAL, 0), (Failsafe.HOLD, 10), (Failsafe.LOST, 30)]
+    assert states == [(Failsafe.NOMINAL, 0), (Failsafe.HOLD, 10), (Failsafe.ALONE, 30)]
     assert rover.of(ROVER_GOAL)[-1] == GoalEntry(("at:C",), GoalChange.SET, 1.0, GoalSource.MISSION)
     reached_s = rover.until(lambda: rover.of(ROVER_GOAL)[-1].change is GoalChange.REACHED)
     assert reached_s > lost_s
@@ -192,7 +222,7 @@ def test_with_no_goal_at_all_silence_only_makes_it_hold(bench: Callable[..., Ben
     before = len(actions(rover))
     rover.link_up = False
     rover.run_s(120)
-    assert rover.of(ROVER_FAILSAFE)[-1].state is Failsafe.LOST
+    assert rover.of(ROVER_FAILSAFE)[-1].why == "the link is lost, and no goal is left"
     assert [entry.mode for entry in rover.of(ROVER_MODE)] == [Mode.GUIDED]
     assert len(actions(rover)) == before
 
@@ -208,7 +238,8 @@ def test_orders_that_waited_when_the_link_was_lost_are_dropped_and_told(
     rover.run_s(200)
     assert len(actions(rover)) == 1
     told = [event.what for event in rover.events]
-    assert CommandRefused(waiting, "the link was lost before it began") in told
+    why = "the link was lost before it began"
+    assert CommandEnded(waiting, CommandStage.SUPERSEDED, why) in told
 
 
 def test_it_reports_what_it_did_alone_when_the_link_returns(bench: Callable[..., Bench]) -> None:
@@ -219,8 +250,11 @@ def test_it_reports_what_it_did_alone_when_the_link_returns(bench: Callable[...,
     rover.until(lambda: reached in rover.of(ROVER_GOAL))
     rover.until(lambda: GoalReached(("at:C",)) in [event.what for event in rover.events])
     rover.link_up = True
-    rover.until(lambda: rover.telemetry.failsafe is Failsafe.NOMINAL)
+    rover.until(lambda: rover.told(LinkBack))
+    assert rover.told(LinkBack)[0].reached == (("at:C",),)
+    rover.run_s(5)
     assert rover.telemetry.mode is Mode.AUTONOMOUS, "it stays so until the operator says otherwise"
+    assert rover.telemetry.failsafe is Failsafe.HOLD, "and begins nothing"
 
 
 def test_mission_goals_leave_the_list_when_the_operator_takes_over(
@@ -260,7 +294,7 @@ def test_the_wish_to_charge_overtakes_other_goals_as_the_battery_empties(
     )
     rover.do("SSNNEEEEEWWWWW")
     rover.until(lambda: "battery:low" in rover.telemetry.tokens, within_s=900)
-    rover.order(SetGoal(("at:nowhere",), 3.0))
+    rover.order(SetGoal(("at:B",), 3.0))
     rover.run_s(1)
-    assert rover.telemetry.goals[0] == ("at:nowhere",)
+    assert rover.telemetry.goals[0] == ("at:B",)
     rover.until(lambda: rover.telemetry.goals[0] == ("on_charge",), within_s=3000)

@@ -1,0 +1,57 @@
+"""The command desk: what is given, what each order is meant for, and what is known of it."""
+
+from farside.control import CommandStage, Mode
+from farside.ground.commands import CommandDesk
+from farside.messages import (
+    Command,
+    CommandEnded,
+    Drive,
+    Meant,
+    SetGoal,
+    SetMode,
+)
+from tests.ground.conftest import telemetry
+
+
+def test_commands_are_numbered_without_a_gap_and_expire() -> None:
+    desk = CommandDesk(valid_ns=1000)
+    assert desk.give(Drive("N"), 7) == Command(1, 1007, Drive("N"))
+    assert desk.give(Drive("E"), 9) == Command(2, 1009, Drive("E"))
+    assert desk.last_given == 2
+
+
+def test_a_drive_is_meant_for_where_the_rover_is_known_to_be() -> None:
+    desk = CommandDesk(valid_ns=1000)
+    desk.learn(telemetry(1.0, "A"))
+    assert desk.give(Drive("E"), 0).meant == Meant(Mode.GUIDED, place="at:A")
+
+
+def test_behind_another_drive_it_is_meant_to_follow_on_that() -> None:
+    desk = CommandDesk(valid_ns=1000)
+    desk.learn(telemetry(1.0, "A"))
+    desk.give(Drive("E"), 0)
+    assert desk.give(Drive("E"), 0).meant == Meant(Mode.GUIDED, after=1)
+    desk.learn_end(CommandEnded(2, CommandStage.REFUSED, "no"))
+    desk.learn(telemetry(2.0, "2,1", commands_done=1))
+    assert desk.give(Drive("E"), 0).meant == Meant(Mode.GUIDED, place="at:2,1")
+
+
+def test_orders_are_meant_for_the_mode_that_those_before_them_lead_to() -> None:
+    desk = CommandDesk(valid_ns=1000)
+    desk.learn(telemetry(1.0, "A", mode=Mode.AUTONOMOUS))
+    assert desk.give(SetGoal(("at:B",), 1.0), 0).meant == Meant(Mode.AUTONOMOUS)
+    assert desk.give(Drive("E"), 0).meant == Meant(Mode.AUTONOMOUS, place="at:A")
+    assert desk.give(Drive("E"), 0).meant == Meant(Mode.GUIDED, after=2), "taken over by 2"
+    desk.give(SetMode(Mode.SHARED), 0)
+    assert desk.give(Drive("E"), 0).meant == Meant(Mode.SHARED, after=3)
+
+
+def test_it_is_settled_when_all_is_known_to_be_over() -> None:
+    desk = CommandDesk(valid_ns=1000)
+    assert not desk.is_settled, "nothing has been heard yet"
+    desk.learn(telemetry(1.0))
+    assert desk.is_settled
+    desk.give(Drive("E"), 0)
+    assert not desk.is_settled
+    desk.learn(telemetry(2.0, commands_done=1))
+    assert desk.is_settled

@@ -1,0 +1,201 @@
+"""The scripted operator: what its script makes it do."""
+
+from msgspec.structs import replace
+
+from farside.control import CommandStage, Mode
+from farside.ground import ScriptedOperator, Situation
+from farside.ground.belief import Belief
+from farside.ground.commands import CommandDesk
+from farside.ground.config import (
+    OverrideAt,
+    Pursue,
+    ScriptStep,
+    SwitchMode,
+    Tour,
+    WaitUntil,
+)
+from farside.messages import (
+    Approve,
+    CommandEnded,
+    Drive,
+    Event,
+    GoalReached,
+    Order,
+    Override,
+    SetGoal,
+    SetMode,
+    Telemetry,
+)
+from farside.node import to_ns
+from farside.places import Chart
+from farside.topics import OperatorEntry
+from tests.ground.conftest import CHART, proposal, telemetry
+
+
+class Scene:
+    """An operator and what it is shown."""
+
+    def __init__(self, *script: ScriptStep, chart: Chart = CHART) -> None:
+        self.operator = ScriptedOperator(script, chart)
+        self.belief = Belief()
+        self.desk = CommandDesk(valid_ns=10**9)
+        self.learn(telemetry(0.0, "nowhere"))
+
+    def learn(self, telemetry: Telemetry, *, settled: bool = True) -> None:
+        """Telemetry arrives, which says that all commands are over unless told otherwise."""
+        if settled:
+            telemetry = replace(telemetry, commands_done=self.desk.last_given)
+        self.belief.learn(telemetry)
+        self.desk.learn(telemetry)
+
+    def end(self, stage: CommandStage) -> None:
+        """The last command is known to have ended like this."""
+        self.desk.learn_end(CommandEnded(self.desk.last_given, stage, "for a reason"))
+
+    def act(self, t_s: float = 0.0, *, silent: bool = False) -> list[Order]:
+        now_ns = to_ns(t_s)
+        orders = list(self.operator.act(Situation(now_ns, self.belief, self.desk, silent)))
+        for order in orders:
+            self.desk.give(order, now_ns)
+        return orders
+
+
+def test_on_a_tour_it_moves_and_waits() -> None:
+    scene = Scene(Tour(places=("B", "A")))
+    assert scene.act() == [], "it does not know yet where the rover is"
+    assert scene.operator.progress.waiting_for == "the rover to know where it is"
+    scene.learn(telemetry(1, "A"))
+    assert scene.act() == [Drive("E")]
+    assert scene.act() == []
+    scene.learn(telemetry(2, "2,1"))
+    assert scene.act() == [Drive("E")]
+    scene.learn(telemetry(3, "2,1"))
+    scene.end(CommandStage.FAILED)
+    assert scene.act() == [Drive("E")], "the move failed, so it is tried again"
+    scene.learn(telemetry(4, "B"))
+    assert scene.act() == [Drive("W")]
+
+
+def test_on_a_tour_it_insists_on_what_was_refused() -> None:
+    scene = Scene(Tour(places=("B",)))
+    scene.learn(telemetry(1, "A"))
+    assert scene.act() == [Drive("E")]
+    scene.end(CommandStage.REFUSED)
+    scene.learn(telemetry(2, "A"))
+    assert scene.act() == [Drive("E", force=True)]
+    scene.learn(telemetry(3, "2,1"))
+    assert scene.act() == [Drive("E")]
+
+
+def test_a_rover_that_does_not_know_where_it_is_is_waited_for() -> None:
+    scene = Scene(Tour(places=("B",)))
+    scene.learn(telemetry(1, tokens=("battery:low",)))
+    assert scene.act() == []
+    assert scene.operator.progress.waiting_for == "the rover to know where it is"
+    scene.learn(telemetry(2, "A"))
+    assert scene.act() == [Drive("E")]
+
+
+def test_what_came_too_late_is_ordered_again() -> None:
+    scene = Scene(SwitchMode(mode=Mode.SHARED), Pursue(place="B"))
+    scene.act()
+    scene.end(CommandStage.EXPIRED)
+    scene.learn(telemetry(1))
+    assert scene.act() == [SetMode(Mode.SHARED)]
+    scene.learn(telemetry(2, mode=Mode.SHARED))
+    assert scene.act() == [SetGoal(("at:B",), 2.0)]
+    scene.end(CommandStage.EXPIRED)
+    assert scene.act() == [SetGoal(("at:B",), 2.0)]
+    assert scene.act() == []
+
+
+def test_with_a_low_battery_a_refused_tour_goes_by_the_dock() -> None:
+    chart = Chart(("#######", "#A.D.B#", "#######"), 1.0)
+    scene = Scene(Tour(places=("B", "A")), chart=chart)
+    scene.learn(telemetry(1, tokens=("at:4,1", "battery:low")))
+    assert scene.act() == [Drive("E")]
+    scene.end(CommandStage.REFUSED)
+    scene.learn(telemetry(2, tokens=("at:4,1", "battery:low")))
+    assert scene.act() == [Drive("W")]
+    scene.learn(telemetry(3, tokens=("at:D", "battery:low", "on_charge")))
+    assert scene.act() == []
+    assert scene.operator.progress.waiting_for == "the rover to be charged"
+    scene.learn(telemetry(4, tokens=("at:D", "on_charge")))
+    assert scene.act() == [Drive("E")]
+
+
+def test_it_sends_no_drive_into_silence() -> None:
+    scene = Scene(Tour(places=("B",)))
+    scene.learn(telemetry(1, "A"))
+    assert scene.act(silent=True) == []
+    assert scene.act() == [Drive("E")]
+
+
+def test_it_waits_for_the_mode_before_it_goes_on() -> None:
+    scene = Scene(SwitchMode(mode=Mode.SHARED), Pursue(place="B"))
+    assert scene.act() == [SetMode(Mode.SHARED)]
+    scene.learn(telemetry(1))
+    assert scene.act() == []
+    scene.learn(telemetry(2, mode=Mode.SHARED))
+    assert scene.act() == [SetGoal(("at:B",), 2.0)]
+
+
+def test_it_answers_each_proposal_once_and_overrides_where_told() -> None:
+    scene = Scene(Pursue(place="B", overrides=(OverrideAt(proposal=2, action="W"),)))
+    assert scene.act() == [SetGoal(("at:B",), 2.0)]
+    scene.belief.consider(proposal(1))
+    assert scene.act() == [Approve(1)]
+    assert scene.act() == []
+    scene.belief.consider(proposal(2))
+    assert scene.act() == [Override(2, "W")]
+    scene.belief.consider(proposal(3))
+    assert scene.act() == [Approve(3)]
+
+
+def test_proposals_from_before_the_goal_are_not_answered() -> None:
+    scene = Scene(Pursue(place="B"))
+    scene.belief.consider(proposal(7))
+    scene.act()
+    assert scene.act() == []
+    scene.belief.consider(proposal(8))
+    assert scene.act() == [Approve(8)]
+
+
+def test_a_goal_reached_before_it_was_sent_is_not_this_goal() -> None:
+    scene = Scene(Pursue(place="B"), SwitchMode(mode=Mode.GUIDED))
+    scene.belief.events.append(Event(1, 0, GoalReached(("at:B",))))
+    assert scene.act() == [SetGoal(("at:B",), 2.0)]
+    assert scene.act() == []
+    scene.belief.events.append(Event(2, 9, GoalReached(("at:B",))))
+    assert scene.act() == [SetMode(Mode.GUIDED)]
+
+
+def test_it_waits_for_its_time_and_rests_when_the_script_is_over() -> None:
+    scene = Scene(WaitUntil(until_s=10.0), SwitchMode(mode=Mode.GUIDED))
+    assert scene.act(9.9) == []
+    assert scene.act(10.0) == [SetMode(Mode.GUIDED)]
+    scene.learn(telemetry())
+    assert [scene.act(11.0), scene.act(12.0)] == [[], []]
+
+
+def test_it_says_where_it_has_got_to_and_what_it_waits_for() -> None:
+    scene = Scene(
+        Tour(places=("B",)), SwitchMode(mode=Mode.SHARED), Pursue(place="A"), WaitUntil(until_s=9)
+    )
+    assert scene.operator.progress == OperatorEntry(0, 4, None)
+    scene.act()
+    assert scene.operator.progress == OperatorEntry(1, 4, "the rover to know where it is")
+    scene.learn(telemetry(1, "A"))
+    scene.act()
+    assert scene.operator.progress == OperatorEntry(1, 4, "the rover to be at B")
+    scene.learn(telemetry(1, "B"))
+    scene.act()
+    assert scene.operator.progress == OperatorEntry(2, 4, "telemetry that confirms mode shared")
+    scene.learn(telemetry(2, "B", mode=Mode.SHARED))
+    scene.act()
+    assert scene.operator.progress == OperatorEntry(3, 4, "goal A to be reached")
+    scene.belief.events.append(Event(1, 0, GoalReached(("at:A",))))
+    scene.act(3)
+    assert scene.operator.progress == OperatorEntry(4, 4, "9 s")
+    scene.act(9)
+    assert scene.operator.progress == OperatorEntry(4, 4, None)
