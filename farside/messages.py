@@ -134,10 +134,12 @@ class Heartbeat(_Message, frozen=True, tag="heartbeat"):
     Attributes:
         last_command: the number of the newest command that the ground has given.
         telemetry_ns: time stamp of the newest telemetry that the ground has received, -1 if none.
+        unbroken_ns: since when it has been coming without a gap, by its time stamps.
     """
 
     last_command: int = 0
     telemetry_ns: int = -1
+    unbroken_ns: int = -1
 
 
 class Shown(_Message, frozen=True, tag="shown"):

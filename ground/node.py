@@ -90,8 +90,9 @@ class Ground:
             self._journal.note(GROUND_OPERATOR, self._progress)
 
     def _heartbeat(self) -> Heartbeat:
-        telemetry = self._belief.telemetry
-        return Heartbeat(self._desk.last_given, -1 if telemetry is None else telemetry.time_ns)
+        telemetry, belief = self._belief.telemetry, self._belief
+        newest_ns = -1 if telemetry is None else telemetry.time_ns
+        return Heartbeat(self._desk.last_given, newest_ns, belief.unbroken_ns)
 
     def _listen(self) -> None:
         for message in self._endpoint.received(self._now_ns):

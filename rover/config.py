@@ -91,7 +91,7 @@ class BatteryConfig(Section, frozen=True):
         charge_priority: priority of the goal `on_charge` when the battery is empty; it grows from
             0 at `low`. Without a dock there is no such goal.
         reserve: the charge counts as reserve when it is less than this many times what the way to
-            the dock takes, as far as the model knows one. Then nothing else is begun that leads
+            the dock takes, as far as it is known. Then nothing else is begun that leads
             farther away, unless the operator insists.
     """
 

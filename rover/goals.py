@@ -49,6 +49,11 @@ class Goals:
         return tuple(goal.tokens for goal in self._controller.goals)
 
     @property
+    def all(self) -> tuple[Goal, ...]:
+        """The goals on the list, in the same order."""
+        return self._controller.goals
+
+    @property
     def top(self) -> Goal | None:
         """The top-goal; `None` where there is none, or all are put aside."""
         goals = self._controller.goals

@@ -107,7 +107,6 @@ class Rover:
         self._journal = journal = Journal()
         self._events = events = EventQueue(journal)
         self._endpoint = rover_endpoint(terms, journal)
-        self._reporting = Reporting(self._endpoint, terms, journal)
         self._world = World(chart, config.body, start, tick_s, streams.soil)
         self._faults = Faults(config.faults)
         self._radio = Radio(chart) if chart.shadow else None
@@ -115,6 +114,7 @@ class Rover:
         self._battery = Battery(config.battery)
         self._condition = Condition(self._battery, journal, events)
         self._silence = Silence(config.failsafe, terms)
+        self._reporting = Reporting(self._endpoint, terms, self._silence, journal)
         brain = controller(config, streams.learning)
         mission: dict[Tokens, float] = {
             (place_token(goal.place),): goal.priority for goal in config.goals
@@ -126,8 +126,10 @@ class Rover:
             config.consent, terms.round_trip_ns, self._silence.grace_ns, journal
         )
         self._watch = FailsafeWatch(self._silence, journal, events)
-        self._gate = SafetyGate(brain, self._battery, config.drive, config.battery.reserve)
-        self._track = Track()
+        self._to_signal, self._to_dock = Track(), Track()
+        self._gate = SafetyGate(
+            brain, self._to_dock, self._battery, config.drive, config.battery.reserve
+        )
         self._pilot = Pilot(
             Parts(
                 cycle=self._cycle,
@@ -137,7 +139,7 @@ class Rover:
                 silence=self._silence,
                 watch=self._watch,
                 gate=self._gate,
-                track=self._track,
+                tracks={(LINK_UP,): self._to_signal, (ON_CHARGE,): self._to_dock},
                 battery=self._battery,
                 journal=journal,
                 events=events,
@@ -158,8 +160,7 @@ class Rover:
             self._tick()
             for event in self._events.take():
                 self._endpoint.send(event, self._now_ns)
-            if not self._silence.silent:
-                self._reporting.forward(self._now_ns)
+            self._reporting.forward(self._now_ns)
             self._endpoint.pump(self._now_ns)
             self._now_ns += self._tick_ns
         return Step(self._endpoint.take_sent(), self._journal.take())
@@ -168,8 +169,8 @@ class Rover:
         self._journal.note(TRUTH_YARD, Yard(self._chart.rows, self._chart.cell_m))
         self._watch.begin()
         self._condition.begin()
-        self._track.at(self._place or "", has_signal=self._has_signal, move=None)
         self._cycle.sense(self._sensed())
+        self._follow_tracks(None)
 
     def _tick(self) -> None:
         now_ns = self._journal.now_ns = self._now_ns
@@ -197,7 +198,7 @@ class Rover:
                     self._pilot.orders.take(message, self._now_ns)
                 case Heartbeat():
                     self._pilot.orders.heartbeat(message, self._now_ns)
-                    self._reporting.acknowledged(message.telemetry_ns)
+                    self._reporting.acknowledged(message, self._now_ns)
                 case Shown():
                     self._pilot.orders.shown(message.proposal, self._now_ns)
         if self._endpoint.heard_ns is not None:
@@ -270,6 +271,13 @@ class Rover:
             stuck=self._condition.stuck,
             tilted=self._faults.tilt_rad(self._now_ns) >= self._config.failsafe.tilt_limit_rad,
         )
+
+    def _follow_tracks(self, move: str | None) -> None:
+        tokens = self._cycle.tokens
+        place = next(filter(is_place_token, sorted(tokens)), None)
+        if place is not None:
+            self._to_signal.at(place, is_end=self._has_signal, move=move)
+            self._to_dock.at(place, is_end=ON_CHARGE in tokens, move=move)
 
     @property
     def _place(self) -> str | None:
@@ -357,9 +365,7 @@ class Rover:
         self._doing = None
         # Path A3: the controller learns from what was performed, no matter who chose it.
         self._cycle.sense(self._sensed(), action)
-        place = next(filter(is_place_token, sorted(self._cycle.tokens)), None)
-        if place is not None:
-            self._track.at(place, has_signal=self._has_signal, move=action)
+        self._follow_tracks(action)
         self._pilot.ended(action, doing.start, duration_s, blocked=blocked)
         self._gate.look()
         self._stirred = True

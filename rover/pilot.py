@@ -133,10 +133,8 @@ class Pilot:
         wanted = goals.listed
         if not wanted:
             return None
-        top = goals.top
-        back = self._way_back(None if top is None else top.tokens)
-        if back is not None:
-            return self._undertake(back, Chooser.RETURNING, (LINK_UP,))
+        if (back := self._way_back()) is not None:
+            return self._undertake(back[0], Chooser.RETURNING, back[1])
         choice = parts.cycle.choose(explore=True)
         if choice is None:
             return None
@@ -144,12 +142,25 @@ class Pilot:
             return self._undertake(choice.action, Chooser.EXPLORATORY, wanted[0])
         return self._undertake(choice.action, Chooser.GOAL_DIRECTED, choice.goal)
 
-    def _way_back(self, top: Tokens | None) -> str | None:
-        """The move back along the track, if that is what the rover is to do."""
-        if (LINK_UP,) not in self._parts.goals.listed:
+    def _way_back(self) -> tuple[str, Tokens] | None:
+        """The move back along a track and the goal it serves, if that is what the rover is to do.
+
+        The goal is one of the rover's own that comes before all that the controller pursues. It
+        goes by the track where the controller knows no way, or the mission prefers the track.
+        """
+        goals, top = self._parts.goals, self._parts.goals.top
+        ways: list[tuple[float, str, Tokens]] = []
+        for goal in goals.all:
+            track = self._parts.tracks.get(goal.tokens)
+            if track is None or track.back is None:
+                continue
+            by_track = self._return_to is ReturnTo.TRACK and goal.tokens == (LINK_UP,)
+            if goal.aside is not None or by_track:
+                ways.append((goal.priority, track.back, goal.tokens))
+        first = max(ways, default=None)
+        if first is None or (top is not None and top.priority > first[0]):
             return None
-        by_track = self._return_to is ReturnTo.TRACK and top == (LINK_UP,)
-        return self._parts.track.back if top is None or by_track else None
+        return first[1:]
 
     def _undertake(self, action: str, chooser: Chooser, goal: Tokens) -> Undertaking:
         self._parts.cycle.decided(chooser, action, goal=goal)

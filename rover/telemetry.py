@@ -3,8 +3,9 @@
 from collections import deque
 
 from farside.link.endpoint.endpoint import Endpoint, LinkTerms, StoreState
-from farside.messages import Downlink, Telemetry, Uplink
+from farside.messages import Downlink, Heartbeat, Telemetry, Uplink
 from farside.node import NS_PER_S, Journal
+from farside.rover.failsafe.silence import Silence
 from farside.topics import ROVER_STORE, StoreEntry
 
 _INTERVAL_NS = NS_PER_S
@@ -15,20 +16,26 @@ _MARGIN_NS = 4 * NS_PER_S
 class Reporting:
     """Sends telemetry, and stores what is not known to have arrived.
 
-    Every heartbeat of the ground says which telemetry is the newest there. When that is older than
-    a round trip explains, the ground hears nothing, whatever the rover hears: then all since is
-    kept in the store, and forwarded once newer telemetry is known to arrive.
+    Kept in the store is what was made in silence, and since the last frame before it. Then, every
+    heartbeat of the ground says which telemetry has arrived: what lies in a gap of that, or is
+    left out for longer than a round trip explains, is kept as well, though the rover hears the
+    ground. Single messages lost in between are not missed: the next one says more.
 
     Args:
         endpoint: the rover's end of the link.
         terms: of the link.
+        silence: on the link.
         journal: where the state of the store is noted.
     """
 
     def __init__(
-        self, endpoint: Endpoint[Downlink, Uplink], terms: LinkTerms, journal: Journal
+        self,
+        endpoint: Endpoint[Downlink, Uplink],
+        terms: LinkTerms,
+        silence: Silence,
+        journal: Journal,
     ) -> None:
-        self._endpoint, self._journal = endpoint, journal
+        self._endpoint, self._silence, self._journal = endpoint, silence, journal
         self._usual_ns = terms.round_trip_ns + int(_HEARTBEATS * terms.heartbeat_ns) + _MARGIN_NS
         self._unheard: deque[Telemetry] = deque()
         self._heard_ns = 0  # time stamp of the newest telemetry known to be at the ground
@@ -40,41 +47,51 @@ class Reporting:
         """Whether telemetry is to be sent."""
         return now_ns >= self._next_ns
 
-    def is_heard(self, now_ns: int) -> bool:
-        """Whether the ground is known to have received telemetry lately."""
-        return now_ns - self._heard_ns <= self._usual_ns + 2 * self._interval_ns
-
-    def acknowledged(self, time_ns: int) -> None:
-        """The newest telemetry at the ground has this time stamp."""
-        self._heard_ns = max(self._heard_ns, time_ns)
-        while self._unheard and self._unheard[0].time_ns <= self._heard_ns:
-            self._unheard.popleft()
+    def acknowledged(self, heartbeat: Heartbeat, now_ns: int) -> None:
+        """The ground says what it has received without a gap."""
+        unheard = self._unheard
+        while unheard and unheard[0].time_ns <= heartbeat.telemetry_ns:
+            told = unheard.popleft()
+            if self._heard_ns < told.time_ns < heartbeat.unbroken_ns:
+                self._store(told)
+        self._heard_ns = max(self._heard_ns, heartbeat.telemetry_ns)
+        overdue_ns = now_ns - self._usual_ns - 2 * self._interval_ns
+        while unheard and unheard[0].time_ns < overdue_ns:
+            self._store(unheard.popleft())
 
     def report(self, telemetry: Telemetry) -> None:
-        """Send telemetry, and store it if the ground does not hear the rover."""
+        """Send telemetry, and store it in silence."""
         now_ns = self._sent_ns = telemetry.time_ns
         self._endpoint.send(telemetry, now_ns)
         self._interval_ns = max(_INTERVAL_NS, self._endpoint.telemetry_interval_ns(now_ns))
         self._unheard.append(telemetry)
-        if not self.is_heard(now_ns):
-            while self._unheard:
-                kept = self._unheard.popleft()
-                self._endpoint.store(kept, kept.time_ns)
+        if self._silence.silent:
+            self._store_since(self._silence.heard_ns)
         self.soon(now_ns + _INTERVAL_NS)
+
+    def _store_since(self, time_ns: int) -> None:
+        kept: list[Telemetry] = []
+        while self._unheard and self._unheard[-1].time_ns >= time_ns:
+            kept.append(self._unheard.pop())
+        for telemetry in reversed(kept):
+            self._store(telemetry)
+
+    def _store(self, telemetry: Telemetry) -> None:
+        self._endpoint.store(telemetry, telemetry.time_ns)
 
     def soon(self, wanted_ns: int) -> None:
         """Send telemetry at `wanted_ns`, or as soon after it as the rate allows.
 
-        What is only stored waits for no rate.
+        In silence it is made for the store first of all, which waits for no rate.
         """
         interval_ns = 0
-        if self.is_heard(wanted_ns):
+        if not self._silence.silent:
             interval_ns = self._endpoint.telemetry_interval_ns(self._sent_ns)
         self._next_ns = max(wanted_ns, self._sent_ns + interval_ns)
 
     def forward(self, now_ns: int) -> None:
-        """Send from the store while the ground hears the rover."""
-        if self.is_heard(now_ns):
+        """Send from the store while the ground is heard."""
+        if not self._silence.silent:
             self._endpoint.forward(now_ns)
 
     def note_store(self) -> None:

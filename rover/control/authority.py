@@ -1,9 +1,10 @@
 """Authority: who drives, by whose word, and what the loss of the link makes of it."""
 
+from collections.abc import Mapping
 from typing import NamedTuple
 
 from farside.control import Cause, CommandStage, Failsafe, Mode, ModeCause, OnLoss, Signal
-from farside.messages import LinkBack, ModeChanged
+from farside.messages import LinkBack, ModeChanged, Tokens
 from farside.node import Journal
 from farside.places import LINK_UP, ON_CHARGE
 from farside.rover.battery import Battery
@@ -37,7 +38,10 @@ class Conditions(NamedTuple):
 
 
 class Parts(NamedTuple):
-    """What the pilot works with; each is the one owner of what it is named for."""
+    """What the pilot works with; each is the one owner of what it is named for.
+
+    `tracks` lead back to where a goal of the rover's own is reached.
+    """
 
     cycle: ControlCycle
     goals: Goals
@@ -46,7 +50,7 @@ class Parts(NamedTuple):
     silence: Silence
     watch: FailsafeWatch
     gate: SafetyGate
-    track: Track
+    tracks: Mapping[Tokens, Track]
     battery: Battery
     journal: Journal
     events: EventQueue

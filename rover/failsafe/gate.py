@@ -6,6 +6,7 @@ from farside.places import ON_CHARGE
 from farside.rover.battery import Battery
 from farside.rover.config import DriveConfig
 from farside.rover.control.controller import Controller
+from farside.rover.failsafe.track import Track
 
 _REMEMBERED = 8  # moves that the mean duration of a move reaches back over
 
@@ -13,14 +14,16 @@ _REMEMBERED = 8  # moves that the mean duration of a move reaches back over
 class SafetyGate:
     """Refuses a bump just met, and what leaves too little charge for the way to the dock.
 
-    The way to the dock is the one that the controller knows: its cost in moves, at the energy that
-    a move has taken lately. Where it knows none, nothing can be said and nothing is refused.
+    The way to the dock is the one that the controller knows, or the rover's own track where that
+    is shorter: its cost in moves, at the energy that a move has taken lately. Where there is none,
+    nothing can be said and nothing is refused.
 
     The rule about bumps is for orders, which may have been given before the bump could be known.
     The controller has learned from the bump, and weighs another try against a detour by itself.
 
     Args:
-        controller: knows the way to the dock.
+        controller: knows ways to the dock.
+        track: the rover's own track since the dock.
         battery: what is left.
         drive: cost of a move for the controller, in seconds.
         reserve: so many times what the way to the dock takes counts as reserve.
@@ -30,9 +33,14 @@ class SafetyGate:
     """
 
     def __init__(
-        self, controller: Controller, battery: Battery, drive: DriveConfig, reserve: float
+        self,
+        controller: Controller,
+        track: Track,
+        battery: Battery,
+        drive: DriveConfig,
+        reserve: float,
     ) -> None:
-        self._controller, self._battery = controller, battery
+        self._controller, self._track, self._battery = controller, track, battery
         self._move_cost_s = drive.move_cost_s
         self._reserve = reserve
         self._move_s = drive.move_cost_s
@@ -48,7 +56,7 @@ class SafetyGate:
 
     def look(self) -> None:
         """Compare the charge with what the way to the dock takes from here."""
-        home = self._controller.cost_to((ON_CHARGE,))
+        home = self._home_s
         # With two moves to spare, so that it is reserve before any order is refused for it.
         need_j = self._need_j(home + 2 * self._move_cost_s)
         self.reserve = 0 < home < math.inf and self._battery.charge_j < self._reserve * need_j
@@ -57,17 +65,25 @@ class SafetyGate:
         """The reason not to begin an order's action where `here` is sensed; `None` without one."""
         if self._bump == (here, action):
             return f"{action} was blocked here just now"
-        home = self._controller.cost_to((ON_CHARGE,))
+        home = self._home_s
         if home == math.inf:
             return None
-        known = self._controller.expected(action)
         after = home + self._move_cost_s
-        if known is not None:
+        if action == self._track.back:
+            after = home - self._move_cost_s
+        elif (known := self._controller.expected(action)) is not None:
             after = min(after, self._controller.cost_to((ON_CHARGE,), known.outcome))
         need_j = self._need_j(after + self._move_cost_s)
         if after < home or self._battery.charge_j >= self._reserve * need_j:
             return None
         return f"a charge of {self._battery.charge:.0%} would not suffice for the way to the dock"
+
+    @property
+    def _home_s(self) -> float:
+        """Cost of the way to the dock from here."""
+        known_s = self._controller.cost_to((ON_CHARGE,))
+        moves = self._track.length
+        return known_s if moves is None else min(known_s, moves * self._move_cost_s)
 
     def _need_j(self, cost_s: float) -> float:
         return cost_s / self._move_cost_s * self._move_s * self._battery.driving_w

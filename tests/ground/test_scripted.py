@@ -7,6 +7,7 @@ from farside.ground import ScriptedOperator, Situation
 from farside.ground.belief import Belief
 from farside.ground.commands import CommandDesk
 from farside.ground.config import (
+    AwaitReached,
     OverrideAt,
     Pursue,
     ScriptStep,
@@ -199,3 +200,12 @@ def test_it_says_where_it_has_got_to_and_what_it_waits_for() -> None:
     assert scene.operator.progress == OperatorEntry(4, 4, "9 s")
     scene.act(9)
     assert scene.operator.progress == OperatorEntry(4, 4, None)
+
+
+def test_only_what_happens_after_a_step_began_counts_unless_it_says_otherwise() -> None:
+    for already in (False, True):
+        scene = Scene(AwaitReached(place="B", already=already), SwitchMode(mode=Mode.GUIDED))
+        scene.belief.events.append(Event(1, 0, GoalReached(("at:B",))))
+        assert bool(scene.act()) is already
+        scene.belief.events.append(Event(2, 0, GoalReached(("at:B",))))
+        assert bool(scene.act()) is not already
