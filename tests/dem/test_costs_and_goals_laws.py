@@ -246,6 +246,23 @@ def test_the_maps_of_the_last_few_signs_asked_for_are_kept_and_no_others(
         assert model._planner._maps[asked] is policy
 
 
+def test_a_sign_that_was_removed_and_became_known_again_is_asked_for_anew(
+    make_model: MakeModel, cycle: RunCycle
+) -> None:
+    both = ("at:A", "drill:out")
+    model = make_model()
+    for _ in range(2):
+        model.set_goal(both, priority=1.0)
+        for tokens, action in [(A, "E"), (both, None), (["dust"], None), (["dust"], None)]:
+            cycle(model, tokens, action)
+            model.set_goal(both, priority=1.0)
+        assert 0 < model.cost_to(both, A) < math.inf
+        model.withdraw_goal(both)
+        assert both not in model.signs
+        assert model.cost_to(both, A) == math.inf
+        cycle(model, ["takes its id"], None)
+
+
 # --- what an action leads to, and why ----------------------------------------------------------
 
 
@@ -266,24 +283,19 @@ def test_what_is_expected_is_the_most_credible_outcome(
 def test_of_equally_credible_ones_the_longest_context_counts_then_the_oldest(
     make_model: MakeModel, cycle: RunCycle
 ) -> None:
-    model = make_model()
-    model.set_goal([*A, "dusk"], priority=1.0)
-    cycle(model, A, "E")
-    cycle(model, ["x"], None)
-    cycle(model, [*A, "dusk"], "E")
-    cycle(model, ["x", "y"], None)
-    model.sense([*A, "dusk"])
-    candidates = [one for one in model.hypotheses if one.action == "E" and one.cm == 0.5]
-    best = max(one.cm for one in model.hypotheses if one.action == "E")
-    assert model.expected("E").cm == best
+    """E led from A at dusk to B and to C, once each time, and never from A alone."""
+    dusk = ("at:A", "dusk")
+    model = make_model(own_credit=False, beta=0.0, alpha=0.0)
+    model.set_goal(dusk, priority=1.0)
+    for tokens, action in [(A, "E"), (B, None), (dusk, "E"), (C, None), (dusk, "E"), (B, None)]:
+        cycle(model, tokens, action)
+    model.sense(dusk)
+    expected = model.expected("E")
+    assert {one.cm for one in model.hypotheses} == {0.5}
+    assert (expected.context, expected.outcome) == (dusk, C)
     model.perform(None)
-    longest = [one for one in candidates if len(one.context) == 2]
-    assert longest
-    fresh = make_model()
-    cycle(fresh, [*A, "dusk"], "E")
-    cycle(fresh, ["x", "y"], None)
-    fresh.sense([*A, "dusk"])
-    assert fresh.expected("E") == fresh.hypotheses[0]
+    model.sense(A)
+    assert model.expected("E").outcome == B
 
 
 def test_nothing_is_expected_before_the_first_sense(make_model: MakeModel) -> None:

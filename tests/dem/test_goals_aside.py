@@ -170,6 +170,28 @@ def test_a_goal_below_the_top_goal_is_looked_at_when_its_turn_comes(
     assert story[5].suspended == (goal(("island",), 1.0, UNREACHABLE),)
 
 
+def test_its_turn_comes_as_well_when_the_top_goal_is_withdrawn(
+    driven: DynamicExpectancyModel,
+) -> None:
+    driven.sense(WEST)
+    driven.set_goal(EAST, priority=2.0)
+    driven.set_goal(["island"], priority=1.0)
+    assert driven.goals == (goal(EAST, 2.0), goal(("island",), 1.0))
+    driven.withdraw_goal(EAST)
+    assert driven.goals == (goal(("island",), 1.0, UNREACHABLE),)
+
+
+def test_a_goal_put_aside_stays_so_below_one_that_is_pursued(
+    driven: DynamicExpectancyModel,
+) -> None:
+    driven.set_goal(["island"], priority=1.0)
+    driven.sense(WEST)
+    driven.set_goal(EAST, priority=2.0)
+    assert driven.goals == (goal(EAST, 2.0), goal(("island",), 1.0, UNREACHABLE))
+    driven.perform("E")
+    assert driven.sense(["at:1,0"]).recovered == ()
+
+
 def test_of_goals_put_aside_the_highest_comes_first_behind_those_pursued(
     driven: DynamicExpectancyModel,
 ) -> None:
