@@ -17,16 +17,20 @@ Reach = Annotated[int, Meta(ge=1, le=MAX_REACH)]
 
 
 class _Checked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
-    """Fields that are checked however they are set: msgspec by itself checks only on decoding."""
+    """Fields that are checked however they are set: msgspec by itself does so only on decoding.
+
+    As there, an enum may be given by its value, and a struct as a mapping.
+    """
 
     def __post_init__(self) -> None:
         for field in msgspec.structs.fields(self):
             value = getattr(self, field.name)
             try:
-                msgspec.convert(value, field.type)
+                value = msgspec.convert(value, field.type)
             except msgspec.ValidationError as error:
                 expected = _in_words(field.type)
                 raise ValueError(f"{field.name}: expected {expected}, found {value}") from error
+            msgspec.structs.force_setattr(self, field.name, value)
 
 
 def _in_words(kind: object) -> str:
@@ -127,11 +131,6 @@ class Parameters(_Checked, frozen=True):
     recovery: Count = 100
     exploration: Exploration = Exploration.RANDOM
     curiosity: Curiosity = Curiosity()
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        # A plain "none" passes the check too.
-        msgspec.structs.force_setattr(self, "exploration", Exploration(self.exploration))
 
 
 def same(one: Parameters, other: Parameters) -> bool:

@@ -74,7 +74,12 @@ class Pursuit:
         self.aim()
 
     def _is_reachable(self, goal: Sign) -> bool:
-        return self.planner.reaches(goal, self._active)
+        # A Sign that became known in this cycle is not among the active ones yet.
+        active = self._active
+        return self.planner.reaches(goal, active) or set(goal).issubset(self._sensed(active))
+
+    def _sensed(self, active: Sequence[int]) -> set[str]:
+        return {token for sign in active for token in self._signs.names[sign]}
 
     def _outlook(self, goal: Sign) -> Outlook:
         return self.planner.outlook(goal, self._active)
@@ -94,9 +99,7 @@ class Pursuit:
         """
         if not goal:
             raise ValueError("goal: expected one Token at least, found none")
-        names = self._signs.names
-        here = start if start is not None else {token for sign in active for token in names[sign]}
-        if set(goal).issubset(here):
+        if set(goal).issubset(self._sensed(active) if start is None else start):
             return 0.0
         if start is None:
             return self.planner.cost_to(goal, active)

@@ -14,7 +14,7 @@ from farside.dem import DynamicExpectancyModel
 ACTIONS = "NESW"
 SMALL, LARGE = 16, 500  # sides of the squares: about 1,000 and 1,000,000 hypotheses
 CYCLES = 20_000
-PURSUED = 400
+PURSUED = 200
 
 
 class Size(NamedTuple):

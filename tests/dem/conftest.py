@@ -14,7 +14,7 @@ COST = 2.66
 Event = tuple[Sequence[str], str | None, tuple[str, Sequence[str], int] | None]
 """A cycle with Tokens, action, and a change of goals: "set" or "withdraw", Sign, priority."""
 
-Said = Sensed | Choice | tuple[tuple[PolicyValue, ...], tuple[Goal, ...], float]
+Said = Sensed | Choice | None | tuple[tuple[PolicyValue, ...], tuple[Goal, ...], float]
 RunCycle = Callable[[DynamicExpectancyModel, Sequence[str], str | None], Sensed]
 Live = Callable[[DynamicExpectancyModel, Sequence[Event]], list[Said]]
 
@@ -175,7 +175,7 @@ def live() -> Live:
             if action == "as it chooses":
                 choice = model.choose()
                 said.append(choice)
-                action = choice.action  # noqa: PLW2901 - which is what is performed
+                action = choice.action if choice else None  # noqa: PLW2901 - as is performed
             model.perform(action)
             said.append((model.policy_map(), model.goals, model.mean_cm))
         return said

@@ -173,6 +173,14 @@ def test_curiosity_does_not_return_to_a_hole_for_ever(
     assert sum(episode.reached for episode in episodes) > 20
 
 
+def test_a_model_that_does_not_explore_cannot_play_what_it_has_not_learned(
+    make: Callable[..., DynamicExpectancyModel],
+) -> None:
+    env = gymnasium.make("FrozenLake-v1", is_slippery=False)
+    with pytest.raises(ValueError, match="expected a model that explores"):
+        next(play(make(env, exploration=Exploration.NONE), env, place, seed=0))
+
+
 def test_the_model_itself_does_not_import_gymnasium() -> None:
     script = "import sys, farside.dem; sys.exit('gymnasium' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0  # noqa: S603

@@ -6,7 +6,7 @@ from typing import Any, cast
 import msgspec
 import pytest
 
-from farside.dem import Curiosity, Parameters
+from farside.dem import Curiosity, Exploration, Parameters
 
 FRACTIONS = ["alpha", "beta", "learning_probability", "initial_cm", "ineffective"]
 
@@ -40,6 +40,14 @@ def test_a_goal_breaks_only_when_its_value_has_grown(value: float) -> None:
 def test_switches_are_true_or_false() -> None:
     with pytest.raises(ValueError, match="removal: expected bool, found 1"):
         Parameters(removal=cast("Any", 1))
+
+
+def test_a_model_explores_in_one_of_three_ways() -> None:
+    assert [Parameters(exploration=how).exploration for how in Exploration] == [*Exploration]
+    assert Parameters(exploration=cast("Any", "none")).exploration is Exploration.NONE
+    expected = "exploration: expected one of none, random, curious, found bold"
+    with pytest.raises(ValueError, match=expected):
+        Parameters(exploration=cast("Any", "bold"))
 
 
 @pytest.mark.parametrize("value", [0.0, -1.0, math.nan])

@@ -217,6 +217,18 @@ def test_a_whole_of_a_model_with_other_actions_or_parameters_is_refused() -> Non
         ShadowModel(COSTS, Parameters()).apply(whole)
 
 
+def test_parameters_of_a_subclass_are_those_that_they_say() -> None:
+    class Eager(Parameters, frozen=True):
+        alpha: float = 0.9
+
+    model, _ = recorded(Eager())
+    whole = sent(model.take_delta())
+    ShadowModel(COSTS, Eager()).apply(whole)
+    ShadowModel(COSTS, Parameters(alpha=0.9)).apply(whole)
+    with pytest.raises(DeltaError, match="another model"):
+        ShadowModel(COSTS, Parameters()).apply(whole)
+
+
 def test_a_damaged_whole_is_refused_and_changes_nothing(eventful: Eventful, live: Live) -> None:
     model, shadow = recorded()
     live(model, eventful(10))

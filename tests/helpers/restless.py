@@ -36,5 +36,5 @@ parameters = st.builds(
     ineffective=st.sampled_from([0.02, 0.3]),
     break_multiple=st.just(1.2),
     recovery=st.integers(1, 5),
-    exploration=st.sampled_from([Exploration.RANDOM, Exploration.CURIOUS]),
+    exploration=st.sampled_from(Exploration),
 )

@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.dem import Curiosity, Parameters
+from farside.dem import Exploration, Parameters
 from farside.link.profile.config import Affected, Blackout
 from farside.missions.loading import LoadedMission, MissionError, load_mission
 from farside.missions.schema import MissionFile
@@ -209,10 +209,11 @@ def test_an_assignment_replaces_a_value_of_the_file() -> None:
 
 def test_the_model_on_board_takes_all_its_parameters_from_the_mission() -> None:
     mission = load(
-        GOOD, "rover.dem.own_credit=false", "rover.dem.maturity=8", "rover.dem.curiosity={}"
+        GOOD, "rover.dem.own_credit=false", "rover.dem.maturity=8", "rover.dem.exploration=curious"
     )
 
-    assert mission.rover.dem == Parameters(own_credit=False, maturity=8, curiosity=Curiosity())
+    curious = Parameters(own_credit=False, maturity=8, exploration=Exploration.CURIOUS)
+    assert mission.rover.dem == curious
     assert load(GOOD).rover.dem == Parameters()
 
 
