@@ -13,9 +13,10 @@ _REPEATS = 3
 class ReliableReceiver:
     """Reassembles messages, and reports which segments have arrived.
 
-    It reports one interval after anything arrives, duplicates included, since a duplicate shows
-    that the sender does not know. In case the report is lost, it repeats it three times at
-    intervals that double, counted in open time.
+    It reports as soon as anything arrives, but once an interval at most. That includes duplicates,
+    since a duplicate shows that the sender does not know. In case the report is lost, it repeats it
+    three times at intervals that double, counted in open time. After a duplicate, it goes on as
+    sparsely as a sender probes, and for as long again as what arrived has been reported already.
 
     Args:
         direction: the direction of the data; reports go the other way.
@@ -48,6 +49,10 @@ class ReliableReceiver:
         self._waiting: dict[int, tuple[bytes, int]] = {}  # complete, but not yet in order
         self._next = 0  # first segment of the next message in order
         self._due_ns: int | None = None
+        self._made_ns: int | None = None  # the last report but for repeats
+        self._told_ns: int | None = None  # the first report since a segment arrived that was new
+        self._unheard_ns = 0  # until then, the sender is taken not to know
+        self._sparse = 0  # sparse repeats ever made
         self._has_news = False
         self._repeats = 0
 
@@ -59,6 +64,8 @@ class ReliableReceiver:
         """
         if segment.number < self._base or segment.number in self._beyond:
             self.duplicates += 1
+            if self._told_ns is not None:
+                self._unheard_ns = self._times.as_long_again_ns(self._told_ns, now_ns)
             self._note_news(now_ns)
             return []
         self._check(segment)
@@ -67,6 +74,7 @@ class ReliableReceiver:
         while self._base in self._beyond:
             self._beyond.remove(self._base)
             self._base += 1
+        self._told_ns = None
         self._note_news(now_ns)
         return messages
 
@@ -82,21 +90,27 @@ class ReliableReceiver:
         if self._due_ns > now_ns:
             return []
         self._repeats = 0 if self._has_news else self._repeats + 1
-        self._has_news = False
-        self._due_ns = None
+        if self._has_news:
+            self._has_news, self._made_ns = False, now_ns
+        if self._told_ns is None:
+            self._told_ns = now_ns
+        reports = reception_reports(self._base, self._beyond, now_ns, self._config.segment_byte)
+        encoded = [encode_part(report) for report in reports]
+        due_ns = self._repeat_ns(now_ns, sum(map(len, encoded)))
+        self._due_ns = due_ns if due_ns < NEVER_NS else None
+        return encoded
+
+    def _repeat_ns(self, now_ns: int, size_byte: int) -> int:
         if self._repeats < _REPEATS:
-            due_ns = self._times.repeat_ns(now_ns, 2**self._repeats)
-            self._due_ns = due_ns if due_ns < NEVER_NS else None
-        return [
-            encode_part(report)
-            for report in reception_reports(
-                self._base, self._beyond, now_ns, self._config.segment_byte
-            )
-        ]
+            return self._times.repeat_ns(now_ns, 2**self._repeats)
+        if now_ns >= self._unheard_ns:
+            return NEVER_NS
+        self._sparse += 1
+        return self._times.sparse_repeat_ns(now_ns, size_byte, self._sparse)
 
     def _note_news(self, now_ns: int) -> None:
         if not self._has_news:
-            due_ns = self._times.report_ns(now_ns)
+            due_ns = self._times.report_ns(now_ns, self._made_ns)
             self._due_ns = min(due_ns, self._due_ns or NEVER_NS)
             self._has_news = True
 

@@ -12,7 +12,6 @@ from farside.link.endpoint.wire import FrameError
 from farside.link.profile.schedule import Schedule
 from farside.node import NEVER_NS, Direction, to_ns
 
-_MAX_BACKOFF = 16
 _MAX_COPIES = 4
 _RESUMED = 8
 
@@ -67,9 +66,12 @@ class ReliableSender:
         self._extra_copies = 0
         self._free_ns = 0
         self._heard_ns = 0
-        self._oldest: tuple[int, int] | None = None  # when the oldest arrives, and its deadline
-        self._probes = 0
+        # When the oldest arrives, whether it is probed, and its deadline.
+        self._oldest: tuple[int, bool, int] | None = None
+        self._probes = 0  # ever sent: it does not start over, lest waits repeat themselves
+        self._is_probing = False
         self._probe_ns = 0
+        self._resumptions = 0  # since the last report
         self._holding = False
 
     @property
@@ -120,14 +122,15 @@ class ReliableSender:
         if self._flight:
             probe_ns = max(now_ns, self._deadline_ns(), self._probe_ns)
             if probe_ns < first_ns:
-                first_ns = min(first_ns, self._sends_ns(next(iter(self._flight)), probe_ns)[0])
+                number = self._probed_number(probe_ns)
+                first_ns = min(first_ns, self._sends_ns(number, probe_ns)[0])
         return first_ns if first_ns < NEVER_NS else None
 
     def take(self, now_ns: int) -> Sending | None:
         """The segment to send now, if there is one."""
         is_probe = self._is_overdue(now_ns) and self._probe_ns <= now_ns
         if is_probe:
-            number: int | None = next(iter(self._flight))
+            number: int | None = self._probed_number(now_ns)
         else:
             number = None if self._is_holding(now_ns) else self._next_number()
         if number is None:
@@ -135,11 +138,12 @@ class ReliableSender:
         begin_ns, end_ns = self._sends_ns(number, now_ns)
         if begin_ns > now_ns:
             return None
-        if is_probe:
-            self._back_off(now_ns)
-        else:
+        if not is_probe:
             self._dequeue(number)
-        return self._send(number, end_ns)
+            return self._send(number, end_ns)
+        sending = self._send(number, end_ns)
+        self._wait_after_probe(sending, now_ns)
+        return sending
 
     def receive(self, report: ReceptionReport, now_ns: int) -> None:
         """Process a report that arrived at `now_ns`.
@@ -155,7 +159,8 @@ class ReliableSender:
             )
         if report.made_ns > self._heard_ns:
             self._heard_ns = report.made_ns
-            self._probes, self._probe_ns = 0, 0
+            self._is_probing, self._probe_ns = False, 0
+            self._resumptions = 0
         lost = self._settle(coverage, report.made_ns)
         while self._base < self.offered and self._base not in self._held:
             self._base += 1
@@ -165,10 +170,16 @@ class ReliableSender:
         """Retransmit at once, since the other end was heard again after a silence.
 
         Of the segments in flight, the oldest go out again, eight at most, if a reply is overdue.
+        A link that is up for less than a round trip is down again when they arrive. So while no
+        report comes, only the first, second, fourth, eighth, ... such call does anything: what is
+        sent always at the same moment after the link was up must not displace the probes.
         """
         if not self._is_overdue(now_ns):
             return
-        self._probes, self._probe_ns, self._holding = 0, 0, False
+        self._resumptions += 1
+        if self._resumptions & (self._resumptions - 1):
+            return
+        self._is_probing, self._probe_ns, self._holding = False, 0, False
         lost = list(islice(self._flight, _RESUMED))
         for number in lost:
             del self._flight[number]
@@ -179,10 +190,8 @@ class ReliableSender:
         arrived = [number for number in self._copies if coverage.has(number)]
         lost = []
         for number, arrives_ns in self._flight.items():
-            if arrives_ns > made_ns:
-                break
             has = coverage.has(number)
-            if has:
+            if has:  # perhaps long since, though what was sent last is still on its way
                 arrived.append(number)
             elif has is False and arrives_ns + self._margin_ns <= made_ns:
                 lost.append(number)
@@ -238,9 +247,11 @@ class ReliableSender:
     def _deadline_ns(self) -> int:
         """Reply deadline of the oldest segment in flight."""
         arrives_ns = next(iter(self._flight.values()))
-        if self._oldest is None or self._oldest[0] != arrives_ns:
-            self._oldest = arrives_ns, self._times.reply_ns(arrives_ns)
-        return self._oldest[1]
+        if self._oldest is None or self._oldest[:2] != (arrives_ns, self._is_probing):
+            times = self._times
+            reply_ns = times.answer_ns if self._is_probing else times.reply_ns
+            self._oldest = arrives_ns, self._is_probing, reply_ns(arrives_ns)
+        return self._oldest[2]
 
     def _is_overdue(self, now_ns: int) -> bool:
         return bool(self._flight) and self._deadline_ns() <= now_ns
@@ -248,8 +259,21 @@ class ReliableSender:
     def _is_holding(self, now_ns: int) -> bool:
         return self._holding and not self._config.keeps_on and self._is_overdue(now_ns)
 
-    def _back_off(self, now_ns: int) -> None:
-        self._probe_ns = self._times.backoff_ns(now_ns, min(2**self._probes, _MAX_BACKOFF))
+    def _probed_number(self, now_ns: int) -> int:
+        """What to probe with: what has waited longest, or what is to be delivered first.
+
+        Sparse messages are delivered in order, so the sooner the first of them arrives the better.
+        """
+        if self._config.keeps_on:
+            for number in sorted(self._flight):
+                if self._times.answer_ns(self._flight[number]) <= now_ns:
+                    return number
+        return next(iter(self._flight))
+
+    def _wait_after_probe(self, probe: Sending, now_ns: int) -> None:
+        self._is_probing = True
+        size_byte, reply_ns = len(probe.payload), self._deadline_ns()
+        self._probe_ns = self._times.probe_ns(now_ns, size_byte, reply_ns, self._probes)
         self._probes += 1
         # If no reply can come before the contact ends, nothing is gained by holding new segments.
         self._holding = self._times.reply_fits_contact(now_ns)

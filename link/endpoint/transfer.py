@@ -10,7 +10,11 @@ stalling and from flooding the link:
   wait for a contact, light time back. Outside contacts no timer runs (as in LTP, RFC 5326) and
   nothing is sent.
 - When a reply is overdue, something happened that no schedule foresaw. Segments then go out as
-  single probes, oldest first, at intervals that double, counted in open time only.
+  single probes, oldest first, which take a tenth of the rate, counted in open time only.
+
+A link may be open for less than a round trip at a time, again and again. Then nothing that is sent
+upon hearing the other end arrives in time. So the waits between probes keep time with no period, a
+segment is reported at once where possible, and reports that go unheard are repeated like probes.
 
 Both ends know the time and the schedule. Whatever they are handed has passed an integrity check.
 """

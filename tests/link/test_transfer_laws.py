@@ -37,15 +37,17 @@ SCHEDULES = st.builds(
     st.lists(FATE, max_size=120),
     st.sampled_from([0.0, 0.25, 2.0]),
     st.booleans(),
+    st.booleans(),
 )
-def test_whatever_happens_everything_arrives_exactly_once(
+def test_whatever_happens_everything_arrives_exactly_once(  # noqa: PLR0917 - drawn in this order
     schedule: Schedule,
     messages: Sequence[bytes],
     fates: Sequence[tuple[float, ...]],
     spare: float,
+    keeps_on: bool,
     in_order: bool,
 ) -> None:
-    config = TransferConfig(segment_byte=64, window=16, spare=spare)
+    config = TransferConfig(segment_byte=64, window=16, spare=spare, keeps_on=keeps_on)
     pair = Pair(schedule, fates, config, in_order=in_order)
     pair.run(messages)
     assert pair.sender.is_done
@@ -55,11 +57,12 @@ def test_whatever_happens_everything_arrives_exactly_once(
 
 
 @settings(deadline=None)
-@given(SCHEDULES, st.integers(1, 60), st.lists(FATE, max_size=120))
+@given(SCHEDULES, st.integers(1, 60), st.lists(FATE, max_size=120), st.booleans())
 def test_nothing_is_retransmitted_before_its_reply_could_have_come(
-    schedule: Schedule, count: int, fates: Sequence[tuple[float, ...]]
+    schedule: Schedule, count: int, fates: Sequence[tuple[float, ...]], keeps_on: bool
 ) -> None:
-    pair = Pair(schedule, fates)
+    config = TransferConfig(segment_byte=64, window=16, margin_s=1.0, spare=0.0, keeps_on=keeps_on)
+    pair = Pair(schedule, fates, config)
     pair.run([message(n) for n in range(count)])
     there_and_back_ns = 2 * schedule.delay_ns(DOWN, 0)
     assert all(gap_ns >= there_and_back_ns for gap_ns in pair.again())
