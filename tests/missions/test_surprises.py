@@ -188,7 +188,6 @@ def test_nor_a_goal_put_aside_while_it_explores_for_it() -> None:
 
 
 SHARED = [goal(1), mode(1, Mode.SHARED)]
-CARRIED_OUT = "carried out, as no veto came"
 
 
 def test_nor_what_the_operator_approves_or_orders_in_place_of_it() -> None:
@@ -212,8 +211,9 @@ def test_nor_what_the_operator_approves_or_orders_in_place_of_it() -> None:
 
 
 def test_nor_a_proposal_carried_out_when_its_veto_window_is_over() -> None:
-    consented = [proposed(2, veto_window_s=10.1), proposal_ended(12.1, CARRIED_OUT), own(12.1)]
-    assert found(*SHARED, *consented) == []
+    consented = [*SHARED, proposed(2, 2, veto_window_s=10.1)]
+    assert found(*consented, proposal_ended(12.1, "no veto came", 2), own(12.1)) == []
+    assert found(*consented, proposal_ended(5, "the answer came too late", 1), own(12.1)) == []
 
 
 # --- commands ----------------------------------------------------------------------------------
@@ -360,11 +360,7 @@ def test_going_on_alone_when_the_link_is_back_surprises() -> None:
             *on_board(50, DONE, order=Veto(1)),
             own(50),
         ],
-        [
-            proposed(2, veto_window_s=10),
-            proposal_ended(20, "the situation is another one"),
-            own(50),
-        ],
+        [proposed(2, veto_window_s=10), proposal_ended(20, "late"), own(50)],
     ],
     ids=[
         "no proposal",
@@ -382,12 +378,15 @@ def test_in_shared_mode_an_action_surprises_without_consent(entries: Sequence[En
     ]
 
 
-def test_consent_is_good_for_one_action_and_not_in_silence() -> None:
+def test_consent_is_good_for_one_action_in_shared_mode_and_not_in_silence() -> None:
     consented = [*SHARED, proposed(2, veto_window_s=10), own(20)]
     without = "action N of the rover's own in mode shared without the operator's consent"
     assert found(*consented, own(24)) == [Surprise(24.0, without)]
     assert found(*consented[:-1], failsafe(19, Failsafe.HOLD, 10), own(20)) == [
         Surprise(20.0, "action N of the rover's own in mode shared, failsafe hold")
+    ]
+    assert found(*consented[:-1], mode(19, Mode.GUIDED), own(20)) == [
+        Surprise(20.0, "action N of the rover's own in mode guided, failsafe nominal")
     ]
 
 
