@@ -6,7 +6,7 @@ from typing import Any
 
 import pytest
 from any_message import YARDS, messages
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from noting import failsafe_entry, logged
 from rich.cells import cell_len
@@ -18,7 +18,7 @@ from farside.logs import LogEntry, Picture, screen
 from farside.messages import Proposal, ProposedStep
 from farside.node import Direction, to_ns
 from farside.places import Chart
-from farside.topics import ActionStarted, Cycle, ModeEntry, Pose, Silence
+from farside.topics import ActionStarted, Cycle, ModeEntry, Pose, Silence, Yard
 
 
 def shown(run: Any, now_s: float, *, width: int = 80, height: int = 24, **options: Any) -> str:
@@ -245,6 +245,7 @@ def test_in_a_narrow_and_tall_terminal_the_instruments_stand_below_the_map(run: 
 
 @settings(max_examples=30, deadline=None)
 @given(yard=YARDS, entries=st.lists(messages, max_size=12))
+@example(yard=Yard(("###", "#.#", "###"), 1.0), entries=[Pose(1, 1, 1.7e308, 0, "at:1,1", 1)])
 def test_whatever_a_log_holds_the_screen_can_be_drawn(yard: Any, entries: Any) -> None:
     picture = Picture()
     for message in (yard, *entries):
