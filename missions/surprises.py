@@ -3,6 +3,8 @@
 from collections.abc import Iterator
 from typing import NamedTuple
 
+import msgspec
+
 from farside.control import Chooser, CommandStage, Failsafe, Mode
 from farside.logs.events import sign_text
 from farside.logs.views import RunView
@@ -68,24 +70,7 @@ def surprises(run: RunView) -> Iterator[Surprise]:
         ROVER_ACTION_STARTED,
         GROUND_COMMAND,
     ):
-        what: str | None = None
-        match message:
-            case ModeEntry(mode=mode):
-                judge.mode = mode
-            case FailsafeEntry(state=state):
-                judge.failsafe = state
-            case GoalEntry():
-                judge.goal(message)
-            case Proposal():
-                judge.proposed(message, t_s)
-            case ProposalEnded(number=number):
-                judge.proposal_ended(number, t_s)
-            case CommandSent():
-                judge.sent[message.number] = message
-            case CommandEntry():
-                what = judge.command(message, t_s)
-            case ActionStarted():
-                what = judge.action(message, t_s)
+        what = judge.follow(message, t_s)
         if what is not None:
             yield Surprise(t_s, what)
     yield from judge.left(run.duration_s)
@@ -101,36 +86,57 @@ class _Standing(NamedTuple):
 
 class _Judge:
     def __init__(self) -> None:
-        self.mode = Mode.GUIDED
-        self.failsafe = Failsafe.NOMINAL
-        self.sent: dict[int, CommandSent] = {}
+        self._mode = Mode.GUIDED
+        self._failsafe = Failsafe.NOMINAL
+        self._sent: dict[int, CommandSent] = {}
         self._last: _Standing | None = None
-        self._proposed: dict[int, str] = {}
+        self._actions: dict[int, str] = {}
         self._stages: dict[int, CommandStage] = {}
         self._acted: set[int] = set()
         self._goals: set[tuple[Tokens, GoalSource]] = set()
 
-    def goal(self, entry: GoalEntry) -> None:
+    def follow(self, message: msgspec.Struct, t_s: float) -> str | None:
+        """The next message of the log; what surprises about it, `None` if nothing does."""
+        match message:
+            case CommandEntry():
+                return self._command(message, t_s)
+            case ActionStarted():
+                return self._action(message, t_s)
+            case CommandSent():
+                self._sent[message.number] = message
+            case GoalEntry():
+                self._goal(message)
+            case Proposal():
+                self._proposed(message, t_s)
+            case ProposalEnded(number=number):
+                self._proposal_ended(number, t_s)
+            case ModeEntry(mode=mode):
+                self._mode = mode
+            case FailsafeEntry(state=state):
+                self._failsafe = state
+        return None
+
+    def _goal(self, entry: GoalEntry) -> None:
         goal = tuple(sorted(set(entry.tokens))), entry.source
         if entry.change is GoalChange.SET:
             self._goals.add(goal)
         elif entry.change in {GoalChange.REACHED, GoalChange.WITHDRAWN}:
             self._goals.discard(goal)
 
-    def proposed(self, proposal: Proposal, t_s: float) -> None:
+    def _proposed(self, proposal: Proposal, t_s: float) -> None:
         self._last = _Standing(proposal, t_s)
-        self._proposed[proposal.number] = proposal.action
+        self._actions[proposal.number] = proposal.action
 
-    def proposal_ended(self, number: int, t_s: float) -> None:
+    def _proposal_ended(self, number: int, t_s: float) -> None:
         if self._last is not None and self._last.proposal.number == number:
             self._last = self._last._replace(ended_s=t_s)
 
-    def command(self, entry: CommandEntry, t_s: float) -> str | None:
+    def _command(self, entry: CommandEntry, t_s: float) -> str | None:
         number, stage, before = entry.number, entry.stage, self._stages.get(entry.number)
         self._stages[number] = stage
         if isinstance(entry.order, Veto) and stage is CommandStage.DONE:
             self._last = None
-        sent = self.sent.get(number)
+        sent = self._sent.get(number)
         if sent is None or sent.order != entry.order:
             return f"command {number} {stage}, though nobody gave it"
         if before not in _BEFORE[stage]:
@@ -143,7 +149,7 @@ class _Judge:
             return f"command {number} begun after it expired at {to_s(sent.expires_ns):.1f} s"
         return None
 
-    def action(self, action: ActionStarted, t_s: float) -> str | None:
+    def _action(self, action: ActionStarted, t_s: float) -> str | None:
         if action.command is not None:
             return self._ordered(action.action, action.command)
         if action.goal is None or action.chooser is Chooser.GUIDED:
@@ -152,9 +158,9 @@ class _Judge:
             return f"action {action.action} for {sign_text(action.goal)}, which is no goal"
         if self._is_left_alone or self._has_consent(action, t_s):
             return None
-        where = f"in mode {self.mode}, failsafe {self.failsafe}"
-        if (self.mode, self.failsafe) == (Mode.SHARED, Failsafe.NOMINAL):
-            where = f"in mode {self.mode} without the operator's consent"
+        where = f"in mode {self._mode}, failsafe {self._failsafe}"
+        if (self._mode, self._failsafe) == (Mode.SHARED, Failsafe.NOMINAL):
+            where = f"in mode {self._mode} without the operator's consent"
         return f"action {action.action} of the rover's own {where}"
 
     def _ordered(self, action: str, number: int) -> str | None:
@@ -170,27 +176,27 @@ class _Judge:
 
     def _action_of(self, number: int) -> str | None:
         """The action that a command orders, `None` for none."""
-        sent = self.sent.get(number)
+        sent = self._sent.get(number)
         match sent and sent.order:
             case Drive(action=action) | Override(action=action):
                 return action
             case Approve(proposal=proposal):
-                return self._proposed.get(proposal)
+                return self._actions.get(proposal)
             case _:
                 return None
 
     @property
     def _is_left_alone(self) -> bool:
-        if self.failsafe is Failsafe.ALONE:
+        if self._failsafe is Failsafe.ALONE:
             return True
-        return self.mode is Mode.AUTONOMOUS and self.failsafe is Failsafe.NOMINAL
+        return self._mode is Mode.AUTONOMOUS and self._failsafe is Failsafe.NOMINAL
 
     def _has_consent(self, action: ActionStarted, t_s: float) -> bool:
         """Whether its veto window ran out: consent by approval comes with a command."""
         last, self._last = self._last, None
         return (
-            self.mode is Mode.SHARED
-            and self.failsafe is Failsafe.NOMINAL
+            self._mode is Mode.SHARED
+            and self._failsafe is Failsafe.NOMINAL
             and last is not None
             # Being carried out ends it, at that very time.
             and last.ended_s in {None, t_s}
@@ -204,8 +210,8 @@ class _Judge:
         for number, stage in self._stages.items():
             if stage is CommandStage.TAKEN:
                 yield Surprise(end_s, f"command {number} taken, and nothing became of it")
-            elif stage is CommandStage.WAITING and number in self.sent:
-                expires_s = to_s(self.sent[number].expires_ns)
+            elif stage is CommandStage.WAITING and number in self._sent:
+                expires_s = to_s(self._sent[number].expires_ns)
                 if expires_s < end_s - 1:
                     yield Surprise(
                         end_s, f"command {number} waits though it expired at {expires_s:.1f} s"
