@@ -159,7 +159,8 @@ def _link_or_ground_line(entry: LogEntry) -> EventLine | None:
             return EventLine(t_ns, Role.LINK, text)
         case CommandSent(number=number, order=order):
             text = f"command {number}: {_order(order)}"
-            return EventLine(t_ns, Role.GROUND, text, routine=isinstance(order, Drive | Approve))
+            routine = isinstance(order, Approve) or (isinstance(order, Drive) and not order.force)
+            return EventLine(t_ns, Role.GROUND, text, routine)
         case EventLearned(event=event):
             text = f"learns of {time_text(event.time_ns)}: {_happening(event.what)}"
             return EventLine(t_ns, Role.GROUND, text)
@@ -208,17 +209,17 @@ def _goal(goal: GoalEntry) -> str:
 def _order(order: Order) -> str:
     match order:
         case Drive(action=action, force=force):
-            text = f"drive {action}{', insisting' if force else ''}"
+            text = f"drive {action}{_forced(force=force)}"
         case Approve(proposal=proposal):
             text = f"approve proposal {proposal}"
-        case Override(proposal=proposal, action=action):
-            text = f"override proposal {proposal} with {action}"
+        case Override(proposal=proposal, action=action, force=force):
+            text = f"override proposal {proposal} with {action}{_forced(force=force)}"
         case Veto(proposal=proposal):
             text = f"veto proposal {proposal}"
         case TakeBack(number=number):
             text = f"take back command {number}"
         case SetOnLoss(on_loss=on_loss):
-            text = f"on loss of the link: {on_loss}"
+            text = f"{on_loss} on loss of the link"
         case SetMode(mode=mode):
             text = f"mode {mode}"
         case SetGoal(tokens=tokens, priority=priority):
@@ -227,6 +228,10 @@ def _order(order: Order) -> str:
         case WithdrawGoal(tokens=tokens):
             text = f"withdraw goal {sign_text(tokens)}"
     return text
+
+
+def _forced(*, force: bool) -> str:
+    return ", forced" if force else ""
 
 
 def _happening(what: Happening) -> str:
@@ -256,16 +261,19 @@ def _of_commands(what: CommandEnded | CommandForced | CommandsMissing) -> str:
         case CommandEnded(number=number, stage=stage, why=reason):
             return f"command {number} {stage}: {reason}"
         case CommandForced(number=number, why=reason):
-            return f"command {number} begun although {reason}, as the operator insists"
+            return f"command {number} begins although {reason}, as the operator insists"
         case CommandsMissing(missing=missing, last=last):
-            return f"commands up to {last} " + ("do not arrive" if missing else "have arrived")
+            if missing:
+                return f"commands up to {last} do not arrive, though the ground is heard"
+            return f"commands up to {last} have arrived after all"
 
 
 def _link_back(what: LinkBack) -> str:
     """What the rover did while the link was lost."""
-    text = f"the link is back after {to_s(what.silence_ns):.1f} s: {what.moves} moves meanwhile"
+    text = f"the link is back after {to_s(what.silence_ns):.1f} s; meanwhile "
+    text += {0: "no moves", 1: "1 move"}.get(what.moves, f"{what.moves} moves")
     if what.bumps:
-        text += f", {what.bumps} of them blocked"
+        text += f" ({what.bumps} blocked)"
     if what.reached:
-        text += f", reached {', '.join(map(sign_text, what.reached))}"
+        text += f", and reached {', '.join(map(sign_text, what.reached))}"
     return text

@@ -26,6 +26,7 @@ from farside.topics import (
     ROVER_GOAL,
     ROVER_MODE,
     ROVER_PROPOSAL,
+    ROVER_PROPOSAL_ENDED,
     TRUTH_POSE,
     TRUTH_YARD,
     ActionEnded,
@@ -36,6 +37,7 @@ from farside.topics import (
     GoalEntry,
     ModeEntry,
     Pose,
+    ProposalEnded,
     Silence,
     Yard,
 )
@@ -72,7 +74,7 @@ class Picture:
         action: the action in progress, `None` while the rover stands.
         goals: the Goal List: each Sign with its priority, top-goal first.
         cycle: the DEM's last cycle.
-        proposal: the DEM's last proposal, until its goal leaves the Goal List.
+        proposal: the DEM's proposal that stands, until it ends or its goal leaves the Goal List.
         telemetry: the latest that the ground has received, by the time it was measured.
         silent: whether the rover counts as silent at the ground.
         link: the two directions.
@@ -161,6 +163,11 @@ def _proposal(picture: Picture, message: Proposal) -> None:
     picture.proposal = message
 
 
+def _proposal_ended(picture: Picture, message: ProposalEnded) -> None:
+    if picture.proposal is not None and picture.proposal.number == message.number:
+        picture.proposal = None
+
+
 def _telemetry(picture: Picture, message: Telemetry) -> None:
     if picture.telemetry is None or message.time_ns >= picture.telemetry.time_ns:
         picture.telemetry = message
@@ -194,6 +201,7 @@ _UPDATES: dict[Topic[Any], Callable[[Picture, Any], None]] = {
     ROVER_GOAL: _goal_entry,
     ROVER_CYCLE: _cycle,
     ROVER_PROPOSAL: _proposal,
+    ROVER_PROPOSAL_ENDED: _proposal_ended,
     GROUND_TELEMETRY: _telemetry,
     GROUND_SILENCE: _silence,
     LINK_FRAME: _frame_fate,

@@ -208,12 +208,14 @@ class RunView:
         listed: dict[tuple[Tokens, GoalSource], int] = {}
         for t_s, entry in self.each(ROVER_GOAL):
             key = entry.tokens, entry.source
-            if key not in listed:
+            if entry.change is GoalChange.SET and key not in listed:
                 listed[key] = len(spans)
                 spans.append(GoalSpan(entry.tokens, entry.source, t_s))
             if entry.change not in {GoalChange.REACHED, GoalChange.WITHDRAWN}:
                 continue
-            index = listed.pop(key)
+            index = listed.pop(key, None)
+            if index is None:
+                continue  # a mission goal can be withdrawn before it comes on the list
             if entry.change is GoalChange.WITHDRAWN:
                 spans[index] = spans[index]._replace(withdrawn_s=t_s)
             elif self._was_true(entry.tokens, t_s):

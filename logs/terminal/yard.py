@@ -131,7 +131,7 @@ def _marks(picture: Picture, chart: Chart) -> dict[Cell, _Mark]:
     if picture.telemetry is not None:
         marks[chart.cell_at(picture.telemetry.x_m, picture.telemetry.y_m)] = ("◇", "bold magenta")
     if picture.pose is not None:
-        heading = _HEADINGS[round(picture.pose.heading_rad / (math.pi / 4)) % 8]
+        heading = _HEADINGS[round(picture.pose.heading_rad % math.tau / (math.pi / 4)) % 8]
         marks[chart.cell_at(picture.pose.x_m, picture.pose.y_m)] = (heading, "bold green")
     return marks
 

@@ -17,6 +17,7 @@ import atheris  # type: ignore[import-untyped]
 with atheris.instrument_imports(include=["farside.link"]):
     import msgspec
 
+    from farside.control import CommandStage, Mode, OnLoss
     from farside.link.endpoint.fragments import Fragmenter, Reassembler
     from farside.link.endpoint.keys import simulated_key
     from farside.link.endpoint.receiver import ReliableReceiver
@@ -35,17 +36,23 @@ with atheris.instrument_imports(include=["farside.link"]):
     from farside.link.profile.config import LinkConfig, OneWay
     from farside.link.profile.schedule import Schedule
     from farside.messages import (
-        Chooser,
+        Approve,
         Command,
+        CommandEnded,
         Downlink,
         Drive,
+        Event,
         Heartbeat,
-        Mode,
+        LinkBack,
+        Meant,
         Proposal,
         ProposedStep,
         SetGoal,
         SetMode,
+        SetOnLoss,
+        Shown,
         Uplink,
+        Veto,
     )
     from farside.node import Direction
 
@@ -60,7 +67,14 @@ _MESSAGES = [
     (_UPLINK, _encode(Command(1, 99, Drive("N")))),
     (_UPLINK, _encode(Command(2, 99, SetMode(Mode.SHARED)))),
     (_UPLINK, _encode(Command(3, 99, SetGoal(("at:A", "facing:N"), 2.0)))),
-    (_DOWNLINK, _encode(Proposal(1, 0, ("at:A",), "N", Chooser.GOAL_DIRECTED, (_STEP, _STEP)))),
+    (_UPLINK, _encode(Command(4, 99, Drive("N", force=True), Meant(Mode.GUIDED, "at:A")))),
+    (_UPLINK, _encode(Command(5, 99, Approve(1), Meant(Mode.SHARED, after=4)))),
+    (_UPLINK, _encode(Command(6, 99, Veto(1)))),
+    (_UPLINK, _encode(Command(7, 99, SetOnLoss(OnLoss.HOLD)))),
+    (_UPLINK, _encode(Shown(1))),
+    (_DOWNLINK, _encode(Proposal(1, 0, ("at:A",), "N", (_STEP, _STEP), veto_window_s=20.0))),
+    (_DOWNLINK, _encode(Event(1, 9, CommandEnded(1, CommandStage.EXPIRED, "late")))),
+    (_DOWNLINK, _encode(Event(2, 9, LinkBack(99, 3, 1, (("at:A",), ("at:B",)))))),
 ]
 _HELD_BYTE = 10_000
 _WAY = OneWay(delay_s=1.3, rate_bit_s=8000)

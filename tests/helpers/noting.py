@@ -9,9 +9,24 @@ from pathlib import Path
 
 import msgspec
 
+from farside.control import Cause, Failsafe
 from farside.logs import LogEntry, LogFile, Recorder, RunView
+from farside.messages import Meant, Order
 from farside.node import Journal, Record, Topic, to_ns
-from farside.topics import TOPICS
+from farside.topics import TOPICS, CommandSent, FailsafeEntry
+
+WHY = {
+    Failsafe.NOMINAL: "the link is up",
+    Failsafe.HOLD: "nothing is heard",
+    Failsafe.ALONE: "the link is lost",
+    Failsafe.SAFE: "the rover is stuck",
+}
+_CAUSES = {
+    Failsafe.NOMINAL: (),
+    Failsafe.HOLD: (Cause.SILENCE,),
+    Failsafe.ALONE: (Cause.SILENCE, Cause.LOST),
+    Failsafe.SAFE: (Cause.STUCK,),
+}
 
 
 def topic_of(message: msgspec.Struct) -> Topic[msgspec.Struct]:
@@ -30,6 +45,21 @@ def records_of(messages: Iterable[tuple[float, msgspec.Struct]]) -> list[Record]
     for t_s, message in messages:
         journal.note(topic_of(message), message, log_time_ns=to_ns(t_s))
     return journal.take()
+
+
+def failsafe_entry(
+    state: Failsafe = Failsafe.NOMINAL, silence_s: float = 0.0, *, lost_after_s: float = 30.0
+) -> FailsafeEntry:
+    """The failsafe's entry in a state for a reason that is usual for it."""
+    countdown_s = max(0.0, lost_after_s - silence_s)
+    return FailsafeEntry(state, WHY[state], _CAUSES[state], silence_s, countdown_s)
+
+
+def command_sent(
+    number: int, order: Order, *, expires_s: float = 1000.0, meant: Meant | None = None
+) -> CommandSent:
+    """A command as the ground notes it, good for the whole of a short run."""
+    return CommandSent(number, order, to_ns(expires_s), meant)
 
 
 @contextmanager

@@ -3,17 +3,20 @@
 from collections.abc import Callable, Sequence
 from typing import Any
 
+import msgspec.inspect as mi
 import pytest
+from any_message import values
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.control import Chooser, Failsafe, Mode
+from farside.control import Failsafe, Mode
 from farside.frames import FrameEvent, FrameStage
 from farside.link import LinkConfig, LinkTerms, OneWay, ground_endpoint, rover_endpoint
 from farside.link.endpoint.endpoint import StoreState
 from farside.logs import decode
 from farside.messages import (
     Command,
+    Downlink,
     Drive,
     Event,
     GoalReached,
@@ -21,7 +24,9 @@ from farside.messages import (
     Proposal,
     ProposedStep,
     SetGoal,
+    Shown,
     Telemetry,
+    Uplink,
 )
 from farside.node import Direction, Frame, Journal, to_ns
 
@@ -95,8 +100,25 @@ def test_messages_come_out_as_they_went_in() -> None:
     order = Command(1, 99, SetGoal(("at:A",), 2.0))
     pair.ground.send(order, 0)
     pair.ground.send(Heartbeat(), 0)
+    pair.ground.send(Shown(1), 0)
     pair.live(2)
-    assert pair.at_rover == [order, Heartbeat()]
+    assert pair.at_rover == [order, Heartbeat(), Shown(1)]
+
+
+@given(st.one_of(*(values(mi.type_info(kind)) for kind in (Command, Heartbeat, Shown))))
+def test_whatever_the_ground_says_the_rover_hears(message: Uplink) -> None:
+    pair = Pair()
+    pair.ground.send(message, 0)
+    pair.live(2)
+    assert pair.at_rover == [message]
+
+
+@given(st.one_of(*(values(mi.type_info(kind)) for kind in (Event, Proposal, Telemetry))))
+def test_whatever_the_rover_says_the_ground_hears(message: Downlink) -> None:
+    pair = Pair()
+    pair.rover.send(message, 0)
+    pair.live(2)
+    assert pair.at_ground == [message]
 
 
 def test_nothing_is_read_before_it_arrives() -> None:
@@ -118,6 +140,15 @@ def test_commands_arrive_in_order_and_once_whatever_is_lost() -> None:
     assert pair.at_rover == commands
 
 
+def test_that_a_proposal_was_shown_arrives_whatever_is_lost() -> None:
+    """Without it no veto window would ever run."""
+    pair = Pair()
+    pair.ground.send(Shown(1), 0)
+    pair.live(5, loses=lambda _: True)
+    pair.live(60)
+    assert pair.at_rover == [Shown(1)]
+
+
 def test_telemetry_and_heartbeats_are_never_retransmitted() -> None:
     pair = Pair()
     pair.rover.send(telemetry(), 0)
@@ -130,7 +161,7 @@ def test_telemetry_and_heartbeats_are_never_retransmitted() -> None:
 def test_a_message_longer_than_a_frame_is_cut_and_reassembled() -> None:
     pair = Pair(mtu_byte=128)
     path = tuple(ProposedStep((f"at:{n},0",), "E", float(n)) for n in range(30))
-    proposal = Proposal(1, 0, ("at:30,0",), "E", Chooser.GOAL_DIRECTED, path)
+    proposal = Proposal(1, 0, ("at:30,0",), "E", path)
     wide = msg_with_many_goals()
     pair.rover.send(proposal, 0)
     pair.rover.send(wide, 0)

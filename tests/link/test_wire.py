@@ -56,9 +56,9 @@ def test_a_frame_is_as_long_as_documented(sequence: int, overhead_byte: int) -> 
 
 
 def test_the_bytes_are_those_of_the_documented_format() -> None:
-    info = b"farside link 3 down"
+    info = b"farside link 4 down"
     key = HKDF(algorithm=SHA256(), length=32, salt=None, info=info).derive(KEY)
-    header = bytes((3, 0b001010_01, 1, 44))
+    header = bytes((4, 0b001010_01, 1, 44))
     nonce = b"down" + (300).to_bytes(8, "big")
     plain = header + AESGCM(key).encrypt(nonce, b"hello", header)
 
@@ -208,8 +208,10 @@ messages = st.recursive(
     lambda inner: st.lists(inner) | st.dictionaries(st.text(), inner),
     max_leaves=8,
 )
-fields = ["type", "number", "expires_ns", "order", "tokens", "goal", "path", "events", "action"]
-tags = ["command", "heartbeat", "proposal", "telemetry", "drive", "goal", "mode"]
+fields = ["type", "number", "expires_ns", "order", "tokens", "goal", "path", "what", "action"]
+fields += ["meant", "force", "stage", "why", "proposal"]
+tags = ["command", "heartbeat", "shown", "event", "proposal", "telemetry"]
+tags += ["drive", "veto", "goal", "mode", "ended"]
 
 
 @given(

@@ -6,7 +6,7 @@ from typing import Self
 
 import msgspec
 import pytest
-from noting import records_of
+from noting import failsafe_entry, records_of
 
 from farside.control import Failsafe, Mode, ModeCause
 from farside.frames import Fate, FrameFate
@@ -14,7 +14,7 @@ from farside.logs import Recorder
 from farside.messages import Telemetry
 from farside.node import Direction, Record, to_ns
 from farside.places import Chart
-from farside.topics import FailsafeEntry, GoalChange, GoalEntry, GoalSource, ModeEntry, Pose, Yard
+from farside.topics import GoalChange, GoalEntry, GoalSource, ModeEntry, Pose, Yard
 
 ROWS = (
     "#######",
@@ -41,7 +41,7 @@ class Handmade:
     def start(self, place: str = "at:D") -> Self:
         """Record what every run starts with."""
         self.note(0, Yard(ROWS, 1.0), ModeEntry(Mode.GUIDED, ModeCause.START))
-        return self.note(0, FailsafeEntry(Failsafe.NOMINAL, 0.0)).stand(0, place)
+        return self.note(0, failsafe_entry()).stand(0, place)
 
     def stand(self, t_s: float, place: str, heading_rad: float = math.pi / 2) -> Self:
         """Record that the rover truly is at `place`."""

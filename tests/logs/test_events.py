@@ -2,34 +2,41 @@
 
 import msgspec
 import pytest
-from noting import logged
+from noting import command_sent, failsafe_entry, logged
 
-from farside.control import BatteryState, Failsafe, Mode, ModeCause
+from farside.control import BatteryState, Cause, CommandStage, Failsafe, Mode, ModeCause, OnLoss
 from farside.frames import LinkOutage, OutageReason
 from farside.logs import time_text
 from farside.logs.events import event_line
 from farside.messages import (
     Approve,
     BatteryChanged,
-    CommandRefused,
+    CommandEnded,
+    CommandForced,
+    CommandsMissing,
     Drive,
     Event,
     FailsafeChanged,
+    GoalAside,
     GoalReached,
     Happening,
+    LinkBack,
     ModeChanged,
+    Order,
     Override,
     SetGoal,
     SetMode,
+    SetOnLoss,
     StuckChanged,
+    TakeBack,
+    Veto,
     WithdrawGoal,
 )
 from farside.node import Direction, to_ns
 from farside.topics import (
     ActionEnded,
     BatteryEntry,
-    CommandSent,
-    CommandTaken,
+    CommandEntry,
     EventLearned,
     FailsafeEntry,
     GoalChange,
@@ -46,8 +53,20 @@ from farside.topics import (
     ("message", "line"),
     [
         (ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST), "rover: mode autonomous: link lost"),
-        (FailsafeEntry(Failsafe.HOLD, 10.24), "rover: failsafe hold after 10.2 s of silence"),
-        (FailsafeEntry(Failsafe.NOMINAL, 0.0), "rover: failsafe nominal"),
+        (
+            failsafe_entry(Failsafe.HOLD, 10.24),
+            "rover: failsafe hold: nothing is heard, after 10.2 s of silence",
+        ),
+        (
+            FailsafeEntry(Failsafe.HOLD, "nobody drives", (Cause.UNCONFIRMED,), 0.9, 30.0),
+            "rover: failsafe hold: nobody drives",
+        ),
+        (
+            failsafe_entry(Failsafe.ALONE, 30.0),
+            "rover: failsafe alone: the link is lost, after 30.0 s of silence",
+        ),
+        (failsafe_entry(Failsafe.SAFE, 30.0), "rover: failsafe safe: the rover is stuck"),
+        (failsafe_entry(), "rover: failsafe nominal: the link is up"),
         (
             GoalEntry(("at:D", "on_charge"), GoalChange.SET, 2.5, GoalSource.INHERENT),
             "rover: goal at:D + on_charge set (inherent, priority 2.5)",
@@ -57,8 +76,43 @@ from farside.topics import (
             "rover: goal at:B reached",
         ),
         (
-            CommandTaken(7, Drive("N"), "expired"),
-            "rover: refuses command 7 (drive N): expired",
+            GoalEntry(("at:B",), GoalChange.WITHDRAWN, 1.0, GoalSource.MISSION),
+            "rover: goal at:B withdrawn",
+        ),
+        (
+            GoalEntry(("at:B",), GoalChange.SUSPENDED, 1.0, GoalSource.OPERATOR, "blocked"),
+            "rover: goal at:B suspended: blocked",
+        ),
+        (
+            GoalEntry(("at:B",), GoalChange.RECOVERED, 1.0, GoalSource.OPERATOR),
+            "rover: goal at:B recovered",
+        ),
+        (
+            CommandEntry(7, CommandStage.BEGUN, Drive("N", force=True), "N was blocked here"),
+            (
+                "rover: command 7 (drive N, forced) begins although N was blocked here, "
+                "as the operator insists"
+            ),
+        ),
+        (
+            CommandEntry(7, CommandStage.FAILED, Drive("N"), "its move was blocked"),
+            "rover: command 7 (drive N) failed: its move was blocked",
+        ),
+        (
+            CommandEntry(7, CommandStage.REFUSED, Drive("N"), "the battery is flat"),
+            "rover: command 7 (drive N) refused: the battery is flat",
+        ),
+        (
+            CommandEntry(7, CommandStage.EXPIRED, Approve(3), "it came too late"),
+            "rover: command 7 (approve proposal 3) expired: it came too late",
+        ),
+        (
+            CommandEntry(7, CommandStage.WITHDRAWN, Drive("N"), "the operator took it back"),
+            "rover: command 7 (drive N) withdrawn: the operator took it back",
+        ),
+        (
+            CommandEntry(7, CommandStage.SUPERSEDED, Drive("N"), "command 8 changed the mode"),
+            "rover: command 7 (drive N) superseded: command 8 changed the mode",
         ),
         (BatteryEntry(BatteryState.CHARGING, 0.254), "rover: battery charging, 25%"),
         (BatteryEntry(BatteryState.FLAT, 0.0), "rover: battery flat: the rover cannot move"),
@@ -72,12 +126,6 @@ from farside.topics import (
             LinkOutage(Direction.DOWN, down=False, reason=OutageReason.PASS),
             "link: downlink: gap between passes ends",
         ),
-        (CommandSent(7, Drive("N")), "ground: command 7: drive N"),
-        (CommandSent(8, Approve(3)), "ground: command 8: approve proposal 3"),
-        (CommandSent(9, Override(3, "E")), "ground: command 9: override proposal 3 with E"),
-        (CommandSent(10, SetMode(Mode.SHARED)), "ground: command 10: mode shared"),
-        (CommandSent(11, SetGoal(("at:A",), 1.0)), "ground: command 11: goal at:A, priority 1"),
-        (CommandSent(12, WithdrawGoal(("at:A",))), "ground: command 12: withdraw goal at:A"),
         (Silence(silent=True), "ground: hears nothing from the rover"),
         (Silence(silent=False), "ground: hears the rover"),
     ],
@@ -91,14 +139,70 @@ def test_the_line_of(message: msgspec.Struct, line: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("order", "text"),
+    [
+        (Drive("N"), "drive N"),
+        (Drive("N", force=True), "drive N, forced"),
+        (Approve(3), "approve proposal 3"),
+        (Override(3, "E"), "override proposal 3 with E"),
+        (Override(3, "E", force=True), "override proposal 3 with E, forced"),
+        (Veto(3), "veto proposal 3"),
+        (SetMode(Mode.SHARED), "mode shared"),
+        (SetGoal(("at:A",), 1.0), "goal at:A, priority 1"),
+        (WithdrawGoal(("at:A",)), "withdraw goal at:A"),
+        (TakeBack(6), "take back command 6"),
+        (SetOnLoss(OnLoss.HOLD), "hold on loss of the link"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else "",
+)
+def test_the_ground_gives_a_command(order: Order, text: str) -> None:
+    event = event_line(logged(0, command_sent(7, order)))
+
+    assert event is not None
+    assert f"{event.role}: {event.text}" == f"ground: command 7: {text}"
+
+
+@pytest.mark.parametrize(
     ("what", "text"),
     [
         (ModeChanged(Mode.AUTONOMOUS, ModeCause.LINK_LOST), "mode autonomous: link lost"),
-        (FailsafeChanged(Failsafe.LOST, to_ns(30)), "failsafe lost after 30.0 s of silence"),
+        (
+            FailsafeChanged(Failsafe.ALONE, "the link is lost", to_ns(30)),
+            "failsafe alone: the link is lost, after 30.0 s of silence",
+        ),
+        (
+            FailsafeChanged(Failsafe.NOMINAL, "the link is up", 0),
+            "failsafe nominal: the link is up",
+        ),
+        (
+            LinkBack(to_ns(412), 3, 1, (("at:A",), ("at:B",))),
+            "the link is back after 412.0 s; meanwhile 3 moves (1 blocked), and reached at:A, at:B",
+        ),
+        (LinkBack(to_ns(35), 1, 0, ()), "the link is back after 35.0 s; meanwhile 1 move"),
+        (LinkBack(to_ns(35), 0, 0, ()), "the link is back after 35.0 s; meanwhile no moves"),
+        (GoalAside(("at:B",), "unreachable"), "goal at:B put aside: unreachable"),
+        (GoalAside(("at:B",), None), "goal at:B taken up again"),
         (GoalReached(("at:B",)), "goal at:B reached"),
         (BatteryChanged(BatteryState.LOW, 0.2489), "battery low, 25%"),
         (StuckChanged(stuck=False, moves=0), "moves again"),
-        (CommandRefused(7, "expired"), "command 7 refused: expired"),
+        (StuckChanged(stuck=True, moves=4), "stuck: the last 4 moves were blocked"),
+        (
+            CommandEnded(7, CommandStage.REFUSED, "the battery is flat"),
+            "command 7 refused: the battery is flat",
+        ),
+        (
+            CommandEnded(7, CommandStage.SUPERSEDED, "the link was lost before it began"),
+            "command 7 superseded: the link was lost before it began",
+        ),
+        (
+            CommandForced(7, "N was blocked here just now"),
+            "command 7 begins although N was blocked here just now, as the operator insists",
+        ),
+        (
+            CommandsMissing(missing=True, last=9),
+            "commands up to 9 do not arrive, though the ground is heard",
+        ),
+        (CommandsMissing(missing=False, last=9), "commands up to 9 have arrived after all"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )
@@ -112,11 +216,14 @@ def test_the_ground_learns_of_an_event_with_its_time(what: Happening, text: str)
 @pytest.mark.parametrize(
     "message",
     [
-        CommandTaken(7, Drive("N"), None),
+        CommandEntry(7, CommandStage.TAKEN, Drive("N")),
+        CommandEntry(7, CommandStage.WAITING, Drive("N")),
+        CommandEntry(7, CommandStage.BEGUN, Drive("N")),
+        CommandEntry(7, CommandStage.DONE, Drive("N")),
         ActionEnded("E", 4.0, blocked=False),
         Pose(0.0, 0.0, 0.0, 0.0, "at:A", 1.0),
     ],
-    ids=["an obeyed command", "an action that ended well", "a measurement"],
+    ids=["taken", "waiting", "begun", "done", "an action that ended well", "a measurement"],
 )
 def test_no_line_for(message: msgspec.Struct) -> None:
     assert event_line(logged(0, message)) is None
@@ -128,9 +235,13 @@ def test_steps_of_a_tour_are_routine_and_changes_are_not() -> None:
         assert line is not None
         return line.routine
 
-    assert is_routine(CommandSent(1, Drive("N")))
-    assert is_routine(CommandSent(1, Approve(1)))
-    assert not is_routine(CommandSent(1, Override(1, "N")))
+    assert is_routine(command_sent(1, Drive("N")))
+    assert is_routine(command_sent(1, Approve(1)))
+    assert is_routine(CommandEntry(1, CommandStage.FAILED, Drive("N"), "its move was blocked"))
+    assert not is_routine(command_sent(1, Drive("N", force=True)))
+    assert not is_routine(command_sent(1, Override(1, "N")))
+    assert not is_routine(command_sent(1, Veto(1)))
+    assert not is_routine(CommandEntry(1, CommandStage.REFUSED, Drive("N"), "the battery is flat"))
     assert not is_routine(ModeEntry(Mode.SHARED, ModeCause.OPERATOR))
 
 
@@ -153,10 +264,12 @@ HOSTILE = "\x1b]0;you\x07\x1b[2J\u202e\n" * 99
     "message",
     [
         GoalEntry((HOSTILE,), GoalChange.SET, 1.0, GoalSource.OPERATOR),
-        CommandTaken(7, Drive(HOSTILE), HOSTILE),
+        FailsafeEntry(Failsafe.HOLD, HOSTILE, (), 0.0, 0.0),
+        CommandEntry(7, CommandStage.REFUSED, Drive(HOSTILE), HOSTILE),
         ActionEnded(HOSTILE, 4.0, blocked=True),
-        CommandSent(7, SetGoal((HOSTILE,), 1.0)),
-        EventLearned(Event(1, 0, CommandRefused(7, HOSTILE))),
+        command_sent(7, SetGoal((HOSTILE,), 1.0)),
+        EventLearned(Event(1, 0, CommandEnded(7, CommandStage.REFUSED, HOSTILE))),
+        EventLearned(Event(1, 0, LinkBack(0, 0, 0, ((HOSTILE,),)))),
     ],
     ids=lambda message: type(message).__name__,
 )

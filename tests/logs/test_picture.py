@@ -20,6 +20,7 @@ from farside.topics import (
     GoalSource,
     ModeEntry,
     Pose,
+    ProposalEnded,
     Silence,
 )
 
@@ -58,11 +59,27 @@ def test_an_action_lasts_until_it_ends(run: Any) -> None:
 
 
 def test_a_proposal_lasts_as_long_as_its_goal(run: Any) -> None:
-    proposal = Proposal(1, 0, ("at:A",), "N", Chooser.GOAL_DIRECTED, ())
+    proposal = Proposal(1, 0, ("at:A",), "N", ())
     run.start().goal(1, "at:A").goal(1, "at:B").note(2, proposal)
 
     assert picture_of(run.reach(3, "at:B")).proposal == proposal
     assert picture_of(run.reach(4, "at:A")).proposal is None
+
+
+def test_a_proposal_lasts_until_it_ends_and_not_longer_than_the_next(run: Any) -> None:
+    first, second = (Proposal(number, 0, ("at:A",), "N", ()) for number in (1, 2))
+    run.start().goal(1, "at:A").note(2, first, second)
+
+    assert picture_of(run.note(3, ProposalEnded(1, "it came late"))).proposal == second
+    assert picture_of(run.note(4, ProposalEnded(2, "vetoed by the operator"))).proposal is None
+
+
+def test_a_goal_put_aside_stays_on_the_list(run: Any) -> None:
+    run.start().goal(1, "at:A").goal(2, "at:A", change=GoalChange.SUSPENDED)
+    assert list(picture_of(run).goals) == [("at:A",)]
+
+    run.goal(3, "at:A", change=GoalChange.RECOVERED)
+    assert list(picture_of(run).goals) == [("at:A",)]
 
 
 def test_each_direction_counts_its_own_frames(run: Any) -> None:
@@ -88,7 +105,7 @@ def test_a_new_priority_for_a_goal_on_the_list_is_no_event(run: Any) -> None:
 
 
 @given(
-    moments=st.lists(st.tuples(st.integers(0, 40), st.integers(0, 8)), max_size=30),
+    moments=st.lists(st.tuples(st.integers(0, 40), st.integers(0, 9)), max_size=30),
     at=st.integers(0, 40),
 )
 def test_a_picture_made_from_the_index_is_that_of_everything_before(
@@ -98,7 +115,8 @@ def test_a_picture_made_from_the_index_is_that_of_everything_before(
         ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST),
         GoalEntry(("at:B",), GoalChange.SET, 2.0, GoalSource.OPERATOR),
         GoalEntry(("at:B",), GoalChange.REACHED, 2.0, GoalSource.OPERATOR),
-        Proposal(1, 0, ("at:B",), "N", Chooser.GOAL_DIRECTED, ()),
+        Proposal(1, 0, ("at:B",), "N", ()),
+        ProposalEnded(1, "vetoed by the operator"),
         ActionEnded("E", 4.0, blocked=True),
         Pose(1.5, 2.5, 0.0, 0.0, "at:A", 1.0),
         Cycle((), (), (), 0, 0, 0, 1, 0, 0.0),

@@ -149,7 +149,7 @@ def test_without_a_terminal_every_event_is_a_line_and_nothing_is_paced(
 
     assert output(console) == (
         "      0.0 s  rover   mode guided: start\n"
-        "      0.0 s  rover   failsafe nominal\n"
+        "      0.0 s  rover   failsafe nominal: the link is up\n"
         "      2.0 s  link    uplink: blackout begins\n"
         "      5.0 s  rover   mode autonomous: link lost\n"
         "      8.0 s  ground  hears nothing from the rover\n"

@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 from any_message import YARDS, messages
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
-from noting import logged
+from noting import failsafe_entry, logged
 from rich.cells import cell_len
 from rich.console import Console
 
@@ -18,7 +18,7 @@ from farside.logs import LogEntry, Picture, screen
 from farside.messages import Proposal, ProposedStep
 from farside.node import Direction, to_ns
 from farside.places import Chart
-from farside.topics import ActionStarted, Cycle, FailsafeEntry, ModeEntry, Pose, Silence
+from farside.topics import ActionStarted, Cycle, ModeEntry, Pose, Silence, Yard
 
 
 def shown(run: Any, now_s: float, *, width: int = 80, height: int = 24, **options: Any) -> str:
@@ -45,9 +45,9 @@ def lost(run: Any) -> Any:
     for direction in Direction:
         run.note(4, LinkOutage(direction, down=True, reason=OutageReason.BLACKOUT))
     run.frame(5, Direction.UP, Fate.OUTAGE).frame(5, Direction.DOWN, Fate.OUTAGE)
-    run.note(15, FailsafeEntry(Failsafe.HOLD, 10.0), Silence(silent=True))
+    run.note(15, failsafe_entry(Failsafe.HOLD, 10.0), Silence(silent=True))
     run.note(
-        35, FailsafeEntry(Failsafe.LOST, 30.0), ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST)
+        35, failsafe_entry(Failsafe.ALONE, 30.0), ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST)
     )
     path = (
         ProposedStep(("at:D",), "N", 8.0),
@@ -55,13 +55,13 @@ def lost(run: Any) -> Any:
         ProposedStep(("at:B",), "N", 0.0),
     )
     run.note(36, Cycle(("at:D",), (), (), 2, 1, 0, 74, 212, 0.625))
-    run.note(36, Proposal(9, 0, ("at:B",), "N", Chooser.GOAL_DIRECTED, path))
+    run.note(36, Proposal(9, 0, ("at:B",), "N", path))
     run.note(36, ActionStarted("N", Chooser.GOAL_DIRECTED, None, ("at:B",)))
     return run.stand(33, "at:3,1").stand(34, "at:4,1").stand(37, "at:D")
 
 
 AT_80_BY_24 = """\
-  37.5 s   AUTONOMOUS    LOST                                      blackout.mcap
+  37.5 s   AUTONOMOUS    ALONE                                     blackout.mcap
 ╭─ yard ─────────────────────────╮╭─ rover ────────────────────────────────────╮
 │ ██████████████                 ││ at       at:D, 0.00 m/s                    │
 │ ██A   ██  B ██                 ││ battery  ████████████░░░░ 75%              │
@@ -80,9 +80,9 @@ AT_80_BY_24 = """\
 │  3.0 s rover  goal at:B set (operator, priority 1)                           │
 │  4.0 s link   uplink: blackout begins                                        │
 │  4.0 s link   downlink: blackout begins                                      │
-│ 15.0 s rover  failsafe hold after 10.0 s of silence                          │
+│ 15.0 s rover  failsafe hold: nothing is heard, after 10.0 s of silence       │
 │ 15.0 s ground hears nothing from the rover                                   │
-│ 35.0 s rover  failsafe lost after 30.0 s of silence                          │
+│ 35.0 s rover  failsafe alone: the link is lost, after 30.0 s of silence      │
 │ 35.0 s rover  mode autonomous: link lost                                     │
 ╰──────────────────────────────────────────────────────────────────────────────╯"""
 
@@ -101,7 +101,7 @@ def test_it_fills_a_larger_terminal(lost: Any) -> None:
 def test_the_end_of_the_run_is_shown_if_known(lost: Any) -> None:
     header = shown(lost, 37.5, end_ns=to_ns(90)).splitlines()[0]
 
-    assert header.startswith("  37.5 s / 90.0 s   AUTONOMOUS    LOST ")
+    assert header.startswith("  37.5 s / 90.0 s   AUTONOMOUS    ALONE ")
 
 
 def test_the_screen_of_an_empty_picture_says_that_nothing_is_known(run: Any) -> None:
@@ -179,7 +179,7 @@ def test_at_any_size_all_that_matters_is_on_the_screen(
     east, north = data.draw(st.sampled_from(sorted(chart.tokens)))
     picture = Picture(chart=chart)
     picture.apply(logged(0, ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST)))
-    picture.apply(logged(0, FailsafeEntry(Failsafe.LOST, 30.0)))
+    picture.apply(logged(0, failsafe_entry(Failsafe.ALONE, 30.0)))
     picture.apply(logged(0, Pose(east + 0.5, north + 0.5, math.pi / 4, 0.0, "at:1,1", 1.0)))
     page = io.StringIO()
     console = Console(file=page, width=width, height=height, color_system=None)
@@ -191,8 +191,8 @@ def test_at_any_size_all_that_matters_is_on_the_screen(
     assert all(cell_len(line) <= width for line in lines)
     assert "1234.5 s" in lines[0]
     assert " AUTONOMOUS " in lines[0]
-    assert " LOST " in lines[0]
-    assert "failsafe lost" in "\n".join(lines)
+    assert " ALONE " in lines[0]
+    assert "failsafe alone" in "\n".join(lines)
     rows = [row for row, line in enumerate(lines) if "↗" in line]
     assert len(rows) == 1
     title, shown_east = lines[1], lines[rows[0]].partition("↗")[0]
@@ -245,6 +245,7 @@ def test_in_a_narrow_and_tall_terminal_the_instruments_stand_below_the_map(run: 
 
 @settings(max_examples=30, deadline=None)
 @given(yard=YARDS, entries=st.lists(messages, max_size=12))
+@example(yard=Yard(("###", "#.#", "###"), 1.0), entries=[Pose(1, 1, 1.7e308, 0, "at:1,1", 1)])
 def test_whatever_a_log_holds_the_screen_can_be_drawn(yard: Any, entries: Any) -> None:
     picture = Picture()
     for message in (yard, *entries):

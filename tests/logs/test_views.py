@@ -5,20 +5,20 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from noting import view_of
+from noting import command_sent, failsafe_entry, view_of
 
-from farside.control import Failsafe, Mode, ModeCause
+from farside.control import CommandStage, Failsafe, Mode, ModeCause
 from farside.frames import Fate, LinkOutage, OutageReason
 from farside.logs import GoalSpan, LogError, LogFile, ModeSpan, OutageSpan, Recorder, RunView
 from farside.messages import Drive
 from farside.node import Direction, Topic
 from farside.topics import (
+    GROUND_COMMAND,
     GROUND_SILENCE,
+    ROVER_COMMAND,
     TRUTH_POSE,
-    CommandSent,
-    CommandTaken,
+    CommandEntry,
     Cycle,
-    FailsafeEntry,
     GoalChange,
     GoalSource,
     ModeEntry,
@@ -30,11 +30,11 @@ UP, DOWN = Direction.UP, Direction.DOWN
 
 def test_mode_and_failsafe_over_a_loss_of_the_link(run: Any) -> None:
     run.start()
-    run.note(100, FailsafeEntry(Failsafe.HOLD, 10.0))
+    run.note(100, failsafe_entry(Failsafe.HOLD, 10.0))
     run.note(
-        120, FailsafeEntry(Failsafe.LOST, 30.0), ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST)
+        120, failsafe_entry(Failsafe.ALONE, 30.0), ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST)
     )
-    run.note(300, FailsafeEntry(Failsafe.NOMINAL, 0.0), ModeEntry(Mode.GUIDED, ModeCause.OPERATOR))
+    run.note(300, failsafe_entry(), ModeEntry(Mode.GUIDED, ModeCause.OPERATOR))
 
     view = view_of(run.records)
 
@@ -47,7 +47,7 @@ def test_mode_and_failsafe_over_a_loss_of_the_link(run: Any) -> None:
         Mode.GUIDED, Mode.GUIDED, Mode.AUTONOMOUS, Mode.AUTONOMOUS, Mode.GUIDED,
     ]  # fmt: skip
     assert [view.failsafe_at(t_s) for t_s in (99, 100, 120, 300)] == [
-        Failsafe.NOMINAL, Failsafe.HOLD, Failsafe.LOST, Failsafe.NOMINAL,
+        Failsafe.NOMINAL, Failsafe.HOLD, Failsafe.ALONE, Failsafe.NOMINAL,
     ]  # fmt: skip
     assert view.duration_s == 300.0
 
@@ -170,15 +170,50 @@ def test_a_goal_set_by_operator_and_mission_has_a_span_for_each(run: Any) -> Non
     )
 
 
+def test_a_goal_put_aside_and_taken_up_again_is_one_goal_all_along(run: Any) -> None:
+    run.start().goal(1, "at:A").goal(2, "at:A", change=GoalChange.SUSPENDED)
+    run.goal(4, "at:A", change=GoalChange.RECOVERED).stand(9, "at:A").reach(9, "at:A")
+
+    assert view_of(run.records).goals == (
+        GoalSpan(("at:A",), GoalSource.OPERATOR, 1.0, reached_s=9.0),
+    )
+
+
+def test_a_mission_goal_withdrawn_before_it_was_on_the_list_was_never_a_goal(run: Any) -> None:
+    run.start().goal(1, "at:A", change=GoalChange.WITHDRAWN, source=GoalSource.MISSION)
+
+    assert view_of(run.records).goals == ()
+
+
 # --- commands and the DEM ----------------------------------------------------------------------
 
 
-def test_commands_are_listed_as_sent_and_as_received(run: Any) -> None:
-    sent, taken = CommandSent(1, Drive("N")), CommandTaken(1, Drive("N"), None)
-    view = view_of(run.start().note(1, sent).note(5.25, taken).records)
+def test_commands_are_listed_as_sent_as_received_and_stage_by_stage(run: Any) -> None:
+    order = Drive("N")
+    sent = command_sent(1, order)
+    taken, waiting = (
+        CommandEntry(1, stage, order) for stage in (CommandStage.TAKEN, CommandStage.WAITING)
+    )
+    expired = CommandEntry(1, CommandStage.EXPIRED, order, "it came too late to begin")
+    view = view_of(run.start().note(1, sent).note(5.25, taken, waiting).note(9, expired).records)
 
     assert view.commands_sent == ((1.0, sent),)
     assert view.commands_taken == ((5.25, taken),)
+    assert view.command_stages == ((5.25, taken), (5.25, waiting), (9.0, expired))
+
+
+def test_topics_are_read_together_in_the_order_of_the_log(run: Any) -> None:
+    sent = command_sent(1, Drive("N"))
+    taken = CommandEntry(1, CommandStage.TAKEN, sent.order)
+    silence = Silence(silent=True)
+    view = view_of(run.start().note(2, sent, silence).note(3, taken).note(4, silence).records)
+
+    assert list(view.together(ROVER_COMMAND, GROUND_SILENCE, GROUND_COMMAND)) == [
+        (2.0, sent),
+        (2.0, silence),
+        (3.0, taken),
+        (4.0, silence),
+    ]
 
 
 def test_the_state_of_the_dem_is_its_last_cycle(run: Any) -> None:

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import msgspec
 import pytest
-from noting import records_of, view_of
+from noting import command_sent, records_of, view_of
 
-from farside.control import Chooser, Mode, ModeCause
+from farside.control import Chooser, CommandStage, Mode, ModeCause
 from farside.frames import Fate, FrameFate, LinkOutage, OutageReason
 from farside.logs import RunView
 from farside.messages import Drive
@@ -21,8 +21,8 @@ from farside.missions.schema import (
 from farside.node import Direction, to_ns
 from farside.topics import (
     ActionStarted,
+    CommandEntry,
     CommandSent,
-    CommandTaken,
     GoalChange,
     GoalEntry,
     GoalSource,
@@ -133,37 +133,72 @@ def test_the_charge_never_falls_below_what_is_expected(
     assert (judgement.met, judgement.detail) == (met, detail)
 
 
-def sent(t_s: int, number: int, action: str = "N") -> tuple[int, CommandSent]:
-    return (t_s, CommandSent(number, Drive(action)))
+def sent(t_s: int, number: int, action: str = "N") -> tuple[float, CommandSent]:
+    return (t_s, command_sent(number, Drive(action)))
 
 
-def taken(
-    t_s: int, number: int, action: str = "N", refused: str | None = None
-) -> tuple[int, CommandTaken]:
-    return (t_s, CommandTaken(number, Drive(action), refused))
+def begun(
+    t_s: float, number: int, action: str = "N"
+) -> list[tuple[float, CommandEntry | ActionStarted]]:
+    """A command to drive is taken and begins."""
+    stages = (CommandStage.TAKEN, CommandStage.WAITING, CommandStage.BEGUN)
+    return [
+        *((t_s, CommandEntry(number, stage, Drive(action))) for stage in stages),
+        (t_s, ActionStarted(action, Chooser.GUIDED, number, None)),
+    ]
 
 
-def begun(t_s: int, number: int) -> tuple[int, ActionStarted]:
-    return (t_s, ActionStarted("N", Chooser.GUIDED, number, None))
+def ended(
+    t_s: float, number: int, stage: CommandStage, why: str | None = None
+) -> tuple[float, CommandEntry]:
+    return (t_s, CommandEntry(number, stage, Drive("N"), why))
+
+
+def refused(t_s: float, number: int) -> list[tuple[float, CommandEntry]]:
+    """A command to drive is taken and refused."""
+    why = "the battery is flat"
+    return [
+        ended(t_s, number, CommandStage.TAKEN),
+        ended(t_s, number, CommandStage.REFUSED, why),
+    ]
+
+
+DONE = CommandStage.DONE
 
 
 @pytest.mark.parametrize(
     ("events", "met"),
     [
-        ([sent(1, 1), taken(3, 1), begun(3, 1)], True),
-        ([sent(1, 1), taken(3, 1, refused="it came too late")], True),
-        ([taken(3, 1)], False),
-        ([sent(5, 1), taken(3, 1)], False),
-        ([sent(1, 1), taken(3, 1, "S")], False),
-        ([sent(1, 1), taken(3, 1), taken(4, 1)], False),
-        ([sent(1, 1), taken(3, 1, refused="it came too late"), begun(3, 1)], False),
-        ([begun(3, 1)], False),
+        ([sent(1, 1), *begun(3, 1), ended(7, 1, DONE)], True),
+        ([sent(1, 1), *begun(3, 1)], True),
+        ([sent(1, 1), *refused(3, 1)], True),
+        (begun(3, 1), False),
+        ([sent(5, 1), *begun(3, 1)], False),
+        ([sent(1, 1), *begun(3, 1, "S")], False),
+        ([sent(1, 1), *begun(3, 1), *begun(4, 1)], False),
+        ([sent(1, 1), *refused(3, 1), begun(3, 1)[-1]], False),
+        ([sent(1, 1), begun(3, 1)[-1]], False),
     ],
 )
 def test_only_commands_that_were_sent_may_be_obeyed(
     events: Sequence[tuple[float, msgspec.Struct]], met: bool
 ) -> None:
     assert judge(ObedienceExpected(), run(*events)).met is met
+
+
+def test_obedience_says_how_the_commands_ended() -> None:
+    orders = [sent(1, number) for number in (1, 2, 3, 4)]
+    done = [*begun(3, 1), ended(7, 1, DONE), *begun(8, 2), ended(9, 2, DONE)]
+    judgement = judge(ObedienceExpected(), run(*orders, *done, *refused(10, 3), *refused(11, 4)))
+    assert (judgement.met, judgement.detail) == (True, "4 sent, 2 done, 2 refused")
+
+
+def test_obedience_tells_the_first_surprise_and_when_it_was() -> None:
+    judgement = judge(ObedienceExpected(), run(*begun(3, 1)))
+    assert (judgement.met, judgement.detail) == (
+        False,
+        "command 1 taken, though nobody gave it, at 3.0 s",
+    )
 
 
 def arrived(
