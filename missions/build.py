@@ -52,7 +52,7 @@ def build_node(role: Role, mission: MissionFile, extensions: Extensions = NONE) 
         case Role.LINK:
             return _channel(mission)
         case Role.GROUND:
-            return _ground(mission, extensions)
+            return build_ground(mission, build_operator(mission, extensions))
 
 
 def _rover(mission: MissionFile, extensions: Extensions) -> Rover:
@@ -98,16 +98,13 @@ def _channel(mission: MissionFile) -> Channel:
     return Channel(mission.link, rngs)
 
 
-def _ground(mission: MissionFile, extensions: Extensions) -> Ground:
-    return Ground(
-        mission.ground,
-        _operator(mission, extensions),
-        tick_ns=mission.tick_ns,
-        terms=_terms(mission),
-    )
+def build_ground(mission: MissionFile, operator: Operator) -> Ground:
+    """The ground station of a mission, with `operator` at it."""
+    return Ground(mission.ground, operator, tick_ns=mission.tick_ns, terms=_terms(mission))
 
 
-def _operator(mission: MissionFile, extensions: Extensions) -> Operator:
+def build_operator(mission: MissionFile, extensions: Extensions = NONE) -> Operator:
+    """The operator that the `[ground]` table names; see `build_node`."""
     ground, chart = mission.ground, mission.world.chart()
     if ground.operator in OPERATOR.built_in:
         return ScriptedOperator(ground.script, chart)
