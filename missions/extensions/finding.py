@@ -97,7 +97,8 @@ def _imported(kind: Kind, name: str) -> ModuleType:
         if error.name is None or not f"{name}.".startswith(f"{error.name}."):
             raise _broken(kind, name, error) from error
         expected = "expected a module on Python's path, or beside the mission, or in this folder"
-        raise _refused(kind, expected, f"no {error.name}: put {top}.py there") from error
+        file = f"{name.replace('.', '/')}.py"
+        raise _refused(kind, expected, f"no {error.name}: put {file} there") from error
     except (Exception, SystemExit) as error:
         raise _broken(kind, name, error) from error
 
