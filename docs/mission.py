@@ -104,6 +104,8 @@ class Reference:
             case {"type": "array", "items": items}:
                 inner = self._value(items)
                 return "an array of tables" if inner == "a table" else f"an array: {inner}"
+            case {"type": "object"}:
+                return "a table: names and values of your own"
             case {"type": "boolean"}:
                 return "`true` or `false`"
             case {"type": "string", **rest}:

@@ -16,6 +16,13 @@ PlaceName = Annotated[str, Meta(extra={"names": "place"})]
 ActionName = Annotated[str, Meta(extra={"names": "action"})]
 """The name of an action of the rover, such as `N`; see `farside.validation.named`."""
 
+Plain = bool | int | float | str
+
+Options = dict[
+    Annotated[str, Meta(pattern=r"^[A-Za-z_][A-Za-z0-9_]*\Z")], Plain | tuple[Plain, ...]
+]
+"""Options for code of one's own, passed on as keyword arguments: values, or arrays of them."""
+
 
 class Section(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A table of the mission file. Unknown keys are refused."""

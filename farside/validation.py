@@ -95,6 +95,9 @@ def mismatches(data: object, schema: inspect.Type, key: Key = ()) -> Iterator[Pr
         case inspect.VarTupleType() if isinstance(data, list):
             for index, entry in enumerate(data):
                 yield from mismatches(entry, schema.item_type, (*key, str(index)))
+        case inspect.DictType() if isinstance(data, dict):
+            for name, entry in data.items():
+                yield from _option((*key, name), entry, schema)
         case _ if not _fits(data, schema):
             hint = did_you_mean(data, _choices(schema)) if isinstance(data, str) else ""
             yield Problem(key, f"expected {_expected(schema, data)}, found {shown(data)}{hint}")
@@ -147,8 +150,28 @@ def _in_union(data: object, schema: inspect.UnionType, key: Key) -> Iterator[Pro
             yield from _in_tagged(data, tagged, key)
         else:
             yield from _in_table(data, structs[0], key)
+    elif isinstance(data, list) and (arrays := _arrays(kinds)):
+        yield from mismatches(data, arrays[0], key)
+    elif len(plain := [kind for kind in kinds if not _arrays([kind])]) > 1 and not structs:
+        if not any(_fits(data, kind) for kind in plain):
+            yield Problem(key, f"expected {_any_of(kinds)}, found {shown(data)}")
     elif data is not None or not schema.includes_none:
         yield from mismatches(data, kinds[0], key)
+
+
+def _arrays(kinds: Iterable[inspect.Type]) -> list[inspect.Type]:
+    return [kind for kind in kinds if isinstance(kind, inspect.VarTupleType)]
+
+
+def _any_of(kinds: Iterable[inspect.Type]) -> str:
+    return " or ".join(dict.fromkeys(map(_expected, kinds)))
+
+
+def _option(key: Key, data: object, schema: inspect.DictType) -> Iterator[Problem]:
+    """What is wrong with an entry of a table whose keys are the user's own."""
+    if not _fits(key[-1], _bare(schema.key_type)):
+        yield Problem(key, f"expected a name of letters, digits and _, found {dotted(key[-1:])}")
+    yield from mismatches(data, schema.value_type, key)
 
 
 def _in_tagged(

@@ -1,7 +1,17 @@
 """The `[ground]` table of a mission file. Defaults are project defaults."""
 
+from msgspec import field
+
 from farside.control import Mode
-from farside.settings import ActionName, Count, NonNegative, PlaceName, Positive, Section
+from farside.settings import (
+    ActionName,
+    Count,
+    NonNegative,
+    Options,
+    PlaceName,
+    Positive,
+    Section,
+)
 
 
 class OverrideAt(Section, frozen=True):
@@ -81,9 +91,12 @@ ScriptStep = Tour | SwitchMode | Pursue | AwaitReached | WaitUntil
 
 
 class GroundConfig(Section, frozen=True):
-    """The ground station: a scripted operator, and what it sends by itself.
+    """The ground station: its operator, and what it sends by itself.
 
     Attributes:
+        operator: who decides at the ground: `scripted`; the name of an installed operator; or
+            `module:Class` of one's own, see `docs/extend.md`.
+        operator_options: what an operator other than `scripted` is made with.
         script: the steps of the scripted operator, in order.
         heartbeat_s: interval between heartbeats on the uplink.
         silent_after_s: the rover counts as silent when no frame has arrived for this long beyond a
@@ -91,6 +104,8 @@ class GroundConfig(Section, frozen=True):
         command_lifetime_s: a command expires this long, plus a round trip, after it was given.
     """
 
+    operator: str = "scripted"
+    operator_options: Options = field(default_factory=dict)
     script: tuple[ScriptStep, ...] = ()
     heartbeat_s: Positive = 2.0
     silent_after_s: Positive = 6.0

@@ -8,7 +8,8 @@ from farside.link.profile.config import LinkConfig
 from farside.link.profile.schedule import outages_of
 from farside.missions.schema import ChargeExpected, MissionFile, ReachedExpected
 from farside.node import Direction, to_ns
-from farside.validation import Problem
+from farside.rover.config import DemConfig
+from farside.validation import Problem, shown
 
 _RARELY_LOST = 0.5
 """A link that loses fewer of its frames than this is not taken for lost by chance."""
@@ -27,7 +28,8 @@ def warnings(mission: MissionFile) -> Iterator[Problem]:
     if 2 * mission.rover.body.radius_m >= mission.world.cell_m:
         text = f"the rover is as wide as a cell of {mission.world.cell_m:g} m: it will be blocked"
         yield Problem(("rover", "body", "radius_m"), text)
-    for number, step in enumerate(mission.ground.script):
+    yield from _unread(mission)
+    for number, step in enumerate(mission.ground.script if plan.is_scripted else ()):
         key = ("ground", "script", str(number))
         match step:
             case Tour(places=places) if places:
@@ -44,10 +46,22 @@ def warnings(mission: MissionFile) -> Iterator[Problem]:
     yield from _expectations(mission, plan)
 
 
+def _unread(mission: MissionFile) -> Iterator[Problem]:
+    """What a controller or an operator of one's own has no use for."""
+    rover, ground = mission.rover, mission.ground
+    if ground.operator != "scripted" and ground.script:
+        text = f"is not read: ground.operator is {shown(ground.operator)}"
+        yield Problem(("ground", "script"), text)
+    if rover.controller != "dem" and rover.dem != DemConfig():
+        text = f"is not read: rover.controller is {shown(rover.controller)}"
+        yield Problem(("rover", "dem"), text)
+
+
 class _Plan:
     """What is known of a run as the script goes on.
 
     Attributes:
+        is_scripted: whether the operator follows the script. Of any other nothing is known.
         mode: the rover's, if the link is not lost.
         at: the place where the rover is, `None` if that is not known.
         wanted: the places that the operator has set as goals.
@@ -57,6 +71,7 @@ class _Plan:
     """
 
     def __init__(self, mission: MissionFile) -> None:
+        self.is_scripted = mission.ground.operator == "scripted"
         self.mode = Mode.GUIDED
         self.at: str | None = mission.rover.start
         self.wanted: set[str] = set()
@@ -93,7 +108,11 @@ def _pursue(key: tuple[str, ...], step: Pursue, plan: _Plan) -> Iterator[Problem
 def _unwanted(key: tuple[str, ...], verb: str, place: str, plan: _Plan) -> Iterator[Problem]:
     """The problem with a place to be reached as a goal that nobody ever wants."""
     plan.at = None
-    if place in plan.wanted or (place in plan.preloaded and plan.loses_link):
+    if (
+        not plan.is_scripted
+        or place in plan.wanted
+        or (place in plan.preloaded and plan.loses_link)
+    ):
         return
     text = f"{verb} goal {place}, which no step before sets, and which is not in rover.goals"
     if place in plan.preloaded:

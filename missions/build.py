@@ -7,13 +7,18 @@ from numpy.random import Generator
 
 from farside.dem import DynamicExpectancyModel
 from farside.ground.node import Ground
+from farside.ground.operators.operator import Operator
 from farside.ground.operators.scripted import ScriptedOperator
 from farside.link.channel.node import Channel
 from farside.link.endpoint.endpoint import LinkTerms
+from farside.missions.extensions.finding import find_class
+from farside.missions.extensions.kinds import CONTROLLER, NONE, OPERATOR, Extensions
+from farside.missions.extensions.making import make_controller, make_operator
 from farside.missions.schema import MissionFile
 from farside.node import Direction, Node, Role, to_ns
 from farside.places import ACTIONS
 from farside.rover.config import RoverConfig
+from farside.rover.control.controller import Controller
 from farside.rover.node import Rover, RoverStreams
 
 
@@ -26,26 +31,40 @@ class _Purpose(IntEnum):
     SOIL = 2
     SENSORS = 3
     LEARNING = 4
+    OPERATOR = 5
 
 
-def build_node(role: Role, mission: MissionFile) -> Node:
-    """The node that plays `role` in `mission`, at time 0."""
+def build_node(role: Role, mission: MissionFile, extensions: Extensions = NONE) -> Node:
+    """The node that plays `role` in `mission`, at time 0.
+
+    Args:
+        role: the role.
+        mission: the mission.
+        extensions: the controller and operator of one's own; what is not there and not built in is
+            found by its name.
+
+    Raises:
+        ExtensionError: if it is not found.
+    """
     match role:
         case Role.ROVER:
-            return _rover(mission)
+            return _rover(mission, extensions)
         case Role.LINK:
             return _channel(mission)
         case Role.GROUND:
-            return _ground(mission)
+            return build_ground(mission, build_operator(mission, extensions))
 
 
-def _rover(mission: MissionFile) -> Rover:
+def _rover(mission: MissionFile, extensions: Extensions) -> Rover:
+    def controller(rover: RoverConfig, rng: Generator) -> Controller:
+        return build_controller(rover, rng, extensions)
+
     return Rover(
         mission.rover,
         mission.world.chart(),
         tick_ns=mission.tick_ns,
         terms=_terms(mission),
-        controller=_model,
+        controller=controller,
         streams=RoverStreams(
             soil=_stream(mission.seed, _Purpose.SOIL),
             sensors=_stream(mission.seed, _Purpose.SENSORS),
@@ -54,9 +73,15 @@ def _rover(mission: MissionFile) -> Rover:
     )
 
 
-def _model(rover: RoverConfig, rng: Generator) -> DynamicExpectancyModel:
+def build_controller(
+    rover: RoverConfig, rng: Generator, extensions: Extensions = NONE
+) -> Controller:
+    """The controller that the `[rover]` table names; see `build_node`."""
     costs = dict.fromkeys(ACTIONS, rover.drive.move_cost_s)
-    return DynamicExpectancyModel(costs, rover.dem, rng=rng)
+    if rover.controller in CONTROLLER.built_in:
+        return DynamicExpectancyModel(costs, rover.dem, rng=rng)
+    kind = extensions.controller or find_class(CONTROLLER, rover.controller)
+    return make_controller(kind, costs, rng, rover.controller_options)
 
 
 def _terms(mission: MissionFile) -> LinkTerms:
@@ -73,13 +98,19 @@ def _channel(mission: MissionFile) -> Channel:
     return Channel(mission.link, rngs)
 
 
-def _ground(mission: MissionFile) -> Ground:
-    return Ground(
-        mission.ground,
-        ScriptedOperator(mission.ground.script, mission.world.chart()),
-        tick_ns=mission.tick_ns,
-        terms=_terms(mission),
-    )
+def build_ground(mission: MissionFile, operator: Operator) -> Ground:
+    """The ground station of a mission, with `operator` at it."""
+    return Ground(mission.ground, operator, tick_ns=mission.tick_ns, terms=_terms(mission))
+
+
+def build_operator(mission: MissionFile, extensions: Extensions = NONE) -> Operator:
+    """The operator that the `[ground]` table names; see `build_node`."""
+    ground, chart = mission.ground, mission.world.chart()
+    if ground.operator in OPERATOR.built_in:
+        return ScriptedOperator(ground.script, chart)
+    kind = extensions.operator or find_class(OPERATOR, ground.operator)
+    rng = _stream(mission.seed, _Purpose.OPERATOR)
+    return make_operator(kind, chart, rng, ground.operator_options)
 
 
 def _stream(seed: int, purpose: _Purpose) -> Generator:

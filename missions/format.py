@@ -38,9 +38,11 @@ def summary(kind: type) -> str:
 
 
 def key_texts(kind: type) -> dict[str, str]:
-    """What each key of a table means, from the attributes in its docstring."""
+    """What each key of a table means, from the attributes in its docstring or an older kind's."""
+    older = [base for base in kind.__bases__ if issubclass(base, msgspec.Struct)]
+    inherited = {key: text for base in older for key, text in key_texts(base).items()}
     section = _ATTRIBUTES.search(inspect.cleandoc(kind.__doc__ or "") + "\n")
-    return {
+    return inherited | {
         name.strip(): _one_line(text)
         for names, text in _ATTRIBUTE.findall(section.group(1) if section else "")
         for name in names.split(",")

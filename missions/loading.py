@@ -5,16 +5,32 @@ from importlib import resources
 from importlib.resources.abc import Traversable
 from itertools import chain, islice
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import msgspec
 
 from farside.files import parse_toml, read_text
 from farside.link.profile.resolve import LinkConfigError, resolve_link, with_preset
 from farside.missions.assignments import Assignment, assign, read_assignments
+from farside.missions.extensions.kinds import (
+    CONTROLLER,
+    NONE,
+    OPERATOR,
+    ExtensionError,
+    Extensions,
+    idle_options,
+    named_in,
+    own,
+    search_path,
+    searching,
+)
 from farside.missions.schema import MAX_TICKS, MissionFile
 from farside.places import ACTIONS, Cell, Chart, place_token
 from farside.validation import Key, Problem, did_you_mean, dotted, mismatches, named, shown
+
+if TYPE_CHECKING:
+    from farside.ground.operators.operator import Operator
+    from farside.rover.control.controller import Controller
 
 _SCHEMA = msgspec.inspect.type_info(MissionFile)
 
@@ -40,20 +56,28 @@ class LoadedMission(NamedTuple):
         text: the exact text of the mission file, without the assignments.
         source: path or name of the mission, as given to `load_mission`.
         overrides: dotted keys and values of the assignments, in order.
+        extensions: the controller and operator of one's own that it names.
     """
 
     mission: MissionFile
     text: str
     source: str
     overrides: tuple[tuple[str, object], ...] = ()
+    extensions: Extensions = NONE
 
 
 def load_mission(
     source: str | Path,
     assignments: Sequence[str] | Mapping[str, object] = (),
     seed: int | None = None,
+    *,
+    controller: "type[Controller] | None" = None,
+    operator: "type[Operator] | None" = None,
 ) -> LoadedMission:
     """Read a mission file, apply the assignments, and check the result.
+
+    A controller or operator of one's own is imported and made once, so that what is wrong with it
+    is told now; so loading a mission runs the code that it names.
 
     Args:
         source: path of a TOML file, or name of a mission shipped with Farside. A file with that
@@ -61,6 +85,8 @@ def load_mission(
         assignments: `key=value` strings, or values by dotted key; see
             `farside.missions.assignments`. The last assignment to a key wins.
         seed: replaces the mission's seed.
+        controller: a class in place of the one that the mission names, for a run in this process.
+        operator: likewise.
 
     Raises:
         MissionError: if the file cannot be read or is not a valid mission. Nothing else is raised.
@@ -76,6 +102,9 @@ def load_mission(
         raise MissionError(f"{source}: {error}") from error
     if seed is not None:
         made.append(Assignment(("seed",), seed, f"--seed {seed}"))
+    for kind, given in ((CONTROLLER, controller), (OPERATOR, operator)):
+        if given is not None:
+            made.append(Assignment(kind.key, _label(given), f"a {kind.what} given from Python"))
     problems = chain(_apply(made, data), _insert_preset(data), _schema_problems(data))
     _refuse(problems, source, made)
     mission = msgspec.convert(data, MissionFile)
@@ -85,8 +114,41 @@ def load_mission(
     except LinkConfigError as error:
         _refuse(_link_problems(error), source, made)
         raise
-    given = tuple((dotted(change.key), change.value) for change in made)
-    return LoadedMission(msgspec.structs.replace(mission, link=link), text, str(source), given)
+    try:
+        extensions = _extensions(mission, Path(source).parent, controller, operator)
+    except ExtensionError as error:
+        _refuse([error.problem], source, made)
+        raise
+    overrides = tuple((dotted(change.key), change.value) for change in made)
+    mission = msgspec.structs.replace(mission, link=link)
+    return LoadedMission(mission, text, str(source), overrides, extensions)
+
+
+def _label(given: type) -> str:
+    return f"{given.__module__}:{given.__qualname__}"
+
+
+def _extensions(
+    mission: MissionFile,
+    folder: Path,
+    controller: "type[Controller] | None",
+    operator: "type[Operator] | None",
+) -> Extensions:
+    """Find and check the code of one's own that a mission is to be run with."""
+    if not own(mission):
+        return NONE
+    # Imports numpy and all that flies a rover, which no other mission needs to be checked.
+    from farside.missions.extensions.checks import checked  # noqa: PLC0415
+
+    path = search_path(folder)
+    given = {CONTROLLER.what: controller, OPERATOR.what: operator}
+    found: dict[str, Any] = {}
+    with searching(path):
+        for kind, name, options in named_in(mission):
+            if name not in kind.built_in:
+                found[kind.what] = checked(kind, name, options, mission, given[kind.what])
+    local = controller is not None or operator is not None
+    return Extensions(path=path, local=local, **found)
 
 
 def _read(source: str | Path) -> str:
@@ -164,6 +226,7 @@ def _refuse(
 
 def _inconsistencies(mission: MissionFile, data: dict[str, object]) -> Iterator[Problem]:
     """Problems between tables that are each valid alone."""
+    yield from idle_options(mission)
     if mission.duration_s < mission.tick_s:
         text = f"expected at least tick_s = {mission.tick_s:g}, found {mission.duration_s:g}"
         yield Problem(("duration_s",), text)

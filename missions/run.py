@@ -25,6 +25,7 @@ from farside.missions.crew.crew import (
 )
 from farside.missions.crew.processes import ProcessCrew
 from farside.missions.expectations import judge
+from farside.missions.extensions.kinds import searching
 from farside.missions.interrupts import Interrupts
 from farside.missions.loading import LoadedMission
 from farside.missions.result import (
@@ -125,13 +126,21 @@ def run_mission(
             where one process is the cause; no log is written then. If the log is damaged, deleted
             or not accepted by the disk during the run; it holds what was recorded before.
         LogError: if the log cannot be created.
+        ValueError: if the mission was loaded with a class, and is not to be run in this process.
     """
     mission = loaded.mission
     watcher = watcher or _Unwatched()
+    if loaded.extensions.local and not in_process:
+        raise ValueError(
+            "expected a run in this process, as its controller or operator was given as a class; "
+            "in processes, name it in the mission as module:Class"
+        )
     with ExitStack() as stack:
+        # Also for what code of one's own imports later on.
+        stack.enter_context(searching(loaded.extensions.path))
         interrupts = interrupts or stack.enter_context(Interrupts())
         with interrupts.breakable(at=1):
-            crew = stack.enter_context(_crew(mission, patience, watcher, in_process=in_process))
+            crew = stack.enter_context(_crew(loaded, patience, watcher, in_process=in_process))
         recorder = Recorder.in_folder(out, f"{mission.name}-seed{mission.seed}")
         stack.enter_context(_log_failures())
         stack.enter_context(recorder)
@@ -160,15 +169,15 @@ def run_mission(
     )
 
 
-def _crew(mission: MissionFile, patience: Patience, watcher: Watcher, *, in_process: bool) -> Crew:
+def _crew(loaded: LoadedMission, patience: Patience, watcher: Watcher, *, in_process: bool) -> Crew:
     if in_process:
-        return InProcessCrew(*(_node(role, mission) for role in Role))
-    return ProcessCrew(mission, patience, watcher.wait)
+        return InProcessCrew(*(_node(role, loaded) for role in Role))
+    return ProcessCrew(loaded.mission, patience, watcher.wait, path=loaded.extensions.path)
 
 
-def _node(role: Role, mission: MissionFile) -> Node:
+def _node(role: Role, loaded: LoadedMission) -> Node:
     try:
-        return build_node(role, mission)
+        return build_node(role, loaded.mission, loaded.extensions)
     except Exception as error:
         raise CrewError(LostProcess.of_node(role, 0, error)) from error
 

@@ -3,11 +3,11 @@
 from enum import StrEnum
 from typing import Annotated
 
-from msgspec import Meta
+from msgspec import Meta, field
 
 from farside.control import OnLoss
 from farside.dem import Exploration, Parameters
-from farside.settings import Fraction, NonNegative, PlaceName, Positive, Section
+from farside.settings import Fraction, NonNegative, Options, PlaceName, Positive, Section
 
 Physical = Annotated[float, Meta(ge=1e-3, le=1e6)]
 """A quantity of the physics, in whatever unit: far smaller or greater ones overflow in it (project
@@ -244,6 +244,10 @@ class RoverConfig(Section, frozen=True):
         failsafe: when silence counts as loss of the link, and what happens then.
         consent: how the operator consents to proposals.
         faults: what goes wrong during the run.
+        controller: what flies the rover when the operator does not: `dem`, the Dynamic Expectancy
+            Model; the name of an installed one; or `module:Class` of one's own, see
+            `docs/extend.md`.
+        controller_options: what a controller other than `dem` is made with.
         dem: parameters of the Dynamic Expectancy Model.
     """
 
@@ -256,4 +260,6 @@ class RoverConfig(Section, frozen=True):
     failsafe: FailsafeConfig = FailsafeConfig()
     consent: ConsentConfig = ConsentConfig()
     faults: tuple[Fault, ...] = ()
+    controller: str = "dem"
+    controller_options: Options = field(default_factory=dict)
     dem: DemConfig = DemConfig()

@@ -32,10 +32,18 @@ Sample = tuple[str, bytes]
 
 
 class Briefing(msgspec.Struct, frozen=True):
-    """What the launcher sends a new process, as one line of JSON on its standard input."""
+    """What the launcher sends a new process, as one line of JSON on its standard input.
+
+    Attributes:
+        ticket: lets the process join.
+        mission: the mission, with its seed.
+        path: the folders to import from, in order, where the mission names code of one's own: each
+            process must find the same. Otherwise empty.
+    """
 
     ticket: Ticket
     mission: MissionFile
+    path: tuple[str, ...] = ()
 
 
 class Advance(msgspec.Struct, frozen=True, array_like=True):

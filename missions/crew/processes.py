@@ -49,6 +49,7 @@ class ProcessCrew(Crew):
         patience: how long to wait for a process that does not answer, such as one that is stopped.
         tell_waiting: called with the roles that are waited for, and for how many wall-clock
             seconds so far, whenever the patience says so.
+        path: see `Briefing`.
     """
 
     def __init__(
@@ -56,8 +57,10 @@ class ProcessCrew(Crew):
         mission: MissionFile,
         patience: Patience = _PATIENT,
         tell_waiting: Callable[[Sequence[Role], float], None] = lambda _roles, _waited_s: None,
+        *,
+        path: tuple[str, ...] = (),
     ) -> None:
-        self._mission = mission
+        self._mission, self._path = mission, path
         self._patience = patience
         self._tell_waiting = tell_waiting
         self._resources = ExitStack()
@@ -89,7 +92,7 @@ class ProcessCrew(Crew):
                 how = f"could not be started ({error.strerror})"
                 raise CrewError(LostProcess(role, 0, how, "")) from error
         for role, child in self._children.items():
-            child.brief(Briefing(self._router.tickets[role], self._mission))
+            child.brief(Briefing(self._router.tickets[role], self._mission, self._path))
         self._reports(0, until_ns=0)
 
     @property

@@ -29,6 +29,8 @@ def main() -> None:
 
 def _play(briefing: Briefing) -> None:
     role = briefing.ticket.role
+    if briefing.path:
+        sys.path[:] = briefing.path
     party = Party(role, build_node(role, briefing.mission))
     with join(briefing.ticket) as connection:
         connection.publish(*party.report([]))

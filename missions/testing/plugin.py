@@ -15,6 +15,9 @@ import pytest
 if TYPE_CHECKING:
     from farside.missions.testing.rehearsal import Rehearsal
 
+# Asserts in there are to say what they found, as in a test's own module.
+pytest.register_assert_rewrite("farside.missions.testing.contracts")
+
 
 @pytest.fixture
 def mission(tmp_path: Path) -> "Callable[[str | Path], Rehearsal]":

@@ -1,13 +1,18 @@
 """Rehearsals: missions run from a test in simulated time, with blackouts scripted in the test."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Self
+from typing import Self, cast
 
+from farside.ground.operators.operator import Operator
 from farside.missions.loading import load_mission
 from farside.missions.run import FinishedRun, run_mission
+from farside.rover.control.controller import Controller
+from farside.settings import Plain
 
 _BLACKOUTS = "link.blackouts"
+
+_CONTROLLER, _OPERATOR = "rover.controller", "ground.operator"
 
 
 class Rehearsal:
@@ -57,6 +62,21 @@ class Rehearsal:
         blackout = {"start_s": start_s, "end_s": start_s + duration_s, "direction": direction}
         return self.set(_BLACKOUTS, [*scripted, blackout])
 
+    def controller(
+        self, controller: type[Controller] | str, **options: Plain | Sequence[Plain]
+    ) -> Self:
+        """Have the rover flown by this controller.
+
+        Args:
+            controller: the class, which may be one of the test's own, or the name of one.
+            options: what it is made with, in place of `rover.controller_options`.
+        """
+        return self.set(_CONTROLLER, controller).set(f"{_CONTROLLER}_options", options)
+
+    def operator(self, operator: type[Operator] | str, **options: Plain | Sequence[Plain]) -> Self:
+        """Have this operator decide at the ground; see `controller`."""
+        return self.set(_OPERATOR, operator).set(f"{_OPERATOR}_options", options)
+
     def run(self) -> FinishedRun:
         """Run the mission.
 
@@ -64,7 +84,18 @@ class Rehearsal:
             MissionError: if the mission with the changed values is not valid.
             KeyboardInterrupt: if the run was interrupted.
         """
-        loaded = load_mission(self._source, self._assignments)
+        given = dict(self._assignments)
+        classes = {
+            key: given.pop(key)
+            for key in (_CONTROLLER, _OPERATOR)
+            if isinstance(given.get(key), type)
+        }
+        loaded = load_mission(
+            self._source,
+            given,
+            controller=cast("type[Controller] | None", classes.get(_CONTROLLER)),
+            operator=cast("type[Operator] | None", classes.get(_OPERATOR)),
+        )
         run = run_mission(loaded, in_process=True, out=self._out)
         if run.interrupted:
             raise KeyboardInterrupt

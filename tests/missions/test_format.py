@@ -109,6 +109,8 @@ def test_every_key_is_in_the_reference_with_the_default_of_the_code(
 def quoted(field: msgspec.structs.FieldInfo) -> str:
     """A default in the words of the reference."""
     match field.default:
+        case msgspec.NODEFAULT if field.default_factory is dict:
+            return "empty"
         case msgspec.NODEFAULT:
             return "required"
         case None:
