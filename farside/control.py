@@ -41,7 +41,7 @@ class Cause(StrEnum):
     """What the failsafe looks at: each is so or not so at any moment.
 
     Attributes:
-        EXPECTED_SILENCE: the contact plan has the uplink closed now.
+        EXPECTED_SILENCE: nothing is heard, and the contact plan explains it.
         SILENCE: nothing was heard for `hold_after_s`, though the plan has the uplink open.
         LOST: the countdown of such silence is used up.
         UNCONFIRMED: the link is back after the rover took over, and the operator has not yet said

@@ -14,6 +14,7 @@ from farside.rover.config import FailsafeConfig, ReturnTo
 from farside.rover.control.authority import Authority, Conditions, Parts
 from farside.rover.control.orders import Orders
 from farside.rover.control.proposals import Situation
+from farside.rover.failsafe.table import OrdersThen
 from farside.topics import GoalSource
 
 
@@ -77,7 +78,7 @@ class Pilot:
         """The action to begin now that the rover stands still; `None` to keep still."""
         if self._parts.battery.empty:
             return None
-        if not self._parts.silence.silent:
+        if self._parts.watch.orders in {OrdersThen.BEGIN, OrdersThen.INSIST}:
             while (order := self._parts.commands.next) is not None:
                 if (undertaking := self._begin(order)) is not None:
                     return undertaking
@@ -118,10 +119,8 @@ class Pilot:
         return None
 
     def _unsafe(self) -> str | None:
-        rule = self._parts.watch.rule
-        if rule.state is Failsafe.SAFE and not self.authority.conditions.stuck:
-            return rule.why
-        return None
+        watch = self._parts.watch
+        return watch.rule.why if watch.orders is OrdersThen.INSIST else None
 
     @property
     def _is_charging(self) -> bool:

@@ -25,7 +25,8 @@ class Silence:
         grace_ns: the longest gap that is no silence.
         quiet_ns: time since `heard_ns` that the contact plan does not explain.
         silent: whether that is silence.
-        expected: whether the contact plan has the uplink closed now.
+        expected: whether the contact plan explains that nothing is heard: it has the uplink closed
+            now, or it had, and what has been open since is too short to be silence.
         lost: whether the countdown is used up.
     """
 

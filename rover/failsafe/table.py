@@ -4,11 +4,12 @@ The table is all there is of it: the program looks up the state in it, `docs/fai
 and lets a reader toggle the causes. The state is a function of the present causes alone. Nothing is
 remembered here, so no order of events can lead to a state that its causes do not justify.
 
-In every state the operator's orders begin unless there is silence, since what was ordered before
-it may be wrong by now. What the rover begins of its own, the column `acts` says.
+What the rover begins of its own, the column `acts` says. What becomes of the operator's orders is a
+shorter table, `ORDERS`.
 """
 
 from collections.abc import Set as AbstractSet
+from enum import StrEnum
 from typing import NamedTuple
 
 from farside.control import Cause, Failsafe
@@ -100,6 +101,31 @@ TABLE: tuple[Rule, ...] = (
 """The rules in order: the first that applies counts. The last one always applies."""
 
 
+class OrdersThen(StrEnum):
+    """What becomes of orders: begun; only begun if forced; not begun yet; ended without it."""
+
+    BEGIN = "begun as soon as the rover stands still"
+    INSIST = "refused, unless the operator insists"
+    WAIT = "kept waiting, since what was ordered before the silence may be wrong by now"
+    DROP = "dropped, and the operator told so"
+
+
+ORDERS: tuple[tuple[Cause | None, OrdersThen], ...] = (
+    (Cause.LOST, OrdersThen.DROP),
+    (Cause.SILENCE, OrdersThen.WAIT),
+    (Cause.TILT, OrdersThen.INSIST),
+    (Cause.SENSOR_DEAD, OrdersThen.INSIST),
+    # A rover that is stuck may be driven, since that may free it.
+    (None, OrdersThen.BEGIN),
+)
+"""What becomes of the operator's orders: the first whose cause is so, or has none, counts."""
+
+
 def rule_for(causes: AbstractSet[Cause]) -> Rule:
     """The rule that applies when exactly `causes` are so."""
     return next(rule for rule in TABLE if rule.when <= causes and not rule.unless & causes)
+
+
+def orders_for(causes: AbstractSet[Cause]) -> OrdersThen:
+    """What becomes of the operator's orders when exactly `causes` are so."""
+    return next(then for cause, then in ORDERS if cause is None or cause in causes)

@@ -7,7 +7,7 @@ from farside.messages import FailsafeChanged
 from farside.node import Journal, to_s
 from farside.rover.events import EventQueue
 from farside.rover.failsafe.silence import Silence
-from farside.rover.failsafe.table import Rule, rule_for
+from farside.rover.failsafe.table import Rule, orders_for, rule_for
 from farside.topics import ROVER_FAILSAFE, FailsafeEntry
 
 
@@ -20,6 +20,7 @@ class FailsafeWatch:
 
     Attributes:
         rule: the rule that applies.
+        orders: what becomes of the operator's orders.
     """
 
     def __init__(self, silence: Silence, journal: Journal, events: EventQueue) -> None:
@@ -27,6 +28,7 @@ class FailsafeWatch:
         self._journal, self._events = journal, events
         self._causes: frozenset[Cause] = frozenset()
         self.rule: Rule = rule_for(self._causes)
+        self.orders = orders_for(self._causes)
 
     @property
     def state(self) -> Failsafe:
@@ -42,6 +44,7 @@ class FailsafeWatch:
         if causes == self._causes:
             return False
         self._causes = frozenset(causes)
+        self.orders = orders_for(causes)
         rule = rule_for(causes)
         if rule is self.rule:
             return False

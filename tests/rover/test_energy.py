@@ -1,4 +1,4 @@
-"""The battery and the failsafe: small machines, each told step by step."""
+"""The battery: a small machine, told step by step."""
 
 from collections.abc import Sequence
 
@@ -6,11 +6,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.control import Failsafe
 from farside.node import to_ns
 from farside.rover.battery import Battery
-from farside.rover.config import BatteryConfig, FailsafeConfig
-from farside.rover.failsafe import FailsafeLadder
+from farside.rover.config import BatteryConfig
 
 SMALL = BatteryConfig(capacity_j=1000.0, idle_w=1.0, drive_w=9.0, charge_w=101.0, low=0.2)
 
@@ -61,28 +59,3 @@ def test_charge_stays_between_empty_and_full(stretches: Sequence[tuple[int, bool
         now_s += duration_s
         battery.flow(to_ns(now_s), driving=driving, docked=docked)
         assert 0 <= battery.charge <= 1
-
-
-def ladder() -> FailsafeLadder:
-    return FailsafeLadder(FailsafeConfig(hold_after_s=10, lost_after_s=30), first_heard_ns=0)
-
-
-def test_silence_leads_to_hold_and_then_to_lost() -> None:
-    failsafe = ladder()
-    changes = [(s, failsafe.state) for s in range(60) if failsafe.update(to_ns(s))]
-    assert changes == [(10, Failsafe.HOLD), (30, Failsafe.LOST)]
-
-
-def test_any_frame_brings_it_back() -> None:
-    failsafe = ladder()
-    failsafe.update(to_ns(40))
-    failsafe.heard(to_ns(40))
-    assert failsafe.update(to_ns(41))
-    assert failsafe.state is Failsafe.NOMINAL
-    assert failsafe.silence_ns(to_ns(41)) == to_ns(1)
-
-
-def test_there_is_no_silence_before_the_first_frame_can_arrive() -> None:
-    failsafe = FailsafeLadder(FailsafeConfig(), first_heard_ns=to_ns(1200))
-    assert not failsafe.update(to_ns(1205))
-    assert failsafe.silence_ns(to_ns(1000)) == 0
