@@ -18,7 +18,7 @@ from farside.missions.schema import MissionFile
 from farside.node import Direction, Node, Role, to_ns
 from farside.places import ACTIONS
 from farside.rover.config import RoverConfig
-from farside.rover.control.controller import Controller
+from farside.rover.controller import Controller
 from farside.rover.node import Rover, RoverStreams
 
 

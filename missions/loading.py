@@ -30,7 +30,7 @@ from farside.validation import Key, Problem, did_you_mean, dotted, mismatches, n
 
 if TYPE_CHECKING:
     from farside.ground.operators.operator import Operator
-    from farside.rover.control.controller import Controller
+    from farside.rover.controller import Controller
 
 _SCHEMA = msgspec.inspect.type_info(MissionFile)
 

@@ -6,17 +6,17 @@ from farside.lazily import lazily
 
 if TYPE_CHECKING:
     from farside.rover.config import RoverConfig
-    from farside.rover.control.controller import Controller
-    from farside.rover.control.plain import PlainController
+    from farside.rover.controller import Controller
     from farside.rover.node import Rover, RoverStreams
+    from farside.rover.plain import PlainController
 
 __all__ = ["Controller", "PlainController", "Rover", "RoverConfig", "RoverStreams"]
 
 __getattr__ = lazily(
     __name__,
     {
-        "Controller": "control.controller",
-        "PlainController": "control.plain",
+        "Controller": "controller",
+        "PlainController": "plain",
         "Rover": "node",
         "RoverConfig": "config",
         "RoverStreams": "node",

@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from farside.dem import Goal
 from farside.messages import GoalAside, GoalReached, Tokens
 from farside.node import Journal
-from farside.rover.control.controller import Controller
+from farside.rover.controller import Controller
 from farside.rover.events import EventQueue
 from farside.topics import ROVER_GOAL, GoalChange, GoalEntry, GoalSource
 
@@ -85,6 +85,7 @@ class Goals:
 
     def want(self, tokens: Tokens, priority: float, source: GoalSource) -> None:
         """Put a Sign on the list for `source`, or change the priority that it gives."""
+        tokens = _sign(tokens)
         new = not self.wants(tokens, source)
         self._controller.set_goal(tokens, priority, source.value)
         if new:
@@ -97,16 +98,17 @@ class Goals:
         mission goal is withdrawn for good, also before it comes on the list; the rover's own until
         the rover stops wanting it.
         """
+        tokens = _sign(tokens)
         if self.wants(tokens, GoalSource.OPERATOR):
             self._give_up(tokens, GoalSource.OPERATOR)
-        elif (goal := tuple(sorted(set(tokens)))) in self._mission:
-            priority = self._mission.pop(goal)
-            if self.wants(goal, GoalSource.MISSION):
-                self._give_up(goal, GoalSource.MISSION)
+        elif tokens in self._mission:
+            priority = self._mission.pop(tokens)
+            if self.wants(tokens, GoalSource.MISSION):
+                self._give_up(tokens, GoalSource.MISSION)
             else:
-                self._note(goal, GoalChange.WITHDRAWN, priority, GoalSource.MISSION)
+                self._note(tokens, GoalChange.WITHDRAWN, priority, GoalSource.MISSION)
         elif self.wants(tokens, GoalSource.INHERENT):
-            self._dismissed.add(goal)
+            self._dismissed.add(tokens)
             self._give_up(tokens, GoalSource.INHERENT)
         else:
             return "it is no goal"
@@ -175,3 +177,8 @@ class Goals:
         why: str | None = None,
     ) -> None:
         self._journal.note(ROVER_GOAL, GoalEntry(tokens, change, priority, source, why))
+
+
+def _sign(tokens: Tokens) -> Tokens:
+    """The Sign of these Tokens, in whatever order an operator names them."""
+    return tuple(sorted(set(tokens)))

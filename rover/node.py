@@ -23,9 +23,9 @@ from farside.rover.commands import Commands
 from farside.rover.condition import Condition
 from farside.rover.config import RoverConfig
 from farside.rover.control.authority import Conditions, Parts
-from farside.rover.control.controller import Controller
 from farside.rover.control.cycle import ControlCycle
 from farside.rover.control.proposals import Proposals
+from farside.rover.controller import Controller
 from farside.rover.drive import STAND, Move
 from farside.rover.events import EventQueue
 from farside.rover.failsafe.gate import SafetyGate

@@ -11,7 +11,7 @@ from farside.missions.extensions.kinds import CONTROLLER, ExtensionError, Kind
 from farside.missions.extensions.making import make_controller, make_operator
 from farside.missions.schema import MissionFile
 from farside.places import ACTIONS
-from farside.rover.control.controller import Controller
+from farside.rover.controller import Controller
 from farside.settings import Options
 from farside.validation import Problem, did_you_mean
 

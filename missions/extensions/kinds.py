@@ -12,7 +12,7 @@ from farside.validation import Key, Problem, shown
 
 if TYPE_CHECKING:
     from farside.ground.operators.operator import Operator
-    from farside.rover.control.controller import Controller
+    from farside.rover.controller import Controller
 
 
 class Kind(NamedTuple):

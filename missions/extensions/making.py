@@ -7,7 +7,7 @@ from numpy.random import Generator
 
 from farside.ground.operators.operator import Operator
 from farside.places import Chart
-from farside.rover.control.controller import Controller
+from farside.rover.controller import Controller
 from farside.settings import Options
 
 

@@ -24,7 +24,7 @@ from farside.missions.crew.crew import InProcessCrew
 from farside.missions.loading import LoadedMission, load_mission
 from farside.node import Role, to_ns
 from farside.places import ACTIONS, BATTERY_LOW, LINK_UP, ON_CHARGE
-from farside.rover.control.controller import Controller
+from farside.rover.controller import Controller
 from farside.settings import Plain
 from farside.topics import OperatorEntry
 

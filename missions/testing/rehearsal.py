@@ -7,7 +7,7 @@ from typing import Self, cast
 from farside.ground.operators.operator import Operator
 from farside.missions.loading import load_mission
 from farside.missions.run import FinishedRun, run_mission
-from farside.rover.control.controller import Controller
+from farside.rover.controller import Controller
 from farside.settings import Plain
 
 _BLACKOUTS = "link.blackouts"

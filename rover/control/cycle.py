@@ -4,7 +4,7 @@ from farside.control import Chooser
 from farside.dem import Choice, Why
 from farside.messages import ProposedStep, Tokens
 from farside.node import Journal
-from farside.rover.control.controller import Controller
+from farside.rover.controller import Controller
 from farside.rover.goals import Goals
 from farside.topics import ROVER_CYCLE, ROVER_DECISION, Arc, Cycle, Decision
 

@@ -5,7 +5,7 @@ import math
 from farside.places import ON_CHARGE
 from farside.rover.battery import Battery
 from farside.rover.config import DriveConfig
-from farside.rover.control.controller import Controller
+from farside.rover.controller import Controller
 from farside.rover.failsafe.track import Track
 
 _REMEMBERED = 8  # moves that the mean duration of a move reaches back over

@@ -12,15 +12,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from farside.control import Failsafe, Mode
 from farside.link import LinkConfig, LinkTerms, OneWay, ground_endpoint, rover_endpoint
 from farside.link.endpoint.endpoint import Endpoint
 from farside.messages import (
     Command,
     Event,
-    Failsafe,
     GoalReached,
     Heartbeat,
-    Mode,
     SetGoal,
     Telemetry,
 )
