@@ -45,8 +45,9 @@ bench: $(VENV)/.ready-to-develop ## measure simulated seconds per wall second
 	$(BIN)/python tests/bench/gym_table.py
 	$(BIN)/python tests/bench/peers/table.py
 
-reference: $(VENV)/.ready-to-develop ## write the reference in docs/mission.md
+reference: $(VENV)/.ready-to-develop ## write the reference in docs/mission.md, and docs/failsafe.html
 	$(BIN)/python docs/mission.py
+	$(BIN)/python docs/failsafe.py
 
 picture: $(VENV)/.ready-to-develop ## draw docs/blackout.svg, the picture in the README
 	$(BIN)/python docs/picture.py

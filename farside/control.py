@@ -44,7 +44,7 @@ class Cause(StrEnum):
         EXPECTED_SILENCE: nothing is heard, and the contact plan explains it.
         SILENCE: nothing was heard for `hold_after_s`, though the plan has the uplink open.
         LOST: the countdown of such silence is used up.
-        UNCONFIRMED: the link is back after the rover took over, and the operator has not yet said
+        UNCONFIRMED: the rover took over when the link was lost, and the operator has not yet said
             who drives.
         FORBIDDEN: the mission or the operator forbids autonomy on loss.
         EXHAUSTED: there is no goal, neither the operator's nor the mission's nor the rover's own.
