@@ -152,10 +152,12 @@ def _in_union(data: object, schema: inspect.UnionType, key: Key) -> Iterator[Pro
             yield from _in_table(data, structs[0], key)
     elif isinstance(data, list) and (arrays := _arrays(kinds)):
         yield from mismatches(data, arrays[0], key)
-    elif len(plain := [kind for kind in kinds if not _arrays([kind])]) > 1 and not structs:
+    elif data is None and schema.includes_none:
+        pass
+    elif len(plain := [kind for kind in kinds if kind not in structs]) > 1:
         if not any(_fits(data, kind) for kind in plain):
-            yield Problem(key, f"expected {_any_of(kinds)}, found {shown(data)}")
-    elif data is not None or not schema.includes_none:
+            yield Problem(key, f"expected {_any_of(plain)}, found {shown(data)}")
+    else:
         yield from mismatches(data, kinds[0], key)
 
 

@@ -127,5 +127,20 @@ def test_what_can_never_come_about_is_warned_of(
     assert warned(tmp_path, *tables) == [warning]
 
 
+def test_of_an_operator_of_ones_own_nothing_is_known() -> None:
+    """Nobody can tell which goals it sets. What nobody reads is warned of."""
+    own = {"ground.operator": "caller:Caller", "ground.operator_options.places": ["A"]}
+    expects = [{"what": "reached", "place": "A"}]
+    loaded = load_mission("blackout", own | {"expect": expects, "ground.script": []})
+    assert list(warnings(loaded.mission)) == []
+    loaded = load_mission(
+        "blackout", own | {"rover.controller": "pathfinder:Pathfinder", "rover.dem.alpha": 0.3}
+    )
+    assert [f"{dotted(key)}: {text}" for key, text in warnings(loaded.mission)] == [
+        'ground.script: is not read: ground.operator is "caller:Caller"',
+        'rover.dem: is not read: rover.controller is "pathfinder:Pathfinder"',
+    ]
+
+
 def test_the_shipped_missions_are_not_warned_of() -> None:
     assert list(warnings(load_mission("blackout").mission)) == []

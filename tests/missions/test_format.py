@@ -67,6 +67,8 @@ def test_missions_that_ship_are_good_by_the_schema(
         ("link.up.loss", {"model": "gilbert-elliott", "p": 2, "r": 0.1}),
         ("ground.script", [{"do": "dance"}]),
         ("expect", [{"what": "reached"}]),
+        ("rover.controller_options", {"deep": {"er": 1}}),
+        ("ground.operator_options", {"two words": 1}),
         ("name", "My Mission"),
         ("seed", -1),
     ],
