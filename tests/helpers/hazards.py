@@ -29,7 +29,7 @@ from farside.places import Chart
 from farside.topics import OperatorEntry
 
 YARDS = {
-    "corridor": ("##########", "#D......B#", "##########"),
+    "corridor": ("########", "#D....B#", "########"),
     "rooms": (
         "#########",
         "#A..#..B#",
@@ -40,8 +40,8 @@ YARDS = {
         "#########",
     ),
     "rocks": ("########", "#A.o..B#", "#..o...#", "#D....C#", "########"),
-    "no dock": ("#######", "#A...B#", "#.###.#", "#.....#", "#######"),
-    "shadow": ("##########", "#D.~~~..B#", "#..~~~...#", "#A......C#", "##########"),
+    "no dock": ("######", "#A..B#", "#.##.#", "#....#", "######"),
+    "shadow": ("########", "#D.~~.B#", "#A.~..C#", "########"),
 }
 DURATION_S = 300.0
 ANSWERS = ("approve", "approve", "approve", "override", "veto", "twice", "late")
@@ -139,16 +139,20 @@ def orders(places: Sequence[str]) -> st.SearchStrategy[Order]:
 def scripts(places: Sequence[str]) -> st.SearchStrategy[tuple[ScriptStep, ...]]:
     """A tour that teaches, then modes and goals."""
     place = st.sampled_from(places)
-    tour = st.lists(place, min_size=1, max_size=4).map(lambda way: Tour(places=tuple(way)))
+    # There and back, so that ways to what was seen are known both ways.
+    tour = st.lists(place, min_size=2, max_size=3).map(lambda way: Tour(places=(*way, *way[::-1])))
     later = st.one_of(
-        tour,
+        st.builds(Pursue, place=place),
         st.builds(SwitchMode, mode=st.sampled_from(Mode)),
         st.builds(Pursue, place=place, priority=st.sampled_from([0.5, 2.0])),
     )
     mode = st.sampled_from([Mode.SHARED, Mode.SHARED, Mode.AUTONOMOUS, Mode.GUIDED])
-    return st.tuples(tour, st.builds(SwitchMode, mode=mode), st.lists(later, max_size=4)).map(
-        lambda parts: (parts[0], parts[1], *parts[2])
-    )
+    return st.tuples(
+        tour,
+        st.builds(SwitchMode, mode=mode),
+        st.builds(Pursue, place=place),
+        st.lists(later, max_size=3),
+    ).map(lambda parts: (*parts[:3], *parts[3]))
 
 
 @st.composite
@@ -161,7 +165,7 @@ def hazards(draw: st.DrawFn) -> Hazard:
     burst: list[tuple[float, Order]] = [
         (burst_s, Drive(action)) for action in draw(st.lists(ACTIONS, max_size=6))
     ]
-    wild = draw(st.lists(st.tuples(TIMES, orders(places)), max_size=12))
+    wild = draw(st.lists(st.tuples(TIMES, orders(places)), max_size=8))
     starts = sorted(draw(st.lists(TIMES, max_size=5)))
     lengths = draw(st.lists(st.floats(1, 90), min_size=5, max_size=5))
     ways = draw(st.lists(st.sampled_from(["both", "up", "down"]), min_size=5, max_size=5))
