@@ -4,6 +4,7 @@ from farside.control import Chooser
 from farside.dem import Choice, Why
 from farside.messages import ProposedStep, Tokens
 from farside.node import Journal
+from farside.places import ACTIONS
 from farside.rover.controller import Controller
 from farside.rover.goals import Goals
 from farside.topics import ROVER_CYCLE, ROVER_DECISION, Arc, Cycle, Decision
@@ -70,8 +71,18 @@ class ControlCycle:
             self._goals.follow_aside(tokens)
 
     def choose(self, *, explore: bool) -> Choice | None:
-        """What the controller would do now; `None` for nothing."""
-        return self._controller.choose(explore=explore)
+        """What the controller would do now; `None` for nothing.
+
+        Raises:
+            ValueError: if that is no action of the rover.
+        """
+        choice = self._controller.choose(explore=explore)
+        if choice is not None and choice.action not in ACTIONS:
+            known = ", ".join(ACTIONS)
+            raise ValueError(
+                f"expected the controller to choose one of {known}, found {choice.action!r}"
+            )
+        return choice
 
     def path(self) -> tuple[ProposedStep, ...]:
         """The policy path to the top-goal, as a proposal tells it."""

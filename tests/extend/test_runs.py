@@ -198,6 +198,18 @@ def test_a_class_defined_within_a_test(mission: Mission) -> None:
     )
 
 
+def test_a_controller_that_chooses_what_no_rover_can_do_ends_the_run(mission: Mission) -> None:
+    class Flier(PlainController):
+        def choose(self, *, explore: bool = True) -> Choice | None:
+            return Choice("up") if explore else None
+
+    (lost,) = mission(RELAY).controller(Flier).run().lost_processes
+    assert lost.role == "rover"
+    assert lost.last_words.endswith(
+        "ValueError: expected the controller to choose one of N, E, S, W, found 'up'"
+    )
+
+
 def test_an_operator_of_the_test_leads(mission: Mission) -> None:
     asked: list[int] = []
 
