@@ -166,10 +166,6 @@ class _Battery:
         pass
 
 
-class _Track:
-    back = None
-
-
 class PilotStand:
     """Hands the pilot what is so and what the operator says, tick by tick.
 
@@ -195,7 +191,7 @@ class PilotStand:
             "silence": self._silence,
             "watch": self._watch,
             "gate": self._gate,
-            "track": _Track(),
+            "tracks": {},
             "battery": _Battery(),
             "journal": self.journal,
             "events": self._events,

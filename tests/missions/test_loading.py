@@ -11,10 +11,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.dem import Exploration, Parameters
+from farside.dem import Exploration
 from farside.link.profile.config import Affected, Blackout
 from farside.missions.loading import LoadedMission, MissionError, load_mission
 from farside.missions.schema import MissionFile
+from farside.rover.config import DemConfig
 
 # Two ways lead to A, east of the dock D; B is walled off in the north-east.
 GOOD = '''\
@@ -212,9 +213,10 @@ def test_the_model_on_board_takes_all_its_parameters_from_the_mission() -> None:
         GOOD, "rover.dem.own_credit=false", "rover.dem.maturity=8", "rover.dem.exploration=curious"
     )
 
-    curious = Parameters(own_credit=False, maturity=8, exploration=Exploration.CURIOUS)
+    curious = DemConfig(own_credit=False, maturity=8, exploration=Exploration.CURIOUS)
     assert mission.rover.dem == curious
-    assert load(GOOD).rover.dem == Parameters()
+    assert load(GOOD).rover.dem == DemConfig()
+    assert DemConfig() == DemConfig(exploration=Exploration.NONE), "unlike the library"
 
 
 def test_the_last_assignment_to_a_key_wins() -> None:
