@@ -8,13 +8,18 @@ from farside.node import Direction
 
 
 class OutageReason(StrEnum):
-    """Why a direction is out. All but a blackout, both ends know beforehand."""
+    """Why a direction is out."""
 
     BLACKOUT = "blackout"
     PASS = "pass"  # noqa: S105 - of a satellite
     CONTACT = "contact"
     CONJUNCTION = "conjunction"
     CONTROL = "control"
+
+    @property
+    def is_foreseen(self) -> bool:
+        """Whether both ends know of it beforehand: not of a blackout, nor of what somebody does."""
+        return self not in {OutageReason.BLACKOUT, OutageReason.CONTROL}
 
 
 class Fate(StrEnum):

@@ -86,18 +86,20 @@ class CommandDesk:
         meant = self._meant(order)
         if isinstance(order, SetMode):
             self._modes[number] = order.mode
-        elif isinstance(order, Drive) and meant is not None and meant.mode is Mode.AUTONOMOUS:
+        elif isinstance(order, Drive) and meant.mode is Mode.AUTONOMOUS:
             self._modes[number] = Mode.GUIDED  # the operator takes over by it
         if isinstance(order, Drive | Approve | Override):
             self._actions.append(number)
         return Command(number, now_ns + self._valid_ns, order, meant)
 
-    def _meant(self, order: Order) -> Meant | None:
-        if self._telemetry is None:
-            return None
-        mode = self._modes[max(self._modes)] if self._modes else self._telemetry.mode
+    def _meant(self, order: Order) -> Meant:
+        known = self._telemetry
+        mode = Mode.GUIDED if known is None else known.mode  # in which every mission begins
+        if self._modes:
+            mode = self._modes[max(self._modes)]
         if not isinstance(order, Drive):
             return Meant(mode)
         if self._actions:
             return Meant(mode, after=self._actions[-1])
-        return Meant(mode, place=next(filter(is_place_token, self._telemetry.tokens), None))
+        tokens = () if known is None else known.tokens
+        return Meant(mode, place=next(filter(is_place_token, tokens), None))

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import msgspec
 
 from farside.control import Mode, ModeCause
-from farside.frames import Fate, FrameFate, FrameStage
+from farside.frames import Fate, FrameFate, FrameStage, OutageReason
 from farside.messages import Tokens
 from farside.node import Direction, to_s
 from farside.topics import GoalSource
@@ -26,6 +26,7 @@ class OutageSpan(NamedTuple):
     direction: Direction
     start_s: float
     end_s: float
+    reason: OutageReason = OutageReason.BLACKOUT
 
 
 class GoalSpan(NamedTuple):

@@ -9,7 +9,7 @@ from typing import Any, TypeVar, cast
 import msgspec
 
 from farside.control import BatteryState, CommandStage, Failsafe, Mode
-from farside.frames import Fate, FrameFate
+from farside.frames import Fate, FrameFate, OutageReason
 from farside.logs.reading import LogFile, decode
 from farside.logs.spans import (
     GoalSpan,
@@ -347,17 +347,17 @@ class RunView:
     @property
     def outages(self) -> tuple[OutageSpan, ...]:
         """Every outage in order of its start; of two that start together, the uplink's first."""
-        started: dict[Direction, float] = {}
+        started: dict[Direction, tuple[float, OutageReason]] = {}
         outages = []
         for t_s, entry in self.each(LINK_OUTAGE):
             if entry.down:
-                started.setdefault(entry.direction, t_s)
+                started.setdefault(entry.direction, (t_s, entry.reason))
             elif entry.direction in started:
-                start_s = started.pop(entry.direction)
-                outages.append(OutageSpan(entry.direction, start_s, t_s))
+                start_s, reason = started.pop(entry.direction)
+                outages.append(OutageSpan(entry.direction, start_s, t_s, reason))
         outages += [
-            OutageSpan(direction, start_s, self.duration_s)
-            for direction, start_s in started.items()
+            OutageSpan(direction, start_s, self.duration_s, reason)
+            for direction, (start_s, reason) in started.items()
         ]
         return tuple(sorted(outages, key=lambda outage: (outage.start_s, outage.direction != "up")))
 

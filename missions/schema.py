@@ -58,7 +58,8 @@ class ReachedExpected(Section, frozen=True, tag="reached", tag_field="what"):
 class AutonomyExpected(Section, frozen=True, tag="autonomy", tag_field="what"):
     """The rover turns autonomous within a time of each loss of the uplink, never otherwise.
 
-    Only changes by the failsafe count, not those that the operator orders.
+    Only changes by the failsafe count, not those that the operator orders. An outage that the
+    contact plan foresees is no loss.
 
     Attributes:
         within_s: the time.

@@ -275,9 +275,12 @@ class Rover:
     def _follow_tracks(self, move: str | None) -> None:
         tokens = self._cycle.tokens
         place = next(filter(is_place_token, sorted(tokens)), None)
-        if place is not None:
-            self._to_signal.at(place, is_end=self._has_signal, move=move)
-            self._to_dock.at(place, is_end=ON_CHARGE in tokens, move=move)
+        if place is None:
+            self._to_signal.lose()
+            self._to_dock.lose()
+            return
+        self._to_signal.at(place, is_end=self._has_signal, move=move)
+        self._to_dock.at(place, is_end=ON_CHARGE in tokens, move=move)
 
     @property
     def _place(self) -> str | None:

@@ -185,7 +185,7 @@ class Pilot:
     def _may_propose(self) -> bool:
         """Whether the operator can be asked, and wants to be."""
         silence, rule = self._parts.silence, self._parts.watch.rule
-        if silence.silent or silence.expected:
+        if silence.silent or silence.expected or self._parts.battery.empty:
             return False
         if self.authority.is_unconfirmed:
             # Only for a goal of the operator's own.

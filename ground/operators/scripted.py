@@ -118,8 +118,14 @@ class ScriptedOperator:
         if cell is None:
             self._wait_for("the rover to know where it is")
             return None
+        try:
+            way = self._chart.way(cell, target)
+        except ValueError:
+            # Where noise puts the rover behind a wall.
+            self._wait_for(f"{goal}, to which no way leads from where it believes to be")
+            return None
         self._wait_for(goal)
-        return self._chart.way(cell, target)
+        return way
 
     def _cell(self, telemetry: Telemetry) -> Cell | None:
         """Where the rover is, if it knows."""

@@ -13,8 +13,6 @@ from farside.node import NEVER_NS, NS_PER_S, Direction, to_ns
 Span = tuple[int, int]
 """Begin and end in nanoseconds; the end is not part of it."""
 
-_UNFORESEEN = {OutageReason.BLACKOUT, OutageReason.CONTROL}
-
 
 class Outage(NamedTuple):
     """A direction is out from `begin_ns` up to, not including, `end_ns`."""
@@ -151,7 +149,7 @@ class Schedule:
             closed = [
                 one.span_ns
                 for one in config.blackouts
-                if one.reason not in _UNFORESEEN and one.direction.includes(direction)
+                if one.reason.is_foreseen and one.direction.includes(direction)
             ]
             if direction is Direction.UP:
                 closed = [(delay.sent_ns(begin), delay.sent_ns(end)) for begin, end in closed]

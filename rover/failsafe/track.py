@@ -16,6 +16,10 @@ class Track:
         self._places: list[str] = []
         self._moves: list[str] = []
 
+    def lose(self) -> None:
+        """The rover moved and does not know where to: the way back is not known any more."""
+        self._places, self._moves = [], []
+
     def at(self, place: str, *, is_end: bool, move: str | None) -> None:
         """The rover stands at a place, after a move that ended there; `None` after none.
 

@@ -15,8 +15,9 @@ from tests.ground.conftest import telemetry
 
 def test_commands_are_numbered_without_a_gap_and_expire() -> None:
     desk = CommandDesk(valid_ns=1000)
-    assert desk.give(Drive("N"), 7) == Command(1, 1007, Drive("N"))
-    assert desk.give(Drive("E"), 9) == Command(2, 1009, Drive("E"))
+    first, second = Meant(Mode.GUIDED), Meant(Mode.GUIDED, after=1)
+    assert desk.give(Drive("N"), 7) == Command(1, 1007, Drive("N"), first)
+    assert desk.give(Drive("E"), 9) == Command(2, 1009, Drive("E"), second)
     assert desk.last_given == 2
 
 

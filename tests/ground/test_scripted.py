@@ -97,6 +97,16 @@ def test_a_rover_that_does_not_know_where_it_is_is_waited_for() -> None:
     assert scene.act() == [Drive("E")]
 
 
+def test_a_rover_that_noise_puts_behind_a_wall_is_waited_for() -> None:
+    chart = Chart(("#######", "#A.#.B#", "#######"), 1.0)
+    scene = Scene(Tour(places=("A",)), chart=chart)
+    scene.learn(telemetry(1, "B"))
+    assert scene.act() == []
+    assert "no way leads" in scene.operator.progress.waiting_for
+    scene.learn(telemetry(2, "2,1"))
+    assert scene.act() == [Drive("W")]
+
+
 def test_what_came_too_late_is_ordered_again() -> None:
     scene = Scene(SwitchMode(mode=Mode.SHARED), Pursue(place="B"))
     scene.act()

@@ -4,7 +4,7 @@ from enum import StrEnum
 from typing import Any, NamedTuple, cast
 
 from farside.control import Cause, Chooser, Failsafe, Mode, ModeCause, OnLoss, Signal
-from farside.dem import Choice
+from farside.dem import Choice, Goal
 from farside.messages import Command, Drive, Happening, Proposal, Tokens
 from farside.node import Journal
 from farside.rover.commands import Assignment
@@ -88,6 +88,7 @@ class _Goals:
 
     any_for_alone = mission = False
     top = None
+    all: tuple[Goal, ...] = ()
 
     def __init__(self) -> None:
         self.reached_lately: list[Tokens] = []

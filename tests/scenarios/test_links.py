@@ -130,8 +130,8 @@ def test_stored_telemetry_goes_below_live_and_never_holds_it_up(
         ("moon", (600, 1500), 2400),
         ("earth-geo", (600, 1500), 2400),
         ("tether", (600, 1500), 2400),
-        ("mars-direct", (1000, 1700), 6000),  # live telemetry alone would take 84 % of its rate
-        ("mars-direct", (1000, 2700), 7800),  # and this is more than the store holds
+        ("mars-direct", (1000, 1700), 6600),  # live telemetry alone would take 84 % of its rate
+        ("mars-direct", (1000, 2700), 8400),  # and this is more than the store holds
     ],
 )
 def test_on_every_link_all_that_was_stored_arrives_or_is_told_to_be_given_up(
