@@ -64,6 +64,7 @@ class Bench:
             streams=RoverStreams(soil, sensors, learning),
         )
         self.link_up = True
+        self.given_but_not_arrived = 0  # commands that heartbeats tell of
         self.now_ns = 0
         self.entries: list[LogEntry] = []
         self.telemetry: Telemetry | None = None
@@ -106,7 +107,8 @@ class Bench:
             self.entries += map(LogEntry.of, records)
 
     def _heartbeat(self) -> Heartbeat:
-        return Heartbeat(self._commands, self.telemetry.time_ns if self.telemetry else -1)
+        given = self._commands + self.given_but_not_arrived
+        return Heartbeat(given, self.telemetry.time_ns if self.telemetry else -1)
 
     def run_s(self, time_s: float) -> None:
         """Live on for so many seconds."""
