@@ -23,6 +23,7 @@ DOCUMENTS = [
         "CONTRIBUTING.md",
         "docs/mission.md",
         "docs/design.md",
+        "docs/control.md",
         "docs/dem.md",
         "docs/link.md",
     )
