@@ -9,6 +9,7 @@ from farside.link.profile.schedule import outages_of
 from farside.missions.schema import ChargeExpected, MissionFile, ReachedExpected
 from farside.node import Direction, to_ns
 from farside.rover.config import DemConfig
+from farside.rover.failsafe.silence import HEARTBEATS
 from farside.validation import Problem, shown
 
 _RARELY_LOST = 0.5
@@ -29,6 +30,7 @@ def warnings(mission: MissionFile) -> Iterator[Problem]:
         text = f"the rover is as wide as a cell of {mission.world.cell_m:g} m: it will be blocked"
         yield Problem(("rover", "body", "radius_m"), text)
     yield from _unread(mission)
+    yield from _grace(mission)
     for number, step in enumerate(mission.ground.script if plan.is_scripted else ()):
         key = ("ground", "script", str(number))
         match step:
@@ -55,6 +57,15 @@ def _unread(mission: MissionFile) -> Iterator[Problem]:
     if rover.controller != "dem" and rover.dem != DemConfig():
         text = f"is not read: rover.controller is {shown(rover.controller)}"
         yield Problem(("rover", "dem"), text)
+
+
+def _grace(mission: MissionFile) -> Iterator[Problem]:
+    """The problem with heartbeats so rare that silence counts later than the mission says."""
+    least_s = HEARTBEATS * mission.ground.heartbeat_s
+    if mission.rover.failsafe.hold_after_s < least_s:
+        beats = f"which is {HEARTBEATS:g} heartbeats: a single lost one is none"
+        text = f"silence counts from {least_s:g} s on, {beats}"
+        yield Problem(("rover", "failsafe", "hold_after_s"), text)
 
 
 class _Plan:

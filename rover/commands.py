@@ -134,7 +134,7 @@ class Commands:
         command, self.begun = self.begun.command, None
         self.last_action = (command.number, not blocked)
         if blocked:
-            self.end(command, CommandStage.FAILED, "its move was blocked")
+            self.end(command, CommandStage.FAILED, "its move was blocked, or given up")
         else:
             self.end(command, CommandStage.DONE)
 

@@ -178,8 +178,11 @@ class Rover:
         self._listen()
         if self._doing is not None:
             self._drive(self._doing)
-        if self._pilot.look(self._conditions(), now_ns):
+        conditions = self._conditions()
+        if self._pilot.look(conditions, now_ns):
             self._stirred = True
+        if conditions.tilted and self._doing is not None:
+            self._doing.move.abandon()
         if self._stirred and self._doing is None:
             self._stirred = False
             self._decide()

@@ -5,11 +5,10 @@ from collections import deque
 from farside.link.endpoint.endpoint import Endpoint, LinkTerms, StoreState
 from farside.messages import Downlink, Heartbeat, Telemetry, Uplink
 from farside.node import NS_PER_S, Journal
-from farside.rover.failsafe.silence import Silence
+from farside.rover.failsafe.silence import HEARTBEATS, Silence
 from farside.topics import ROVER_STORE, StoreEntry
 
 _INTERVAL_NS = NS_PER_S
-_HEARTBEATS = 2.5  # one may be lost
 _MARGIN_NS = 4 * NS_PER_S
 
 
@@ -36,7 +35,7 @@ class Reporting:
         journal: Journal,
     ) -> None:
         self._endpoint, self._silence, self._journal = endpoint, silence, journal
-        self._usual_ns = terms.round_trip_ns + int(_HEARTBEATS * terms.heartbeat_ns) + _MARGIN_NS
+        self._usual_ns = terms.round_trip_ns + int(HEARTBEATS * terms.heartbeat_ns) + _MARGIN_NS
         self._unheard: deque[Telemetry] = deque()
         self._heard_ns = 0  # time stamp of the newest telemetry known to be at the ground
         self._next_ns = self._sent_ns = 0

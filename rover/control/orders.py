@@ -78,9 +78,7 @@ class Orders:
             case SetGoal() if order.priority is None or not math.isfinite(order.priority):
                 why = f"a priority is a finite number, not {order.priority}"
             case Approve() | Override() | Veto() if not self._stands(order.proposal):
-                standing = self._parts.proposals.standing
-                ended = "is no more" if standing is None else f"gave way to {standing.number}"
-                why = f"proposal {order.proposal} {ended}"
+                why = self._parts.proposals.absence(order.proposal)
             case Drive() | Approve() | Override() if self._parts.battery.empty:
                 why = "the battery is flat"
             case Drive() | SetMode(mode=Mode.AUTONOMOUS) if meant and meant.mode is not mode:

@@ -46,6 +46,14 @@ class Proposals:
         self._may_end = False
         self.standing: Proposal | None = None
 
+    def absence(self, number: int) -> str:
+        """Why a proposal does not stand, in words."""
+        if not 0 < number <= self._last:
+            return f"there is no proposal {number}"
+        if self.standing is None:
+            return f"proposal {number} is no more"
+        return f"proposal {number} gave way to {self.standing.number}"
+
     def may_make(self, situation: Situation) -> bool:
         """Whether a proposal is due: none stands, and this situation has had no veto."""
         return self.standing is None and situation != self._vetoed

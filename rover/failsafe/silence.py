@@ -5,7 +5,8 @@ from farside.node import Direction, to_ns
 from farside.rover.config import FailsafeConfig
 
 _REGROWTH = 4
-_HEARTBEATS = 2.5
+HEARTBEATS = 2.5
+"""So many heartbeats without a frame are no silence yet: one may be lost (project default)."""
 
 
 class Silence:
@@ -33,7 +34,7 @@ class Silence:
     def __init__(self, config: FailsafeConfig, terms: LinkTerms) -> None:
         self._schedule = terms.schedule
         self._budget_ns = to_ns(config.lost_after_s)
-        self.grace_ns = max(to_ns(config.hold_after_s), int(_HEARTBEATS * terms.heartbeat_ns))
+        self.grace_ns = max(to_ns(config.hold_after_s), int(HEARTBEATS * terms.heartbeat_ns))
         self.heard_ns = terms.light_time_ns
         self._used_ns = 0  # of the countdown, as of `heard_ns`
         self.quiet_ns = 0

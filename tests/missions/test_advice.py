@@ -144,3 +144,12 @@ def test_of_an_operator_of_ones_own_nothing_is_known() -> None:
 
 def test_the_shipped_missions_are_not_warned_of() -> None:
     assert list(warnings(load_mission("blackout").mission)) == []
+
+
+def test_of_a_hold_that_a_single_lost_heartbeat_would_lead_to(tmp_path: Path) -> None:
+    assert warned(tmp_path, "[rover.failsafe]\nhold_after_s = 4.0\n") == [
+        (
+            "rover.failsafe.hold_after_s: silence counts from 5 s on, which is 2.5 heartbeats: "
+            "a single lost one is none"
+        )
+    ]

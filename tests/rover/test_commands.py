@@ -57,7 +57,7 @@ def test_a_blocked_move_is_a_failed_command_and_told(bench: Callable[..., Bench]
     rover = bench()
     number = rover.order(Drive("S"))
     rover.until(lambda: rover.told(CommandEnded))
-    failed = CommandEnded(number, CommandStage.FAILED, "its move was blocked")
+    failed = CommandEnded(number, CommandStage.FAILED, "its move was blocked, or given up")
     assert rover.told(CommandEnded) == [failed]
     assert rover.telemetry.commands_done == number
 
