@@ -60,7 +60,8 @@ class Pilot:
         """Follow what is so at this moment; true if the failsafe has another reason than before."""
         changed = self.authority.look(conditions, now_ns)
         self._follow_commands(now_ns)
-        self._parts.proposals.follow(self._situation())
+        if self._parts.proposals.standing is not None:
+            self._parts.proposals.follow(self._situation())
         return changed
 
     def _follow_commands(self, now_ns: int) -> None:
