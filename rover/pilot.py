@@ -95,7 +95,9 @@ class Pilot:
         refused = self._elsewhere(order.command)
         gate = None
         if refused is None:
-            gate = self._unsafe() or parts.gate.refusal(order.action, here)
+            # The controller has learned from a bump; an operator may not know of it yet.
+            guided = order.chooser is Chooser.GUIDED
+            gate = self._unsafe() or parts.gate.refusal(order.action, here, bumps=guided)
             refused = None if order.force else gate
         if refused is not None:
             parts.commands.drop_next(CommandStage.REFUSED, refused)
@@ -129,18 +131,22 @@ class Pilot:
 
     def _own(self) -> Undertaking | None:
         """What the rover begins of its own, towards a goal."""
-        parts, goals = self._parts, self._parts.goals
-        wanted = goals.listed
+        choice = self._choice(explore=True)
+        return None if choice is None else self._undertake(choice)
+
+    def _choice(self, *, explore: bool) -> Undertaking | None:
+        """What to do next towards a goal: back along a track, or as the controller chooses."""
+        wanted = self._parts.goals.listed
         if not wanted:
             return None
         if (back := self._way_back()) is not None:
-            return self._undertake(back[0], Chooser.RETURNING, back[1])
-        choice = parts.cycle.choose(explore=True)
+            return Undertaking(back[0], Chooser.RETURNING, goal=back[1])
+        choice = self._parts.cycle.choose(explore=explore)
         if choice is None:
             return None
         if choice.goal is None:
-            return self._undertake(choice.action, Chooser.EXPLORATORY, wanted[0])
-        return self._undertake(choice.action, Chooser.GOAL_DIRECTED, choice.goal)
+            return Undertaking(choice.action, Chooser.EXPLORATORY, goal=wanted[0])
+        return Undertaking(choice.action, Chooser.GOAL_DIRECTED, goal=choice.goal)
 
     def _way_back(self) -> tuple[str, Tokens] | None:
         """The move back along a track and the goal it serves, if that is what the rover is to do.
@@ -162,9 +168,9 @@ class Pilot:
             return None
         return first[1:]
 
-    def _undertake(self, action: str, chooser: Chooser, goal: Tokens) -> Undertaking:
-        self._parts.cycle.decided(chooser, action, goal=goal)
-        return Undertaking(action, chooser, goal=goal)
+    def _undertake(self, choice: Undertaking) -> Undertaking:
+        self._parts.cycle.decided(choice.chooser, choice.action, goal=choice.goal)
+        return choice
 
     def ended(
         self, action: str, start: frozenset[str], duration_s: float, *, blocked: bool
@@ -196,28 +202,26 @@ class Pilot:
 
     def propose(self) -> Proposal | None:
         """A new proposal for the operator if one is due, standing from now on."""
-        parts = self._parts
-        top, situation = parts.goals.top, self._situation()
+        parts, situation = self._parts, self._situation()
         if (
             not self._may_propose
-            or top is None
             or parts.commands.next is not None
             or self._is_charging
             or not parts.proposals.may_make(situation)
         ):
             return None
-        choice = parts.cycle.choose(explore=False)
-        if choice is None or choice.goal is None:
+        choice = self._choice(explore=False)
+        if choice is None or choice.goal is None or choice.chooser is Chooser.EXPLORATORY:
             return None
         proposal = parts.proposals.make(
             situation,
             choice.goal,
             choice.action,
-            parts.cycle.path(),
+            parts.cycle.path() if choice.chooser is Chooser.GOAL_DIRECTED else (),
             by_approval=self.authority.mode is not Mode.SHARED,
         )
         parts.cycle.decided(
-            Chooser.GOAL_DIRECTED, choice.action, goal=choice.goal, proposal=proposal.number
+            choice.chooser, choice.action, goal=choice.goal, proposal=proposal.number
         )
         return proposal
 
@@ -227,5 +231,6 @@ class Pilot:
         proposal = proposals.standing
         if proposal is None or not proposals.has_consent:
             return None
+        agreed = Undertaking(proposal.action, proposals.chooser, goal=proposal.goal)
         proposals.end("carried out, as no veto came")
-        return self._undertake(proposal.action, Chooser.GOAL_DIRECTED, proposal.goal)
+        return self._undertake(agreed)

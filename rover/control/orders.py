@@ -2,7 +2,7 @@
 
 import math
 
-from farside.control import Chooser, CommandStage, Mode
+from farside.control import CommandStage, Mode
 from farside.messages import (
     Approve,
     Command,
@@ -121,5 +121,5 @@ class Orders:
         agreed = self._parts.proposals.standing
         assert agreed is not None  # noqa: S101 - _contradiction saw to it
         self._parts.commands.wait(
-            Assignment(command, agreed.action, Chooser.GOAL_DIRECTED, agreed.goal)
+            Assignment(command, agreed.action, self._parts.proposals.chooser, agreed.goal)
         )

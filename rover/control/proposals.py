@@ -1,5 +1,6 @@
 """The one owner of proposals: which stands, for what situation, and whether it has consent."""
 
+from farside.control import Chooser
 from farside.messages import Proposal, ProposedStep, Tokens
 from farside.node import NS_PER_S, Journal, to_s
 from farside.rover.config import Consent, ConsentConfig
@@ -114,6 +115,12 @@ class Proposals:
         gap_ns = now_ns - self._counted_ns
         self._ran_ns += gap_ns if gap_ns < self._grace_ns else 0
         self._counted_ns = now_ns
+
+    @property
+    def chooser(self) -> Chooser:
+        """Who chose what is proposed: the policy map, or the track back, which has no path."""
+        has_path = self.standing is not None and self.standing.path
+        return Chooser.GOAL_DIRECTED if has_path else Chooser.RETURNING
 
     @property
     def has_consent(self) -> bool:

@@ -61,9 +61,15 @@ class SafetyGate:
         need_j = self._need_j(home + 2 * self._move_cost_s)
         self.reserve = 0 < home < math.inf and self._battery.charge_j < self._reserve * need_j
 
-    def refusal(self, action: str, here: frozenset[str]) -> str | None:
-        """The reason not to begin an order's action where `here` is sensed; `None` without one."""
-        if self._bump == (here, action):
+    def refusal(self, action: str, here: frozenset[str], *, bumps: bool = True) -> str | None:
+        """The reason not to begin an order's action; `None` without one.
+
+        Args:
+            action: the action.
+            here: what is sensed here.
+            bumps: whether a bump just met is one.
+        """
+        if bumps and self._bump == (here, action):
             return f"{action} was blocked here just now"
         home = self._home_s
         if home == math.inf:

@@ -143,6 +143,7 @@ class _Proposals:
     """The operator was shown a proposal and let the veto window pass, as often as it is asked."""
 
     standing = ANSWER
+    chooser = Chooser.GOAL_DIRECTED
     has_consent = True
 
     def follow(self, situation: object) -> None:
@@ -155,7 +156,7 @@ class _Proposals:
 class _Gate:
     reserve = False
 
-    def refusal(self, action: str, here: frozenset[str]) -> None:
+    def refusal(self, action: str, here: frozenset[str], *, bumps: bool) -> None:
         pass
 
 

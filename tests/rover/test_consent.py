@@ -2,10 +2,11 @@
 
 from collections.abc import Callable
 
-from farside.control import Chooser, Mode
+from farside.control import Chooser, CommandStage, Mode
 from farside.messages import Approve, Drive, Override, SetGoal, SetMode, Veto
+from farside.node import to_ns
 from farside.rover.config import ConsentConfig
-from farside.topics import ROVER_ACTION_STARTED, ROVER_PROPOSAL_ENDED
+from farside.topics import ROVER_ACTION_ENDED, ROVER_ACTION_STARTED, ROVER_PROPOSAL_ENDED
 from tests.rover.conftest import Bench
 
 ROUND = "NNEEEEESSNNWWWWWSS"  # from the dock to C and back: everything there is to know
@@ -121,3 +122,36 @@ def test_an_answer_that_came_too_late_does_not_leave_it_standing_for_ever(
     assert rover.of(ROVER_PROPOSAL_ENDED)[0].why == "the answer came too late"
     rover.order(Approve(2))
     rover.until(lambda: moves(rover) == 1)
+
+
+def test_the_model_may_propose_again_what_was_just_given_up_and_the_word_counts(
+    bench: Callable[..., Bench],
+) -> None:
+    """It has learned from the failure: a gate that refused would refuse for ever."""
+    rover = bench(faults=[{"what": "tilt", "start_s": 100.0, "end_s": 110.0}])
+    rover.do(ROUND)
+    rover.order(SetMode(Mode.SHARED))
+    rover.order(SetGoal(("at:C",), 1.0))
+    rover.until(lambda: rover.now_ns > to_ns(99))
+    rover.order(Approve(rover.proposals[-1].number))
+    rover.until(lambda: rover.now_ns > to_ns(115))
+    ended = rover.of(ROVER_ACTION_ENDED)[-1]
+    assert (ended.action, ended.blocked) == ("N", True), "given up, as it tilted"
+    again = rover.proposals[-1]
+    assert again.action == "N"
+    number = rover.order(Approve(again.number))
+    rover.until(lambda: rover.telemetry.commands_done >= number)
+    assert rover.end_of(number).stage is CommandStage.DONE
+
+
+def test_with_a_reserve_left_it_proposes_the_way_it_came(bench: Callable[..., Bench]) -> None:
+    """The model knows no way home, since it was never driven there; the track is known."""
+    rover = bench(battery={"capacity_j": 4_000.0, "idle_w": 5.0, "low": 0.05})
+    rover.do("NNEEE")
+    rover.order(SetMode(Mode.SHARED))
+    rover.until(lambda: rover.proposals, within_s=600)
+    proposal = rover.proposals[-1]
+    assert (proposal.goal, proposal.action, proposal.path) == (("on_charge",), "W", ())
+    rover.order(Approve(proposal.number))
+    rover.run_s(10)
+    assert rover.of(ROVER_ACTION_STARTED)[-1].chooser is Chooser.RETURNING
