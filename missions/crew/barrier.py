@@ -97,7 +97,7 @@ class Party:
     def __init__(self, role: Role, node: Node) -> None:
         self._role, self._node = role, node
         self._sources = frame_sources(role)
-        self._window, self._now_ns = 0, 0
+        self._window, self._now_ns, self._before_ns = 0, 0, 0
         self._advance = Advance(-1, 0)
         self._unread: list[tuple[Role, bytes]] = []
         # No frames are under way before the first window.
@@ -146,7 +146,14 @@ class Party:
     def _checked(self, sender: Role, payload: bytes) -> list[Frame]:
         sent = decoded(_frames, payload)
         check_window(sent.window, self._window, twice=sender in self._frames)
-        check_frames(sent.frames, sender, self._role, self._now_ns, self._advance.until_ns)
+        check_frames(
+            sent.frames,
+            sender,
+            self._role,
+            self._now_ns,
+            self._advance.until_ns,
+            before_ns=self._before_ns,
+        )
         return sent.frames
 
     def _awaited(self) -> Iterator[Role]:
@@ -158,7 +165,7 @@ class Party:
         ]
         step = self._node.advance(self._advance.until_ns, arrivals)
         self._frames.clear()
-        self._now_ns = self._advance.until_ns
+        self._before_ns, self._now_ns = self._now_ns, self._advance.until_ns
         window, self._window = self._window, self._window + 1
         if self._role is Role.LINK:
             outgoing = [

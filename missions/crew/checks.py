@@ -53,22 +53,39 @@ def check_window(found: int, expected: int, *, twice: bool) -> None:
 
 
 def check_frames(
-    frames: Sequence[Frame], sender: Role, receiver: Role, start_ns: int, end_ns: int
+    frames: Sequence[Frame],
+    sender: Role,
+    receiver: Role,
+    start_ns: int,
+    end_ns: int,
+    *,
+    before_ns: int,
 ) -> None:
     """Check the frames for `receiver` in the window from `start_ns` to, not including, `end_ns`.
 
-    Rover and ground send frames within the window; what the link delivers arrives in it or later.
+    Rover and ground send frames within the window. What the link delivers was sent in the window
+    before, and arrives after it was sent: on a link without delay within that one still.
+
+    Args:
+        frames: the frames.
+        sender: who sent them.
+        receiver: who received them.
+        start_ns: start of the window.
+        end_ns: its end.
+        before_ns: start of the window before.
 
     Raises:
         ConductError: if a frame has the wrong direction or a time outside these limits.
     """
     direction = _FROM[sender] if receiver is Role.LINK else _FROM[receiver].opposite
-    latest_ns = end_ns - 1 if receiver is Role.LINK else NEVER_NS
+    earliest_ns, latest_ns = before_ns, NEVER_NS
+    if receiver is Role.LINK:
+        earliest_ns, latest_ns = start_ns, end_ns - 1
     for frame in frames:
         if frame.direction is not direction:
             raise ConductError(f"sent the {receiver} a frame in direction {frame.direction}")
-        if not start_ns <= frame.time_ns <= latest_ns:
-            raise ConductError(f"sent a frame with a {_time(frame.time_ns, start_ns, end_ns)}")
+        if not earliest_ns <= frame.time_ns <= latest_ns:
+            raise ConductError(f"sent a frame with a {_time(frame.time_ns, earliest_ns, end_ns)}")
 
 
 def check_records(records: Sequence[Record], role: Role, start_ns: int, end_ns: int) -> None:

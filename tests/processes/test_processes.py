@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from farside.missions import MissionFile
+from farside.missions import MissionFile, load_mission
 from farside.missions.build import build_node
 from farside.missions.crew import processes
 from farside.missions.crew.crew import CrewError, InProcessCrew
@@ -62,6 +62,19 @@ def test_processes_make_the_same_records_as_plain_calls(
     alone = InProcessCrew(*(build_node(role, mission) for role in Role))
     expected = voyage(alone, mission).to_the_end()
     assert recorders(expected) == {"truth", "rover", "link", "ground"}
+    with ProcessCrew(mission) as crew:
+        assert voyage(crew, mission).to_the_end() == expected
+        assert crew.lost_processes == ()
+
+
+def test_on_a_link_without_delay_processes_do_the_same_too(
+    voyage: type[Voyage], family: Family
+) -> None:
+    """A window is one tick then, and what is sent in it has arrived before it is over."""
+    here = {"link.up.delay_s": 0.0, "link.down.delay_s": 0.0, "duration_s": 4.0}
+    mission = load_mission("blackout", {**here, "link.blackouts": [], "expect": []}).mission
+    alone = InProcessCrew(*(build_node(role, mission) for role in Role))
+    expected = voyage(alone, mission).to_the_end()
     with ProcessCrew(mission) as crew:
         assert voyage(crew, mission).to_the_end() == expected
         assert crew.lost_processes == ()
