@@ -182,6 +182,22 @@ def test_the_second_time_it_leaves_the_crater_by_ways_that_it_learned_the_first_
     assert len(ways) > len(second)
 
 
+@pytest.mark.parametrize("seed", SEEDS)
+def test_however_curious_it_does_not_explore_on_its_way_to_where_the_link_works(
+    mission: Callable[[str], Rehearsal], seed: int
+) -> None:
+    """Trying something new would cost less than the known way out."""
+    curious = mission("shadow").with_seed(seed).set("rover.dem.curiosity.optimistic_cost", 5.0)
+    run = curious.set("expect", []).run()
+    choosers = [
+        started.chooser
+        for _, started in run.entries(ROVER_ACTION_STARTED)
+        if started.goal == (LINK_UP,)
+    ]
+    assert Chooser.GOAL_DIRECTED in choosers
+    assert Chooser.EXPLORATORY not in choosers
+
+
 def test_told_not_to_return_it_stays_where_its_goals_ended(
     mission: Callable[[str], Rehearsal],
 ) -> None:
