@@ -16,7 +16,7 @@ endif
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 .NOTPARALLEL:
-.PHONY: help mission test lint bench reference picture clean
+.PHONY: help mission test lint bench study reference picture clean
 
 help: ## list the targets
 	@sed -n 's/^\([a-z]*\):.*## /\1\t/p' Makefile | expand -t 10
@@ -44,6 +44,10 @@ bench: $(VENV)/.ready-to-develop ## measure simulated seconds per wall second
 	$(BIN)/python tests/bench/dem_worlds.py
 	$(BIN)/python tests/bench/gym_table.py
 	$(BIN)/python tests/bench/peers/table.py
+
+study: export PYTHONPATH := tests/helpers
+study: $(VENV)/.ready-to-develop ## run the studies, and write docs/study.md and its pictures
+	$(BIN)/python tests/study/study.py
 
 reference: $(VENV)/.ready-to-develop ## write the reference in docs/mission.md, and docs/failsafe.html
 	$(BIN)/python docs/mission.py

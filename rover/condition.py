@@ -9,8 +9,9 @@ from farside.rover.events import EventQueue
 from farside.topics import ROVER_BATTERY, ROVER_STUCK, BatteryEntry, StuckEntry
 
 STUCK_AFTER = 10
-"""So many blocked moves in a row mean that the rover is stuck, as does a blocked move in every
-direction (project default)."""
+"""So many blocked moves the same way in a row mean that the rover is stuck, as does a blocked move
+in every direction (project default). Bumps in several directions alone do not: who tries at random
+in a corner has many, and a way out."""
 
 
 class Condition:
@@ -30,6 +31,8 @@ class Condition:
         self._journal, self._events = journal, events
         self._state = BatteryState.NOMINAL
         self._blocked = 0  # moves in a row
+        self._same = 0  # of these, the last ones that went the same way
+        self._last_way: str | None = None
         self._blocked_ways: set[str] = set()
 
     def begin(self) -> None:
@@ -52,11 +55,16 @@ class Condition:
             return
         if blocked:
             self._blocked += 1
+            self._same = self._same + 1 if action == self._last_way else 1
+            self._last_way = action
             self._blocked_ways.add(action)
         else:
-            self._blocked = 0
+            self._blocked = self._same = 0
             self._blocked_ways.clear()
-        stuck = self._blocked_ways == set(ACTIONS) or self._blocked >= STUCK_AFTER
+        if self._blocked_ways == set(ACTIONS) or self._same >= STUCK_AFTER:
+            stuck = True
+        else:
+            stuck = self.stuck and blocked
         if stuck is not self.stuck:
             self.stuck = stuck
             self._journal.note(ROVER_STUCK, StuckEntry(stuck, self._blocked))

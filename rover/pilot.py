@@ -7,6 +7,7 @@ still, what to begin. It decides from what is so at that moment, and not from ho
 from typing import NamedTuple
 
 from farside.control import Chooser, CommandStage, Failsafe, Mode
+from farside.dem import Choice
 from farside.messages import Command, CommandForced, Proposal, Tokens
 from farside.places import LINK_UP, ON_CHARGE
 from farside.rover.commands import Assignment
@@ -141,12 +142,23 @@ class Pilot:
             return None
         if (back := self._way_back()) is not None:
             return Undertaking(back[0], Chooser.RETURNING, goal=back[1])
-        choice = self._parts.cycle.choose(explore=explore)
+        choice = self._on_its_way() or self._parts.cycle.choose(explore=explore)
         if choice is None:
             return None
         if choice.goal is None:
             return Undertaking(choice.action, Chooser.EXPLORATORY, goal=wanted[0])
         return Undertaking(choice.action, Chooser.GOAL_DIRECTED, goal=choice.goal)
+
+    def _on_its_way(self) -> Choice | None:
+        """The next action of the way to a goal of the rover's own, where it knows one.
+
+        It has them because something runs short, so it does not explore on the way, however curious
+        it is.
+        """
+        top = self._parts.goals.top
+        if top is None or GoalSource.INHERENT not in top.priorities:
+            return None
+        return self._parts.cycle.choose(explore=False)
 
     def _way_back(self) -> tuple[str, Tokens] | None:
         """The move back along a track and the goal it serves, if that is what the rover is to do.

@@ -26,10 +26,19 @@ DOCUMENTS = [
         "docs/control.md",
         "docs/dem.md",
         "docs/link.md",
+        "docs/study.md",
     )
 ]
 # `make test` is what runs this; the others take minutes and are tried without being run.
-DRY = {"make test", "make lint", "make bench", "make clean", "make picture", "make reference"}
+DRY = {
+    "make test",
+    "make lint",
+    "make bench",
+    "make clean",
+    "make picture",
+    "make reference",
+    "make study",
+}
 
 
 def blocks(language: str) -> list[str]:

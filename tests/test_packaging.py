@@ -50,7 +50,8 @@ def test_an_sdist_holds_what_a_wheel_is_built_from_and_the_documents(
     with tarfile.open(next(wheel.parent.glob("*.tar.gz"))) as archive:
         found = [name.partition("/")[2] for name in archive.getnames()]
 
-    documents = [f"docs/{path.name}" for path in (ROOT / "docs").iterdir() if path.is_file()]
+    pages = [path for path in (ROOT / "docs").rglob("*") if path.is_file()]
+    documents = [str(path.relative_to(ROOT)) for path in pages if path.suffix != ".pyc"]
     about = ["CHANGELOG.md", "LICENSE", "README.md", "pyproject.toml", "hatch_build.py"]
     made = ["PKG-INFO", ".gitignore"]
     assert sorted(found) == sorted([*expected, *documents, *about, *made])

@@ -15,9 +15,11 @@ def list_missions() -> None:
     from farside.missions.loading import load_mission, shipped_missions
 
     missions = [load_mission(name).mission for name in shipped_missions()]
+    lengths = [f"{mission.duration_s:g} s" for mission in missions]
     wide = max(len(mission.name) for mission in missions)
-    for mission in missions:
-        print(f"{mission.name:<{wide}}  {mission.duration_s:g} s  {mission.about}")  # noqa: T201
+    long = max(map(len, lengths))
+    for mission, length in zip(missions, lengths, strict=True):
+        print(f"{mission.name:<{wide}}  {length:>{long}}  {mission.about}")  # noqa: T201
 
 
 def show_schema() -> None:

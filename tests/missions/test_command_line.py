@@ -279,7 +279,10 @@ def test_missions_lists_what_ships_with_its_length_and_purpose(
     status, out, _ = farside("missions")
     assert status == 0
     about = "The operator drives, then consents, then is cut off; the rover goes on alone."
-    assert out == f"blackout  1200 s  {about}\n"
+    lines = out.splitlines()
+    assert lines[0] == f"blackout     1200 s  {about}"
+    assert [line.split()[0] for line in lines] == ["blackout", "mars-relay", "shadow", "tether"]
+    assert len({line.index(" s  ") for line in lines}) == 1, "lengths stand in a column"
 
 
 def test_schema_prints_the_schema(farside: Callable[..., tuple[int, str, str]]) -> None:

@@ -4,7 +4,7 @@ import pickle
 from collections.abc import Callable
 from typing import Any
 
-from farside.control import BatteryState
+from farside.control import BatteryState, Failsafe
 from farside.messages import BatteryChanged, Drive, Event, StuckChanged
 from farside.node import Journal
 from farside.rover.battery import Battery
@@ -86,6 +86,17 @@ def test_a_rover_blocked_ten_times_in_a_row_is_stuck_and_free_when_it_moves(
 
     rover.do("E")
     assert told(rover.events, StuckChanged)[1:] == [StuckChanged(stuck=False, moves=0)]
+
+
+def test_a_rover_that_tries_all_but_the_way_out_is_not_stuck(bench: Callable[..., Any]) -> None:
+    """As one that explores at random does where there are walls on three sides."""
+    rover = bench(rows=CELL, start="A")
+    rover.do("NWSSNWWNSWNS", force=True)
+    assert told(rover.events, StuckChanged) == []
+    assert rover.telemetry.failsafe is Failsafe.NOMINAL
+
+    rover.do("E")
+    assert "at:2,1" in rover.telemetry.tokens
 
 
 def test_a_rover_that_stays_stuck_says_so_once_and_remembers_no_more_of_it() -> None:
