@@ -49,20 +49,18 @@ class SwitchMode(Section, frozen=True, tag="mode", tag_field="do"):
 class Pursue(Section, frozen=True, tag="goal", tag_field="do"):
     """Send a goal; answer proposals until it is known to be reached.
 
-    They are approved, except for `overrides` and `vetoes`. What would be carried out without a veto
-    needs no approval.
+    They are approved, except for `overrides`. What would be carried out without a veto needs no
+    approval.
 
     Attributes:
         place: the goal.
         priority: its priority; the rover pursues the goal with the highest.
         overrides: the proposals to answer with another action.
-        vetoes: the proposals to veto, counted like those of `overrides`.
     """
 
     place: PlaceName
     priority: Positive = 2.0
     overrides: tuple[OverrideAt, ...] = ()
-    vetoes: tuple[Count, ...] = ()
 
 
 class AwaitReached(Section, frozen=True, tag="await", tag_field="do"):

@@ -1,6 +1,6 @@
 """What a mission most likely does not mean, though it can be run: steps that can never go on."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 from farside.control import Mode
 from farside.ground.config import AwaitReached, Pursue, SwitchMode, Tour, WaitUntil
@@ -36,6 +36,7 @@ def warnings(mission: MissionFile) -> Iterator[Problem]:
         match step:
             case Tour(places=places) if places:
                 plan.at = places[-1]
+                yield from _unseen(key, places, mission)
             case SwitchMode(mode=mode):
                 plan.mode = mode
             case Pursue():
@@ -66,6 +67,15 @@ def _grace(mission: MissionFile) -> Iterator[Problem]:
         beats = f"which is {HEARTBEATS:g} heartbeats: a single lost one is none"
         text = f"silence counts from {least_s:g} s on, {beats}"
         yield Problem(("rover", "failsafe", "hold_after_s"), text)
+
+
+def _unseen(key: tuple[str, ...], places: Sequence[str], mission: MissionFile) -> Iterator[Problem]:
+    """The problem with driving to a place in terrain shadow: the ground never sees it done."""
+    chart = mission.world.chart()
+    for number, place in enumerate(places):
+        if chart.places[place] in chart.shadow:
+            text = f"{place} lies in terrain shadow: the ground cannot see the rover arrive there"
+            yield Problem((*key, "places", str(number)), text)
 
 
 class _Plan:

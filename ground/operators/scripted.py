@@ -16,7 +16,6 @@ from farside.messages import (
     SetGoal,
     SetMode,
     Telemetry,
-    Veto,
 )
 from farside.node import to_ns
 from farside.places import BATTERY_LOW, Cell, Chart, place_name, place_token
@@ -182,8 +181,6 @@ def _answer(step: Pursue, proposal: Proposal, count: int) -> list[Order]:
     for override in step.overrides:
         if override.proposal == count:
             return [Override(proposal.number, override.action)]
-    if count in step.vetoes:
-        return [Veto(proposal.number)]
     return [Approve(proposal.number)] if proposal.veto_window_s is None else []
 
 

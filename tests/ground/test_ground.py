@@ -19,11 +19,11 @@ from farside.messages import (
     Event,
     GoalReached,
     Heartbeat,
+    Override,
     Proposal,
     SetGoal,
     Shown,
     Telemetry,
-    Veto,
 )
 from farside.node import Journal, to_ns
 from farside.topics import GROUND_FRAME, EventLearned, OperatorEntry, Review, Silence
@@ -127,12 +127,12 @@ def test_a_review_is_of_the_proposal_answered_though_a_newer_one_has_arrived() -
 
 
 def test_the_operator_is_known_to_have_been_shown_what_goes_ahead_without_a_veto() -> None:
-    bench = Bench(Pursue(place="B", vetoes=(2,)))
+    bench = Bench(Pursue(place="B", overrides=(OverrideAt(proposal=2, action="W"),)))
     bench.live(1.0)
     bench.live(2.0, replace(proposal(1), veto_window_s=9.0))
     bench.live(4.0, replace(proposal(2), veto_window_s=9.0))
     bench.live(8.0)
     assert [m for m in bench.heard if isinstance(m, Shown)] == [Shown(1), Shown(2)]
     orders = [m.order for m in bench.heard if isinstance(m, Command)]
-    assert orders == [SetGoal(("at:B",), 2.0), Veto(2)]
-    assert Review(2, "E", None, (), vetoed=True) in bench.entries
+    assert orders == [SetGoal(("at:B",), 2.0), Override(2, "W")], "the first needs no word"
+    assert Review(2, "E", "W", ()) in bench.entries

@@ -153,3 +153,16 @@ def test_of_a_hold_that_a_single_lost_heartbeat_would_lead_to(tmp_path: Path) ->
             "a single lost one is none"
         )
     ]
+
+
+def test_of_a_tour_to_where_nobody_hears_the_rover(tmp_path: Path) -> None:
+    dark = YARD.replace("#..D.#", "#.~D.#")
+    path = tmp_path / "dark.toml"
+    path.write_text(dark + '[[ground.script]]\ndo = "tour"\nplaces = ["A", "2,1"]\n')
+    found = warnings(load_mission(path).mission)
+    assert [f"{dotted(key)}: {text}" for key, text in found] == [
+        (
+            "ground.script.0.places.1: 2,1 lies in terrain shadow: "
+            "the ground cannot see the rover arrive there"
+        )
+    ]

@@ -1,5 +1,6 @@
 """Writes docs/study.md and its pictures from the results of the studies, and from nothing else."""
 
+from collections import Counter
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from textwrap import fill
@@ -321,6 +322,43 @@ def _wrapped(page: str) -> str:
     return "\n\n".join(blocks) + "\n"
 
 
+# --- surprises ------------------------------------------------------------------------------------
+
+
+class Surprises:
+    """What came of the random runs."""
+
+    def __init__(self, results: Result) -> None:
+        self.counts: Counter[str] = Counter()
+        for part in results["surprises"]:
+            self.counts.update(part["counts"])
+        self.found = [found for part in results["surprises"] for found in part["found"]]
+
+    def table(self) -> str:
+        """What happened in them, in numbers."""
+        kinds = {"action": "actions begun, by who chose", "command": "commands, by stage"}
+        kinds |= {"failsafe": "changes of the failsafe, by state", "mode": "modes, by cause"}
+        rows = []
+        for kind, words in kinds.items():
+            of_kind = {k: n for k, n in self.counts.items() if k.split()[0] == kind}
+            told = ", ".join(f"{k.removeprefix(kind + ' ')} {n:,}" for k, n in of_kind.items())
+            rows.append([words, told])
+        rows += [[name, f"{self.counts[name]:,}"] for name in ("proposals", "outages")]
+        lines = ["| what | how many |", "|---|---|", *(f"| {a} | {b} |" for a, b in rows)]
+        return "\n".join(lines)
+
+    def words(self) -> dict[str, str]:
+        """The numbers in the text."""
+        found = "no surprise" if not self.found else f"{len(self.found)} surprises"
+        days = self.counts["simulated_s"] / 86_400
+        return {
+            "surprise_runs": f"{self.counts['runs']:,}",
+            "surprise_days": f"{days:.0f}",
+            "surprises_found": found,
+            "surprises_table": self.table(),
+        }
+
+
 def written(results: Result, folder: Path) -> None:
     """Write the page and its pictures into a folder."""
     exploring, working, shadow = Exploring(results), Working(results), Shadowed(results)
@@ -332,6 +370,7 @@ def written(results: Result, folder: Path) -> None:
         **exploring.words(),
         **working.words(),
         **shadow.words(),
+        **Surprises(results).words(),
     }
     page = SECTION.read_text(encoding="utf-8")
     for name, value in words.items():

@@ -1,6 +1,6 @@
 """`make study`: runs the studies and writes docs/study.md, its pictures and its results.
 
-    python tests/study/study.py [--seeds N] [--only shadowed,working,exploring]
+    python tests/study/study.py [--seeds N] [--only shadowed,working,exploring,surprises]
     python tests/study/study.py --render [FOLDER]
 
 The page and the pictures are made from docs/study/results.json alone: with `--render` they are
@@ -19,6 +19,7 @@ from typing import Any
 from exploring import GRID, WAYS, explored
 from page import written
 from rich.progress import track
+from surprises import PARTS, surprised
 from working import cases, shadowed, worked
 from yards import arcs_of, mission_with, shadowed_map
 
@@ -42,6 +43,7 @@ def studies(seeds: Iterable[int]) -> dict[str, list[Run]]:
         "exploring": [partial(explored, way, seed) for way in WAYS[::-1] for seed in seeds],
         "working": [partial(worked, *case) for case in cases(seeds)],
         "shadowed": [partial(shadowed, policy, seed) for policy in POLICIES for seed in seeds],
+        "surprises": [partial(surprised, part) for part in range(1, PARTS + 1)],
     }
 
 
@@ -74,7 +76,7 @@ def main() -> None:
     """Run, or render."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=30)
-    parser.add_argument("--only", default="shadowed,working,exploring")
+    parser.add_argument("--only", default="shadowed,working,exploring,surprises")
     parser.add_argument("--render", nargs="?", const=DOCS, type=Path)
     asked = parser.parse_args()
     if asked.render is None:

@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 from exploring import explored
-from page import Exploring, Shadowed, Working, estimate, written
+from page import Exploring, Shadowed, Surprises, Working, estimate, written
+from surprises import surprised
 from working import BEGIN_S, LENGTHS_S, WORK_S, outages, shadowed, worked
 from yards import arcs_of, circuit, mission_with, random_stream
 
@@ -48,7 +49,13 @@ def test_nothing_on_the_page_was_left_to_fill_in() -> None:
     page = (DOCS / "study.md").read_text()
     assert "{" not in page
     assert "nan" not in page
-    assert page.endswith("## Surprises\n\n<!-- surprises -->\n")
+
+
+def test_in_ten_thousand_random_runs_nothing_surprised() -> None:
+    surprises = Surprises(RESULTS)
+    assert surprises.counts["runs"] >= 10_000
+    assert surprises.found == []
+    assert surprised(77, runs=10)["found"] == []
 
 
 @pytest.mark.parametrize("study", ["exploring", "working", "shadowed"])
