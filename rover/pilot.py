@@ -17,6 +17,7 @@ from farside.rover.control.orders import Orders
 from farside.rover.control.proposals import Situation
 from farside.rover.failsafe.table import OrdersThen
 from farside.topics import GoalSource
+from farside.validation import one_line
 
 
 class Undertaking(NamedTuple):
@@ -117,7 +118,7 @@ class Pilot:
             return None
         if meant.place is not None and meant.place not in tokens:
             where = self.authority.conditions.place or "no place that it knows"
-            return f"it was meant for {meant.place}, and the rover is at {where}"
+            return f"it was meant for {one_line(meant.place)}, and the rover is at {where}"
         if meant.after is not None and self._parts.commands.last_action != (meant.after, True):
             return f"it was meant to follow on command {meant.after}, which was not done"
         return None

@@ -20,6 +20,7 @@ from farside.places import ACTIONS
 from farside.rover.commands import Assignment
 from farside.rover.control.authority import Authority, Parts
 from farside.topics import GoalSource
+from farside.validation import shown
 
 
 class Orders:
@@ -72,7 +73,7 @@ class Orders:
         order, meant, mode = command.order, command.meant, self._authority.mode
         match order:
             case Drive() | Override() if order.action not in ACTIONS:
-                why = f"there is no action {order.action}"
+                why = f"there is no action {shown(order.action)}"
             case SetGoal() if not order.tokens:
                 why = "a goal has one Token at least"
             case SetGoal() if order.priority is None or not math.isfinite(order.priority):

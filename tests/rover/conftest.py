@@ -22,6 +22,7 @@ from farside.messages import (
     Proposal,
     Shown,
     Telemetry,
+    Uplink,
 )
 from farside.node import Frame, Journal, Topic, to_ns, to_s
 from farside.places import ACTIONS, Chart
@@ -81,9 +82,13 @@ class Bench:
         self._ground.send(Command(self._commands, to_ns(expires_s), order, meant), self.now_ns)
         return self._commands
 
+    def say(self, word: Uplink) -> None:
+        """Send anything; it arrives with the next tick."""
+        self._ground.send(word, self.now_ns)
+
     def show(self, proposal: int) -> None:
         """Say that the operator was shown a proposal."""
-        self._ground.send(Shown(proposal), self.now_ns)
+        self.say(Shown(proposal))
 
     def end_of(self, number: int) -> CommandEntry:
         """The last stage of a command."""
