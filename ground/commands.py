@@ -2,7 +2,7 @@
 
 from collections import OrderedDict
 
-from farside.control import Mode
+from farside.control import CommandStage, Mode
 from farside.messages import (
     Approve,
     Command,
@@ -17,6 +17,7 @@ from farside.messages import (
 from farside.places import is_place_token
 
 _ENDS_KEPT = 1000  # of commands that were not done: more than any operator looks back
+_LONGER, _LONGEST = 4, 16  # times the validity that the mission gives
 
 
 class CommandDesk:
@@ -25,6 +26,10 @@ class CommandDesk:
     A drive is meant for the place where the rover is known to be; behind other actions that are not
     known to be over it is meant to follow on the last of them. Every order is meant for the mode
     that the rover will be in by then, as far as the ground can know.
+
+    On a link that is open now and then, what is ordered when one opening is over expires before the
+    next, every time. So after a command that expired the next ones are valid for four times as long
+    as that one, up to sixteen times what the mission gives (project defaults), until one is done.
 
     Args:
         valid_ns: how long after it was given a command may still be begun.
@@ -40,6 +45,8 @@ class CommandDesk:
         self._modes: dict[int, Mode] = {}  # that commands not known to be over lead to
         self._actions: list[int] = []  # commands for actions that are not known to be over
         self._ends: OrderedDict[int, CommandEnded] = OrderedDict()
+        self._times = 1  # as long as `valid_ns` the next command is valid
+        self._given_times: OrderedDict[int, int] = OrderedDict()
 
     # --- what is learned -----------------------------------------------------------------------
 
@@ -51,6 +58,9 @@ class CommandDesk:
 
     def learn_end(self, end: CommandEnded) -> None:
         """A command is over and was not done."""
+        if end.stage is CommandStage.EXPIRED:
+            times = self._given_times.get(end.number, self._times)
+            self._times = min(_LONGEST, max(self._times, _LONGER * times))
         self._ends[end.number] = end
         if len(self._ends) > _ENDS_KEPT:
             self._ends.popitem(last=False)
@@ -80,7 +90,9 @@ class CommandDesk:
     # --- what is given -------------------------------------------------------------------------
 
     def give(self, order: Order, now_ns: int) -> Command:
-        """The next command, which carries `order` and expires after the desk's validity."""
+        """The next command, which carries `order` and says when it expires."""
+        if self.is_settled and self.last_given and self.last_given not in self._ends:
+            self._times = 1
         self.last_given += 1
         number = self.last_given
         meant = self._meant(order)
@@ -90,7 +102,10 @@ class CommandDesk:
             self._modes[number] = Mode.GUIDED  # the operator takes over by it
         if isinstance(order, Drive | Approve | Override):
             self._actions.append(number)
-        return Command(number, now_ns + self._valid_ns, order, meant)
+        self._given_times[number] = self._times
+        if len(self._given_times) > _ENDS_KEPT:
+            self._given_times.popitem(last=False)
+        return Command(number, now_ns + self._times * self._valid_ns, order, meant)
 
     def _meant(self, order: Order) -> Meant:
         known = self._telemetry

@@ -100,6 +100,8 @@ class GroundConfig(Section, frozen=True):
         silent_after_s: the rover counts as silent when no frame has arrived for this long beyond a
             round trip; no drive command is sent then.
         command_lifetime_s: a command expires this long, plus a round trip, after it was given.
+            After one that expired the next ones may take four times as long, up to sixteen times,
+            until one is done.
     """
 
     operator: str = "scripted"

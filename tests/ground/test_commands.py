@@ -56,3 +56,25 @@ def test_it_is_settled_when_all_is_known_to_be_over() -> None:
     assert not desk.is_settled
     desk.learn(telemetry(2.0, commands_done=1))
     assert desk.is_settled
+
+
+def test_what_expired_is_given_longer_until_something_is_done() -> None:
+    """Else an order given as one opening ends would expire before the next, every time."""
+    desk = CommandDesk(valid_ns=100)
+
+    def given() -> int:
+        return desk.give(Drive("E"), 0).expires_ns
+
+    def expire() -> None:
+        desk.learn_end(CommandEnded(desk.last_given, CommandStage.EXPIRED, "it came too late"))
+
+    lives = []
+    for _ in range(6):
+        lives.append(given())
+        expire()
+    assert lives == [100, 400, 1600, 1600, 1600, 1600]
+    assert given() == 1600
+    desk.learn(telemetry(1.0, commands_done=desk.last_given))
+    assert given() == 100
+    desk.learn_end(CommandEnded(desk.last_given, CommandStage.REFUSED, "no"))
+    assert given() == 100, "it came in time, and was not wanted"

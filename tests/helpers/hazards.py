@@ -43,7 +43,7 @@ YARDS = {
     "no dock": ("######", "#A..B#", "#.##.#", "#....#", "######"),
     "shadow": ("########", "#D.~~.B#", "#A.~..C#", "########"),
 }
-DURATION_S = 300.0
+DURATION_S = 240.0
 ANSWERS = ("approve", "approve", "approve", "override", "veto", "twice", "late")
 
 
@@ -157,7 +157,7 @@ def scripts(places: Sequence[str]) -> st.SearchStrategy[tuple[ScriptStep, ...]]:
 
 @st.composite
 def hazards(draw: st.DrawFn) -> Hazard:
-    """A mission of five minutes over a bad link, with an operator who orders anything."""
+    """A mission of four minutes over a bad link, with an operator who orders anything."""
     rows = YARDS[draw(st.sampled_from(sorted(YARDS)))]
     places = _places(rows)
     script = draw(scripts(places))
