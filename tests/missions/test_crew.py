@@ -292,7 +292,10 @@ def test_a_link_that_delivers_into_the_past_is_complained_about() -> None:
     party = Party(Role.GROUND, End("ground", Direction.UP))
     party.take((advance_key(Role.GROUND), msgspec.msgpack.encode(Advance(0, 10))))
     party.take((advance_key(Role.GROUND), msgspec.msgpack.encode(Advance(1, 20))))
-    [(_, said)] = party.take((in_key(Role.GROUND), frames(1, down(9))))
+    on_time = party.take((in_key(Role.GROUND), frames(1, down(9))))
+    assert in_key(Role.GROUND) not in dict(on_time), "sent in the window before: no delay, no past"
+    party.take((advance_key(Role.GROUND), msgspec.msgpack.encode(Advance(2, 30))))
+    [(_, said)] = party.take((in_key(Role.GROUND), frames(2, down(9))))
     assert msgspec.msgpack.decode(said, type=Complaint).about is Role.LINK
 
 

@@ -357,19 +357,19 @@ def test_a_goal_reached_before_the_script_waits_for_it_does_not_count(
     assert run.result.operator.waiting_for == "goal 5,4 to be reached, which others set"
 
 
-@pytest.mark.parametrize("period_s", [20, 33, 47, 64])
+@pytest.mark.parametrize("period_s", [33, 64])
 @pytest.mark.parametrize("open_s", [1.0, 2.0])
 def test_on_a_flapping_link_what_can_get_through_gets_through(
     mission: Callable[[str], Rehearsal], ordered: Ordered, period_s: int, open_s: float
 ) -> None:
-    rehearsal = mission("blackout").set("duration_s", 3600).set("rover.goals", [])
+    rehearsal = mission("blackout").set("duration_s", 2400).set("rover.goals", [])
     rehearsal = rehearsal.set("ground.command_lifetime_s", 4000.0)
     dark = [
         {"start_s": float(t_s), "end_s": t_s + period_s - open_s}
-        for t_s in range(60, 3600 - period_s, period_s)
+        for t_s in range(60, 2400 - period_s, period_s)
     ]
     run = ordered(rehearsal.set("link.blackouts", dark), [(61, SetGoal(("at:A",), 1.0))])
-    assert len(run.frames("up", "delivered")) > 50
+    assert len(run.frames("up", "delivered")) > 30
     assert [taken.number for _, taken in run.commands_taken] == [1]
 
 
