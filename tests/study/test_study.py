@@ -78,7 +78,7 @@ def test_what_the_page_says_in_words_is_so() -> None:
     assert work.estimate("autonomy", "long", most).low > work.estimate("autonomy", "long", 0).high
     assert work.words()["trend"] == "more"
     shadow = Shadowed(RESULTS).words()
-    assert shadow["signal_verdict"] == "more than chance"
+    assert shadow["signal_verdict"] == "no more than chance"
     assert int(shadow["return_times"]) >= 5
 
 
