@@ -8,8 +8,7 @@ from farside.link.profile.config import LinkConfig
 from farside.link.profile.schedule import outages_of
 from farside.missions.schema import ChargeExpected, MissionFile, ReachedExpected
 from farside.node import Direction, to_ns
-from farside.rover.config import DemConfig
-from farside.rover.failsafe.silence import HEARTBEATS
+from farside.rover.config import HEARTBEATS, DemConfig
 from farside.validation import Problem, shown
 
 _RARELY_LOST = 0.5

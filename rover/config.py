@@ -14,6 +14,10 @@ Physical = Annotated[float, Meta(ge=1e-3, le=1e6)]
 default)."""
 
 
+HEARTBEATS = 2.5
+"""So many heartbeats without a frame are no silence yet: one may be lost (project default)."""
+
+
 class BodyConfig(Section, frozen=True):
     """Body and wheels. What is `Physical` goes from 0.001 to 10⁶.
 

@@ -5,7 +5,8 @@ from collections import deque
 from farside.link.endpoint.endpoint import Endpoint, LinkTerms, StoreState
 from farside.messages import Downlink, Heartbeat, Telemetry, Uplink
 from farside.node import NS_PER_S, Journal
-from farside.rover.failsafe.silence import HEARTBEATS, Silence
+from farside.rover.config import HEARTBEATS
+from farside.rover.failsafe.silence import Silence
 from farside.topics import ROVER_STORE, StoreEntry
 
 _INTERVAL_NS = NS_PER_S

@@ -2,11 +2,9 @@
 
 from farside.link.endpoint.endpoint import LinkTerms
 from farside.node import Direction, to_ns
-from farside.rover.config import FailsafeConfig
+from farside.rover.config import HEARTBEATS, FailsafeConfig
 
 _REGROWTH = 4
-HEARTBEATS = 2.5
-"""So many heartbeats without a frame are no silence yet: one may be lost (project default)."""
 
 
 class Silence:
