@@ -60,14 +60,19 @@ class Reporting:
             self._store(unheard.popleft())
 
     def report(self, telemetry: Telemetry) -> None:
-        """Send telemetry, and store it in silence."""
+        """Send telemetry, and store it in silence, also in one that the contact plan foresees."""
         now_ns = self._sent_ns = telemetry.time_ns
         self._endpoint.send(telemetry, now_ns)
         self._interval_ns = max(_INTERVAL_NS, self._endpoint.telemetry_interval_ns(now_ns))
         self._unheard.append(telemetry)
-        if self._silence.silent:
+        if self._is_unheard:
             self._store_since(self._silence.heard_ns)
         self.soon(now_ns + _INTERVAL_NS)
+
+    @property
+    def _is_unheard(self) -> bool:
+        """Whether nothing can be known to arrive: in silence, planned or not."""
+        return self._silence.silent or self._silence.expected
 
     def _store_since(self, time_ns: int) -> None:
         kept: list[Telemetry] = []
@@ -85,7 +90,7 @@ class Reporting:
         In silence it is made for the store first of all, which waits for no rate.
         """
         interval_ns = 0
-        if not self._silence.silent:
+        if not self._is_unheard:
             interval_ns = self._endpoint.telemetry_interval_ns(self._sent_ns)
         self._next_ns = max(wanted_ns, self._sent_ns + interval_ns)
 

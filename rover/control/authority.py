@@ -106,8 +106,10 @@ class Authority:
         changed = parts.watch.look(self._causes())
         if silence.lost:
             self._lose()
-        elif self._away is not None:
-            self._find_again(now_ns)
+        else:
+            if self._away is not None:
+                self._find_again(now_ns)
+            parts.goals.reached_lately.clear()
         parts.goals.follow_mission(wanted=self._is_alone or self._confirmed)
         return changed
 
@@ -154,7 +156,6 @@ class Authority:
         parts = self._parts
         if self._away is None:
             self._away = _Away(parts.silence.heard_ns)
-            parts.goals.reached_lately.clear()
         parts.commands.drop_all(CommandStage.SUPERSEDED, "the link was lost before it began")
         if self._is_alone and self.mode is not Mode.AUTONOMOUS:
             self._switch(Mode.AUTONOMOUS, ModeCause.LINK_LOST)
