@@ -1,11 +1,6 @@
-"""What a run's log holds: every topic, and the types of their messages.
-
-The first part of a topic's name says who knew: `/truth` what was so, `/rover` what the rover
-sensed, thought and did, `/link` the fate of every frame, `/ground` what the ground knew, and when.
-"""
+"""What the rover sensed, thought and did: the messages of `/rover`."""
 
 from enum import StrEnum
-from typing import Annotated, TypeVar, cast
 
 import msgspec
 
@@ -18,63 +13,7 @@ from farside.control import (
     Mode,
     ModeCause,
 )
-from farside.frames import FrameEvent, FrameFate, LinkOutage
-from farside.messages import (
-    Coordinate,
-    Event,
-    Meant,
-    Order,
-    Proposal,
-    ProposedStep,
-    Telemetry,
-    Tokens,
-)
-from farside.node import Topic
-from farside.places import Chart
-
-# --- /truth ------------------------------------------------------------------------------------
-
-
-class Yard(msgspec.Struct, frozen=True):
-    """The world, once at the start: the chart's rows from north to south, and its scale.
-
-    Raises:
-        ValueError: if no `Chart` can be made of it, or one without a place.
-    """
-
-    rows: tuple[str, ...]
-    cell_m: Annotated[float, msgspec.Meta(ge=0.01, le=1000)]
-
-    def __post_init__(self) -> None:
-        # So that a log with a map that no rover can be on is refused as it is read.
-        if not Chart(self.rows, self.cell_m).places:
-            raise ValueError("a map without a place")
-
-
-class Pose(msgspec.Struct, frozen=True):
-    """The true pose, and the true state of charge of the battery (0 to 1).
-
-    Metres east and north of the chart's south-west corner; the heading is 0 towards east and grows
-    counter-clockwise, without bound.
-    """
-
-    x_m: Coordinate
-    y_m: Coordinate
-    heading_rad: float
-    speed_m_s: float
-    place: str
-    battery: float
-
-
-class Bump(msgspec.Struct, frozen=True):
-    """The rover hit a wall or a rock at this speed."""
-
-    x_m: Coordinate
-    y_m: Coordinate
-    speed_m_s: float
-
-
-# --- /rover ------------------------------------------------------------------------------------
+from farside.messages import Coordinate, Order, Tokens
 
 
 class Estimate(msgspec.Struct, frozen=True):
@@ -269,98 +208,3 @@ class StoreEntry(msgspec.Struct, frozen=True):
     kept: int
     given_up: int
     waiting: int
-
-
-# --- /ground -----------------------------------------------------------------------------------
-
-
-class CommandSent(msgspec.Struct, frozen=True):
-    """The ground sent a command: see `Command`."""
-
-    number: int
-    order: Order
-    expires_ns: int
-    meant: Meant | None
-
-
-class EventLearned(msgspec.Struct, frozen=True):
-    """The ground received an event."""
-
-    event: Event
-
-
-class OperatorEntry(msgspec.Struct, frozen=True):
-    """How far the operator is with the script, and what it waits for from now on.
-
-    Attributes:
-        step: the number of the step under way, from 1; 0 before the first.
-        of: how many steps there are.
-        waiting_for: what has to happen for the script to go on, in words; `None` when it is over.
-    """
-
-    step: int
-    of: int
-    waiting_for: str | None
-
-
-class Review(msgspec.Struct, frozen=True):
-    """The operator answered a proposal; `override` is the action ordered instead, if any."""
-
-    proposal: int
-    action: str
-    override: str | None
-    path: tuple[ProposedStep, ...]
-    vetoed: bool = False
-
-
-class Silence(msgspec.Struct, frozen=True):
-    """Whether the rover counts as silent at the ground, from now on."""
-
-    silent: bool
-
-
-# --- the topics --------------------------------------------------------------------------------
-
-T = TypeVar("T", bound=msgspec.Struct)
-
-TOPICS: dict[str, Topic[msgspec.Struct]] = {}
-"""Every topic of Farside's own by name. Each one appears in every log, used or not, as JSON."""
-
-
-def _topic(name: str, kind: type[T]) -> Topic[T]:
-    topic = Topic(name, kind)
-    TOPICS[name] = cast("Topic[msgspec.Struct]", topic)
-    return topic
-
-
-TRUTH_YARD = _topic("/truth/yard", Yard)
-TRUTH_POSE = _topic("/truth/pose", Pose)
-TRUTH_BUMP = _topic("/truth/bump", Bump)
-
-ROVER_ESTIMATE = _topic("/rover/estimate", Estimate)
-ROVER_CYCLE = _topic("/rover/cycle", Cycle)
-ROVER_ACTION_STARTED = _topic("/rover/action_started", ActionStarted)
-ROVER_ACTION_ENDED = _topic("/rover/action_ended", ActionEnded)
-ROVER_MODE = _topic("/rover/mode", ModeEntry)
-ROVER_FAILSAFE = _topic("/rover/failsafe", FailsafeEntry)
-ROVER_BATTERY = _topic("/rover/battery", BatteryEntry)
-ROVER_STUCK = _topic("/rover/stuck", StuckEntry)
-ROVER_COMMAND = _topic("/rover/command", CommandEntry)
-ROVER_GOAL = _topic("/rover/goal", GoalEntry)
-ROVER_PROPOSAL = _topic("/rover/proposal", Proposal)
-ROVER_PROPOSAL_ENDED = _topic("/rover/proposal_ended", ProposalEnded)
-ROVER_DECISION = _topic("/rover/decision", Decision)
-ROVER_FRAME = _topic("/rover/frame", FrameEvent)
-ROVER_STORE = _topic("/rover/store", StoreEntry)
-
-LINK_FRAME = _topic("/link/frame", FrameFate)
-LINK_OUTAGE = _topic("/link/outage", LinkOutage)
-
-GROUND_FRAME = _topic("/ground/frame", FrameEvent)
-GROUND_TELEMETRY = _topic("/ground/telemetry", Telemetry)
-GROUND_COMMAND = _topic("/ground/command", CommandSent)
-GROUND_EVENT = _topic("/ground/event", EventLearned)
-GROUND_PROPOSAL = _topic("/ground/proposal", Proposal)
-GROUND_REVIEW = _topic("/ground/review", Review)
-GROUND_OPERATOR = _topic("/ground/operator", OperatorEntry)
-GROUND_SILENCE = _topic("/ground/silence", Silence)
