@@ -130,3 +130,35 @@ class Chooser(StrEnum):
     GOAL_DIRECTED = "goal-directed"
     EXPLORATORY = "exploratory"
     RETURNING = "returning"
+
+
+class Verdict(StrEnum):
+    """What the ground can say of a stage that is due on board.
+
+    Attributes:
+        ON_TIME: it is known to have come when it was due, or before.
+        LATE: it is known to have come after it was due.
+        OVERDUE: word of it was due, and has not come.
+        UNKNOWN: nothing can have been heard yet, whether it came or not.
+    """
+
+    ON_TIME = "on time"
+    LATE = "late"
+    OVERDUE = "overdue"
+    UNKNOWN = "unknown"
+
+
+class TakeBackChance(StrEnum):
+    """Whether a command can still be taken back.
+
+    Attributes:
+        HERE: it has not left the ground.
+        SURE: a withdrawal given now comes before it begins, if it arrives when it is due.
+        OPEN: it may come too late: nothing can be promised.
+        TOO_LATE: the command is known to have begun, or to be over.
+    """
+
+    HERE = "not sent yet"
+    SURE = "can be taken back"
+    OPEN = "maybe too late"
+    TOO_LATE = "too late"

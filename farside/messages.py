@@ -111,6 +111,18 @@ class Meant(_Message, frozen=True):
     after: int | None = None
 
 
+class When(_Message, frozen=True):
+    """When a command that was received may begin. Where both are said, both must be so.
+
+    Attributes:
+        after: once this command is done. If it ends otherwise, this one is refused.
+        at_ns: not before this time on the rover's clock.
+    """
+
+    after: int | None = None
+    at_ns: int | None = None
+
+
 class Command(_Message, frozen=True, tag="command"):
     """One order from the operator.
 
@@ -120,12 +132,28 @@ class Command(_Message, frozen=True, tag="command"):
             an outage may be wrong after it.
         order: what to do.
         meant: the situation that it was meant for; `None` for any.
+        when: what it waits for on board; `None` for nothing.
     """
 
     number: int
     expires_ns: int
     order: Order
     meant: Meant | None = None
+    when: When | None = None
+
+
+class ModelHeld(_Message, frozen=True):
+    """What the ground holds of the lists of the model on board.
+
+    Attributes:
+        number: number of the newest update that it has applied, 0 for none.
+        check: CRC-32 of its lists.
+        wants_whole: whether it needs all lists anew.
+    """
+
+    number: int
+    check: int
+    wants_whole: bool = False
 
 
 class Heartbeat(_Message, frozen=True, tag="heartbeat"):
@@ -135,11 +163,13 @@ class Heartbeat(_Message, frozen=True, tag="heartbeat"):
         last_command: the number of the newest command that the ground has given.
         telemetry_ns: time stamp of the newest telemetry that the ground has received, -1 if none.
         unbroken_ns: since when it has been coming without a gap, by its time stamps.
+        model: what it holds of the model on board; `None` where that is not sent.
     """
 
     last_command: int = 0
     telemetry_ns: int = -1
     unbroken_ns: int = -1
+    model: ModelHeld | None = None
 
 
 class Shown(_Message, frozen=True, tag="shown"):
@@ -277,6 +307,8 @@ class Proposal(_Message, frozen=True, tag="proposal"):
         path: the best-estimate path to the goal.
         veto_window_s: with consent by veto, for how long after the operator was shown it the rover
             waits before it acts; `None` with consent by approval.
+        model_check: CRC-32 of the lists that it was computed from; `None` where the model is not
+            sent to the ground.
     """
 
     number: int
@@ -285,6 +317,7 @@ class Proposal(_Message, frozen=True, tag="proposal"):
     action: str
     path: tuple[ProposedStep, ...]
     veto_window_s: float | None = None
+    model_check: int | None = None
 
 
 class Telemetry(_Message, frozen=True, tag="telemetry"):
@@ -297,6 +330,7 @@ class Telemetry(_Message, frozen=True, tag="telemetry"):
         battery: state of charge, 0 to 1.
         mode, failsafe: their states.
         action: the action under way, `None` when standing still.
+        since_ns: since when it has been under way, or the rover has stood still.
         goals: the Goal List, top-goal first, those put aside last.
         commands_done: every command up to this number is over, done or not.
         begun: number of the command whose action is under way.
@@ -324,6 +358,25 @@ class Telemetry(_Message, frozen=True, tag="telemetry"):
     signal: Signal = Signal.STRONG
     on_loss: OnLoss = OnLoss.AUTONOMY
     alone_goals: tuple[Tokens, ...] = ()
+    since_ns: int = 0
 
 
-Downlink = Event | Proposal | Telemetry
+class ModelUpdate(_Message, frozen=True, tag="model"):
+    """The changes of the lists of the model on board, for the shadow of it at the ground.
+
+    Attributes:
+        number: counts updates from 1.
+        time_ns: when it was made.
+        cycles: how many cycles of the model it covers.
+        check: CRC-32 of the lists after it.
+        delta: a `farside.dem.Delta` as MessagePack.
+    """
+
+    number: int
+    time_ns: int
+    cycles: int
+    check: int
+    delta: bytes
+
+
+Downlink = Event | Proposal | Telemetry | ModelUpdate

@@ -148,6 +148,7 @@ class Rover:
             has_dock=chart.dock is not None,
         )
         self._doing: _Doing | None = None
+        self._stands_since_ns = 0
         # What to begin is asked only after something has changed, and once a second.
         self._stirred = True
 
@@ -229,6 +230,7 @@ class Rover:
             signal=self._signal,
             on_loss=authority.on_loss,
             alone_goals=self._goals.for_alone if alone else (),
+            since_ns=self._doing.began_ns if self._doing else self._stands_since_ns,
         )
 
     def _keep_house(self) -> None:
@@ -369,6 +371,7 @@ class Rover:
         self._journal.note(ROVER_ACTION_ENDED, ActionEnded(action, duration_s, blocked))
         self._condition.moved(action, blocked=blocked)
         self._doing = None
+        self._stands_since_ns = self._now_ns
         # Path A3: the controller learns from what was performed, no matter who chose it.
         self._cycle.sense(self._sensed(), action)
         self._follow_tracks(action)

@@ -30,6 +30,7 @@ from farside.messages import (
     Downlink,
     Event,
     Heartbeat,
+    ModelUpdate,
     Proposal,
     Shown,
     Telemetry,
@@ -74,6 +75,7 @@ SERVICES: dict[type[msgspec.Struct], Service] = {
     Event: Service(reliable=True, priority=3),
     Proposal: Service(reliable=True, priority=3),
     Telemetry: Service(reliable=False, priority=1, lifetime_ns=2 * NS_PER_S),
+    ModelUpdate: Service(reliable=True, priority=2),
 }
 """The service of each message (project default)."""
 

@@ -28,7 +28,7 @@ from cryptography.hazmat.primitives.kdf.hkdf import HKDF
 
 from farside.node import Direction
 
-WIRE_VERSION = 4
+WIRE_VERSION = 5
 """First byte of every frame. Frames of other versions are refused. Every version ends in the CRC,
 so noise in this byte is not mistaken for another version."""
 
