@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from farside.ground.belief import Belief
 from farside.ground.commands import CommandDesk
 from farside.ground.config import GroundConfig
+from farside.ground.downlink import DownlinkPlan, GroundSilence
 from farside.ground.operators.operator import Operator, Situation
 from farside.link.endpoint.endpoint import LinkTerms, ground_endpoint
 from farside.messages import (
@@ -31,7 +32,6 @@ from farside.topics import (
     CommandSent,
     EventLearned,
     Review,
-    Silence,
 )
 
 
@@ -53,12 +53,13 @@ class Ground:
         self._operator = operator
         self._journal = Journal()
         self._endpoint = ground_endpoint(terms, self._journal)
-        self._belief = Belief()
+        plan = DownlinkPlan(terms)
+        self._plan = plan
+        self._belief = Belief(plan, self._journal)
         self._desk = CommandDesk(terms.round_trip_ns + to_ns(config.command_lifetime_s))
         self._heartbeat_ns = to_ns(config.heartbeat_s)
         self._heartbeat_at_ns = 0
-        self._silent_after_ns = terms.round_trip_ns + to_ns(config.silent_after_s)
-        self._silent = False
+        self._silence = GroundSilence(plan, to_ns(config.silent_after_s), terms.light_time_ns)
         self._progress = operator.progress
 
     def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
@@ -95,16 +96,18 @@ class Ground:
         return Heartbeat(self._desk.last_given, newest_ns, belief.unbroken_ns)
 
     def _listen(self) -> None:
-        for message in self._endpoint.received(self._now_ns):
+        for message, size_byte, stored in self._endpoint.received(self._now_ns):
             match message:
                 case Telemetry():
                     self._journal.note(GROUND_TELEMETRY, message, publish_time_ns=message.time_ns)
-                    self._belief.learn(message)
+                    if not stored:
+                        self._plan.sized(size_byte)
+                    self._belief.learn(message, self._now_ns, stored=stored)
                     self._desk.learn(message)
                 case Event():
                     learned = EventLearned(message)
                     self._journal.note(GROUND_EVENT, learned, publish_time_ns=message.time_ns)
-                    self._belief.events.append(message)
+                    self._belief.tell(message, self._now_ns)
                     if isinstance(message.what, CommandEnded):
                         self._desk.learn_end(message.what)
                 case Proposal():
@@ -113,15 +116,14 @@ class Ground:
                     if message.veto_window_s is not None:
                         self._endpoint.send(Shown(message.number), self._now_ns)
         self._belief.heard_ns = self._endpoint.heard_ns or 0
+        self._belief.look(self._now_ns)
 
     def _judge_silence(self) -> None:
-        silent = self._now_ns - self._belief.heard_ns >= self._silent_after_ns
-        if silent is not self._silent:
-            self._silent = silent
-            self._journal.note(GROUND_SILENCE, Silence(silent))
+        if self._silence.look(self._belief.heard_ns, self._now_ns):
+            self._journal.note(GROUND_SILENCE, self._silence.state)
 
     def _situation(self) -> Situation:
-        return Situation(self._now_ns, self._belief, self._desk, self._silent)
+        return Situation(self._now_ns, self._belief, self._desk, self._silence.state.silent)
 
     def _note_review(self, order: Order) -> None:
         if not isinstance(order, Approve | Override | Veto):

@@ -195,9 +195,9 @@ class Rover:
     # --- the link ------------------------------------------------------------------------------
 
     def _listen(self) -> None:
-        for message in self._endpoint.received(self._now_ns):
+        for arrival in self._endpoint.received(self._now_ns):
             self._stirred = True
-            match message:
+            match message := arrival.message:
                 case Command():
                     self._pilot.orders.take(message, self._now_ns)
                 case Heartbeat():

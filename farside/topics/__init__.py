@@ -5,13 +5,18 @@ sensed, thought and did, `/link` the fate of every frame, `/ground` what the gro
 """
 
 from farside.topics.ground import (
+    BeliefEntry,
+    BeliefItem,
     CommandSent,
     EventLearned,
+    Known,
+    LearnedBy,
     OperatorEntry,
     Review,
     Silence,
 )
 from farside.topics.names import (
+    GROUND_BELIEF,
     GROUND_COMMAND,
     GROUND_EVENT,
     GROUND_FRAME,
@@ -41,7 +46,6 @@ from farside.topics.names import (
     TRUTH_BUMP,
     TRUTH_POSE,
     TRUTH_YARD,
-    T,
 )
 from farside.topics.rover import (
     ActionEnded,
@@ -68,6 +72,7 @@ from farside.topics.truth import (
 )
 
 __all__ = [
+    "GROUND_BELIEF",
     "GROUND_COMMAND",
     "GROUND_EVENT",
     "GROUND_FRAME",
@@ -101,6 +106,8 @@ __all__ = [
     "ActionStarted",
     "Arc",
     "BatteryEntry",
+    "BeliefEntry",
+    "BeliefItem",
     "Bump",
     "CommandEntry",
     "CommandSent",
@@ -112,6 +119,8 @@ __all__ = [
     "GoalChange",
     "GoalEntry",
     "GoalSource",
+    "Known",
+    "LearnedBy",
     "ModeEntry",
     "OperatorEntry",
     "Pose",
@@ -120,6 +129,5 @@ __all__ = [
     "Silence",
     "StoreEntry",
     "StuckEntry",
-    "T",
     "Yard",
 ]

@@ -1,8 +1,15 @@
 """What the ground knew, and when: the messages of `/ground`."""
 
+from enum import StrEnum
+from typing import Generic, TypeVar
+
 import msgspec
 
-from farside.messages import Event, Meant, Order, ProposedStep
+from farside.control import Failsafe, Mode, OnLoss, Signal
+from farside.messages import Event, Meant, Order, ProposedStep, Tokens
+from farside.topics.rover import Estimate
+
+T = TypeVar("T")
 
 
 class CommandSent(msgspec.Struct, frozen=True):
@@ -45,6 +52,75 @@ class Review(msgspec.Struct, frozen=True):
 
 
 class Silence(msgspec.Struct, frozen=True):
-    """Whether the rover counts as silent at the ground, from now on."""
+    """Whether the rover counts as silent at the ground, from now on.
+
+    Attributes:
+        silent: nothing is heard, though something was due.
+        expected: nothing is heard, and the contact plan explains it.
+    """
 
     silent: bool
+    expected: bool = False
+
+
+class LearnedBy(StrEnum):
+    """What told the ground: telemetry, or an event."""
+
+    TELEMETRY = "telemetry"
+    EVENT = "event"
+
+
+class BeliefItem(StrEnum):
+    """What the ground believes of the rover, item by item; see `BeliefEntry`."""
+
+    PLACE = "place"
+    POSE = "pose"
+    BATTERY = "battery"
+    MODE = "mode"
+    FAILSAFE = "failsafe"
+    ACTION = "action"
+    GOALS = "goals"
+    SIGNAL = "signal"
+    PROPOSAL = "proposal"
+    ON_LOSS = "on_loss"
+    ALONE_GOALS = "alone_goals"
+
+
+class Known(msgspec.Struct, Generic[T], frozen=True):
+    """A value that the ground knows: when it was so, when it was learned, and by what."""
+
+    value: T
+    so_ns: int
+    learned_ns: int
+    by: LearnedBy
+
+
+class BeliefEntry(msgspec.Struct, frozen=True, omit_defaults=True):
+    """What the ground believes of the rover, from now on; `None` for what it never learned.
+
+    Attributes:
+        place: the Token of the place where the rover believes to be, `None` if it does not know.
+        pose: the estimate on board.
+        battery: state of charge, 0 to 1.
+        mode, failsafe: their states.
+        action: the action under way, `None` when standing still.
+        goals: the Goal List, top-goal first.
+        signal: strength of the radio's signal.
+        proposal: number of the proposal that stands.
+        on_loss: what the rover will do when the link is lost.
+        alone_goals: the goals that it will pursue then.
+        stale: the items of which something newer was due.
+    """
+
+    place: Known[str | None] | None = None
+    pose: Known[Estimate] | None = None
+    battery: Known[float] | None = None
+    mode: Known[Mode] | None = None
+    failsafe: Known[Failsafe] | None = None
+    action: Known[str | None] | None = None
+    goals: Known[tuple[Tokens, ...]] | None = None
+    signal: Known[Signal] | None = None
+    proposal: Known[int | None] | None = None
+    on_loss: Known[OnLoss] | None = None
+    alone_goals: Known[tuple[Tokens, ...]] | None = None
+    stale: tuple[BeliefItem, ...] = ()

@@ -7,7 +7,14 @@ import msgspec
 from farside.frames import FrameEvent, FrameFate, LinkOutage
 from farside.messages import Proposal, Telemetry
 from farside.node import Topic
-from farside.topics.ground import CommandSent, EventLearned, OperatorEntry, Review, Silence
+from farside.topics.ground import (
+    BeliefEntry,
+    CommandSent,
+    EventLearned,
+    OperatorEntry,
+    Review,
+    Silence,
+)
 from farside.topics.rover import (
     ActionEnded,
     ActionStarted,
@@ -68,3 +75,4 @@ GROUND_PROPOSAL = _topic("/ground/proposal", Proposal)
 GROUND_REVIEW = _topic("/ground/review", Review)
 GROUND_OPERATOR = _topic("/ground/operator", OperatorEntry)
 GROUND_SILENCE = _topic("/ground/silence", Silence)
+GROUND_BELIEF = _topic("/ground/belief", BeliefEntry)

@@ -137,6 +137,37 @@ class LinkTerms(NamedTuple):
         )
 
 
+class Arrival(NamedTuple, Generic[_In]):
+    """A message that has arrived.
+
+    Attributes:
+        message: the message.
+        size_byte: the length of the frame that completed it.
+        stored: whether it waited in the other end's store.
+    """
+
+    message: _In
+    size_byte: int
+    stored: bool
+
+
+def telemetry_interval_ns(
+    schedule: Schedule, now_ns: int, size_byte: int, *, beside_stored: bool
+) -> int:
+    """The least time between telemetry messages that leaves room for all else on the downlink.
+
+    They take four fifths of the rate, and half of it while stored ones wait (project defaults).
+
+    Args:
+        schedule: of the link.
+        now_ns: when one is sent.
+        size_byte: its length on the link.
+        beside_stored: whether stored ones wait.
+    """
+    begin_ns, end_ns = schedule.sends_ns(Direction.DOWN, now_ns, size_byte)
+    return int((end_ns - begin_ns) / (_LIVE_SHARE_BESIDE_STORED if beside_stored else _LIVE_SHARE))
+
+
 class Endpoint(Generic[_Out, _In]):
     """Turns messages into frames of one direction, and arriving frames into messages.
 
@@ -244,14 +275,11 @@ class Endpoint(Generic[_Out, _In]):
             self._put(sending.payload, _segment_text(sending), now_ns, _STORED, _STORED_SEGMENT)
 
     def telemetry_interval_ns(self, now_ns: int) -> int:
-        """The least time between telemetry messages that leaves room for all else.
-
-        They take four fifths of the rate, and half of it while stored ones wait (project defaults).
-        """
-        size_byte = self._telemetry_byte
-        begin_ns, end_ns = self._schedule.sends_ns(self._outgoing, now_ns, size_byte)
-        waits = self._store or not self._stored_sender.is_done
-        return int((end_ns - begin_ns) / (_LIVE_SHARE_BESIDE_STORED if waits else _LIVE_SHARE))
+        """See the function of this name; of what was last sent, with what waits in the store."""
+        waits = bool(self._store) or not self._stored_sender.is_done
+        return telemetry_interval_ns(
+            self._schedule, now_ns, self._telemetry_byte, beside_stored=waits
+        )
 
     def pump(self, now_ns: int) -> None:
         """Let the reliable service send what is due: segments, retransmissions, reports."""
@@ -306,7 +334,7 @@ class Endpoint(Generic[_Out, _In]):
             self._expected += 1
             heapq.heappush(self._inbox, (frame.time_ns, frame.sequence, self._expected, frame))
 
-    def received(self, now_ns: int) -> Iterator[_In]:
+    def received(self, now_ns: int) -> Iterator[Arrival[_In]]:
         """The messages that have arrived by `now_ns`, in order of arrival.
 
         Anything but a genuine frame of the other end is refused, which is only recorded.
@@ -321,7 +349,7 @@ class Endpoint(Generic[_Out, _In]):
             except FrameError as error:
                 self._tell(frame, FrameStage.REFUSED, error.reason, now_ns)
 
-    def _open(self, frame: Frame, now_ns: int) -> list[_In]:
+    def _open(self, frame: Frame, now_ns: int) -> list[Arrival[_In]]:
         """The messages that this frame completes."""
         _, flags, body = self._opener.open(frame.payload)
         self._hear(frame.time_ns)
@@ -341,7 +369,8 @@ class Endpoint(Generic[_Out, _In]):
         if messages:
             what = ", ".join(type(message).__name__ for message in messages)
         self._tell(frame, FrameStage.USED, what, now_ns, flags)
-        return messages
+        stored = bool(flags & Flag.STORED)
+        return [Arrival(message, len(frame.payload), stored) for message in messages]
 
     def _hear(self, arrival_ns: int) -> None:
         if self.heard_ns is not None and arrival_ns - self.heard_ns >= _SILENCE_NS:
