@@ -26,7 +26,7 @@ from farside.dem.lists.hypotheses import HypothesesState, Hypothesis, Hypothesis
 from farside.dem.lists.signs import Sign, SignList, SignsState, to_sign
 from farside.dem.memory import UnreadableMemoryError, compress, decompress
 from farside.dem.parameters import Parameters, same
-from farside.dem.policy.planning import Planner, PolicyValue
+from farside.dem.policy.planning import Planner, PolicyStep, PolicyValue, Why
 
 
 class Delta(msgspec.Struct, frozen=True, array_like=True):
@@ -200,6 +200,61 @@ class ShadowModel:
         sign = self._signs.find(to_sign(tokens))
         self._aim()
         return float("inf") if sign is None else self._planner.value(sign)
+
+    def policy_path(self, tokens: Iterable[str]) -> tuple[PolicyStep, ...]:
+        """The best-estimate walk to the top-goal from where `tokens` are sensed.
+
+        As `DynamicExpectancyModel.policy_path` gives it, with every known Sign active whose Tokens
+        are all among them.
+
+        Raises:
+            TypeError: if `tokens` is a string.
+        """
+        self._aim()
+        return self._planner.path(self._active(tokens))
+
+    def why(self, tokens: Iterable[str]) -> Why | None:
+        """The hypothesis behind the choice where `tokens` are sensed, and the runner-up.
+
+        As `DynamicExpectancyModel.why` gives it: `None` where the map suggests no action.
+
+        Raises:
+            TypeError: if `tokens` is a string.
+        """
+        self._aim()
+        return self._planner.why(self._active(tokens))
+
+    def cost_to(self, goal: Iterable[str], start: Iterable[str]) -> float:
+        """P_v towards any Sign, of the best Sign that is active where `start` is sensed.
+
+        As `DynamicExpectancyModel.cost_to` gives it: 0.0 if `start` implies the goal; infinite
+        where no way is known.
+
+        Raises:
+            ValueError: if `goal` has no Tokens.
+            TypeError: if `goal` or `start` is a string.
+        """
+        wanted, begin = to_sign(goal), to_sign(start)
+        if not wanted:
+            raise ValueError("goal: expected one Token at least, found none")
+        if set(wanted).issubset(begin):
+            return 0.0
+        return self._planner.cost_to(wanted, self._signs.active(begin))
+
+    def expected(self, tokens: Iterable[str], action: str) -> Hypothesis | None:
+        """The most credible hypothesis of what `action` leads to where `tokens` are sensed.
+
+        As `DynamicExpectancyModel.expected` gives it: `None` if nothing is known.
+
+        Raises:
+            ValueError: if the action is unknown. The message names the known ones.
+            TypeError: if `tokens` is a string.
+        """
+        asked = self._actions.id_of(action)
+        return self._hypotheses.most_credible(self._active(tokens), asked, self._signs.names)
+
+    def _active(self, tokens: Iterable[str]) -> list[int]:
+        return self._signs.active(to_sign(tokens))
 
     def _aim(self) -> None:
         self._planner.aim(sought(self._goals))

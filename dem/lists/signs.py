@@ -124,6 +124,11 @@ class SignList:
             self._never_active.difference_update(conjunctions)
         return ActiveSigns(self._oldest_first(active), self._oldest_first(novel))
 
+    def active(self, tokens: Sign) -> list[int]:
+        """The known Signs that are active when `tokens` are sensed, oldest first."""
+        known = [self._ids[(token,)] for token in tokens if (token,) in self._ids]
+        return self._oldest_first(known + self._active_conjunctions(tokens))
+
     def parts(self, sign: int) -> list[int]:
         """The known Signs that `sign` implies: those of a proper subset of its Tokens."""
         tokens = self.names[sign]

@@ -22,7 +22,7 @@ from farside.dem import (
     UnreadableMemoryError,
 )
 from farside.dem.changes import HypothesisAdded, HypothesisRemoved, SignAdded, SignRemoved
-from tests.dem.conftest import Event, Eventful, Live
+from tests.dem.conftest import COST, MOVES, Event, Eventful, Grid, Live, MakeModel, Tour
 
 cuts = st.sampled_from(["delta", "whole", "nothing", "nothing"])
 
@@ -152,6 +152,70 @@ def test_without_a_goal_nothing_has_a_value(eventful: Eventful, live: Live) -> N
 
     assert shadow.policy_map() == ()
     assert shadow.value(["a"]) == float("inf")
+
+
+@given(parameters=restless_parameters, stream=st.lists(cycles, min_size=1))
+def test_what_a_shadow_says_of_the_tokens_sensed_is_what_the_model_says(
+    eventful: Eventful, live: Live, parameters: Parameters, stream: Sequence[Event]
+) -> None:
+    model, shadow = recorded(parameters)
+    live(model, eventful(80))
+    for tokens, action, change in stream:
+        sensed = model.sense(tokens)
+        if change is not None:
+            model.set_goal(change[1], change[2])
+        shadow.apply(sent(model.take_delta()))
+        # What became known in this very cycle is active on board from the next one on.
+        implied = {sign for sign in shadow.signs if set(sign) <= set(sensed.tokens)}
+        if implied == set(sensed.active):
+            said = [shadow.policy_path(tokens), shadow.why(tokens)]
+            assert said == [model.policy_path(), model.why()]
+            for goal in (["a"], ["b", "c"], ["e"]):
+                assert shadow.cost_to(goal, tokens) == model.cost_to(goal)
+            for name in COSTS:
+                assert shadow.expected(tokens, name) == model.expected(name)
+        for start in shadow.signs:
+            assert shadow.cost_to(["e"], start) == model.cost_to(["e"], start)
+        model.perform(action if action in COSTS else None)
+
+
+def test_a_shadow_tells_the_way_from_any_place_that_the_model_knows(
+    make_model: MakeModel, tour: Tour, corridor: Grid
+) -> None:
+    model = make_model()
+    tour(model, corridor, 200)
+    model.set_goal(["at:5,0"], 1)
+    model.record_changes()
+    shadow = ShadowModel(dict.fromkeys(MOVES, COST), Parameters())
+    shadow.apply(model.take_delta())
+
+    assert [step.action for step in shadow.policy_path(["at:1,0", "battery:low"])] == ["E"] * 4
+    why = shadow.why(["at:1,0"])
+    assert why is not None
+    assert (why.context, why.action, why.outcome) == (("at:1,0",), "E", ("at:2,0",))
+    assert why.cost_to_go == shadow.value(["at:1,0"]) == shadow.cost_to(["at:5,0"], ["at:1,0"])
+    expected = shadow.expected(["at:1,0"], "W")
+    assert expected is not None
+    assert expected.outcome == ("at:0,0",)
+
+
+def test_a_shadow_says_nothing_of_what_nobody_has_sensed(eventful: Eventful, live: Live) -> None:
+    model, shadow = recorded()
+    live(model, eventful(30))
+    model.set_goal(["a"], 1)
+    shadow.apply(model.take_delta())
+
+    assert (shadow.policy_path(["z"]), shadow.why([])) == ((), None)
+    assert shadow.expected(["z"], "go") is None
+    assert shadow.cost_to(["a"], ["z"]) == shadow.cost_to(["z"], ["a"]) == float("inf")
+    assert shadow.cost_to(["a"], ["a", "z"]) == 0.0
+    for ask in (shadow.policy_path, shadow.why):
+        with pytest.raises(TypeError, match="write"):
+            ask("a")
+    with pytest.raises(ValueError, match="one Token at least"):
+        shadow.cost_to([], ["a"])
+    with pytest.raises(ValueError, match="fly"):
+        shadow.expected(["a"], "fly")
 
 
 def test_no_delta_is_accepted_before_a_whole() -> None:
