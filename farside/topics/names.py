@@ -12,6 +12,7 @@ from farside.topics.ground import (
     CommandSent,
     EventLearned,
     OperatorEntry,
+    Prediction,
     Review,
     Silence,
 )
@@ -76,3 +77,4 @@ GROUND_REVIEW = _topic("/ground/review", Review)
 GROUND_OPERATOR = _topic("/ground/operator", OperatorEntry)
 GROUND_SILENCE = _topic("/ground/silence", Silence)
 GROUND_BELIEF = _topic("/ground/belief", BeliefEntry)
+GROUND_PREDICTION = _topic("/ground/prediction", Prediction)
