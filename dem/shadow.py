@@ -107,6 +107,16 @@ class ShadowModel:
         return self._hypotheses.named(self._signs.names)
 
     @property
+    def sign_count(self) -> int:
+        """Length of the Sign List."""
+        return len(self._signs)
+
+    @property
+    def hypothesis_count(self) -> int:
+        """Length of the Hypothesis List."""
+        return self._hypotheses.count
+
+    @property
     def goals(self) -> tuple[Goal, ...]:
         """The Goal List of the model, the top-goal first."""
         return self._goals

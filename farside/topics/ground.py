@@ -124,3 +124,24 @@ class BeliefEntry(msgspec.Struct, frozen=True, omit_defaults=True):
     on_loss: Known[OnLoss] | None = None
     alone_goals: Known[tuple[Tokens, ...]] | None = None
     stale: tuple[BeliefItem, ...] = ()
+
+
+class ShadowEntry(msgspec.Struct, frozen=True):
+    """The shadow of the model on board, after an update or when it fell out of step.
+
+    Attributes:
+        number: number of the newest update applied, 0 for none.
+        check: CRC-32 of its lists.
+        in_step: whether they are known to be those that the rover had after that update.
+        why: why not; `None` if they are.
+        signs, hypotheses: sizes of its lists.
+        cycles: how many cycles of the model the update covers.
+    """
+
+    number: int
+    check: int
+    in_step: bool
+    why: str | None
+    signs: int
+    hypotheses: int
+    cycles: int
