@@ -2,17 +2,20 @@
 
 from collections.abc import Sequence
 
+from farside.dem import ShadowModel
 from farside.ground.belief import Belief
 from farside.ground.commands import CommandDesk
 from farside.ground.config import GroundConfig
 from farside.ground.downlink import DownlinkPlan, GroundSilence
 from farside.ground.operators.operator import Operator, Situation
+from farside.ground.shadow import Shadow
 from farside.link.endpoint.endpoint import LinkTerms, ground_endpoint
 from farside.messages import (
     Approve,
     CommandEnded,
     Event,
     Heartbeat,
+    ModelUpdate,
     Order,
     Override,
     Proposal,
@@ -43,16 +46,27 @@ class Ground:
         operator: who decides.
         tick_ns: period of decisions.
         terms: of the link, as agreed with the rover beforehand.
+        shadow: for the lists of the model on board, empty; `None` where they are not sent.
+
+    Attributes:
+        shadow: what is held of the model on board; `None` where it is not sent.
     """
 
     def __init__(
-        self, config: GroundConfig, operator: Operator, *, tick_ns: int, terms: LinkTerms
+        self,
+        config: GroundConfig,
+        operator: Operator,
+        *,
+        tick_ns: int,
+        terms: LinkTerms,
+        shadow: ShadowModel | None = None,
     ) -> None:
         self._tick_ns = tick_ns
         self._now_ns = 0
         self._operator = operator
         self._journal = Journal()
         self._endpoint = ground_endpoint(terms, self._journal)
+        self.shadow = None if shadow is None else Shadow(shadow, self._journal)
         plan = DownlinkPlan(terms)
         self._plan = plan
         self._belief = Belief(plan, self._journal)
@@ -93,7 +107,8 @@ class Ground:
     def _heartbeat(self) -> Heartbeat:
         telemetry, belief = self._belief.telemetry, self._belief
         newest_ns = -1 if telemetry is None else telemetry.time_ns
-        return Heartbeat(self._desk.last_given, newest_ns, belief.unbroken_ns)
+        held = None if self.shadow is None else self.shadow.held()
+        return Heartbeat(self._desk.last_given, newest_ns, belief.unbroken_ns, held)
 
     def _listen(self) -> None:
         for message, size_byte, stored in self._endpoint.received(self._now_ns):
@@ -115,6 +130,9 @@ class Ground:
                     self._belief.consider(message)
                     if message.veto_window_s is not None:
                         self._endpoint.send(Shown(message.number), self._now_ns)
+                case ModelUpdate():
+                    if self.shadow is not None:
+                        self.shadow.apply(message)
         self._belief.heard_ns = self._endpoint.heard_ns or 0
         self._belief.look(self._now_ns)
 

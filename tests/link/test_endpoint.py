@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from farside.control import Failsafe, Mode
 from farside.frames import FrameEvent, FrameStage
 from farside.link import LinkConfig, LinkTerms, OneWay, ground_endpoint, rover_endpoint
-from farside.link.endpoint.endpoint import StoreState
+from farside.link.endpoint.stored import StoreState
 from farside.logs import decode
 from farside.messages import (
     Command,

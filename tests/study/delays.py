@@ -199,5 +199,3 @@ def delay_cases(seeds: Sequence[int]) -> Iterator[tuple[str, float, int]]:
     for round_trip_s in ROUND_TRIPS_S[::-1]:
         for way in WAYS:
             yield from ((way, round_trip_s, seed) for seed in seeds)
-
-
