@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 
+from farside.acts import Act, Discard, Planned
 from farside.ground.belief import Belief
 from farside.ground.commands import CommandDesk
 from farside.ground.config import GroundConfig
 from farside.ground.operators.operator import Operator, Situation
+from farside.ground.operators.queued import QueuedOperator, as_logged
 from farside.link.endpoint.endpoint import LinkTerms, ground_endpoint
 from farside.messages import (
     Approve,
@@ -24,12 +26,14 @@ from farside.topics import (
     GROUND_COMMAND,
     GROUND_EVENT,
     GROUND_OPERATOR,
+    GROUND_ORDER,
     GROUND_PROPOSAL,
     GROUND_REVIEW,
     GROUND_SILENCE,
     GROUND_TELEMETRY,
     CommandSent,
     EventLearned,
+    OrderGiven,
     Review,
     Silence,
 )
@@ -70,6 +74,18 @@ class Ground:
             self._now_ns += self._tick_ns
         return Step(self._endpoint.take_sent(), self._journal.take())
 
+    def order(self, acts: Sequence[Act]) -> None:
+        """Have these orders given on the first tick of the window that is advanced through next.
+
+        Raises:
+            TypeError: if the operator takes no orders from outside.
+        """
+        if not isinstance(self._operator, QueuedOperator):
+            raise TypeError(
+                f"expected an operator that takes orders, found {type(self._operator).__name__}"
+            )
+        self._operator.put(acts)
+
     def _tick(self) -> None:
         now_ns = self._journal.now_ns = self._now_ns
         self._listen()
@@ -77,17 +93,24 @@ class Ground:
         if now_ns >= self._heartbeat_at_ns:
             self._heartbeat_at_ns = now_ns + self._heartbeat_ns
             self._endpoint.send(self._heartbeat(), now_ns)
-        for order in self._operator.act(self._situation()):
-            self._note_review(order)
-            command = self._desk.give(order, now_ns)
-            self._endpoint.send(command, now_ns)
-            self._journal.note(
-                GROUND_COMMAND,
-                CommandSent(command.number, command.order, command.expires_ns, command.meant),
-            )
+        for act in self._operator.act(self._situation()):
+            self._give(as_logged(act))
         if self._operator.progress != self._progress:
             self._progress = self._operator.progress
             self._journal.note(GROUND_OPERATOR, self._progress)
+
+    def _give(self, act: Act) -> None:
+        """Note an act as it was given, and do it."""
+        self._journal.note(GROUND_ORDER, OrderGiven(act))
+        if isinstance(act, Planned | Discard):
+            raise TypeError(f"expected an order to be sent at once, found {act}")
+        self._note_review(act)
+        command = self._desk.give(act, self._now_ns)
+        self._endpoint.send(command, self._now_ns)
+        self._journal.note(
+            GROUND_COMMAND,
+            CommandSent(command.number, command.order, command.expires_ns, command.meant),
+        )
 
     def _heartbeat(self) -> Heartbeat:
         telemetry, belief = self._belief.telemetry, self._belief

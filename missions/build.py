@@ -7,8 +7,8 @@ from numpy.random import Generator
 
 from farside.dem import DynamicExpectancyModel
 from farside.ground.node import Ground
+from farside.ground.operators.built_in import built_in_operator
 from farside.ground.operators.operator import Operator
-from farside.ground.operators.scripted import ScriptedOperator
 from farside.link.channel.node import Channel
 from farside.link.endpoint.endpoint import LinkTerms
 from farside.missions.extensions.finding import find_class
@@ -107,7 +107,7 @@ def build_operator(mission: MissionFile, extensions: Extensions = NONE) -> Opera
     """The operator that the `[ground]` table names; see `build_node`."""
     ground, chart = mission.ground, mission.world.chart()
     if ground.operator in OPERATOR.built_in:
-        return ScriptedOperator(ground.script, chart)
+        return built_in_operator(ground, chart)
     kind = extensions.operator or find_class(OPERATOR, ground.operator)
     rng = _stream(mission.seed, _Purpose.OPERATOR)
     return make_operator(kind, chart, rng, ground.operator_options)

@@ -2,6 +2,7 @@
 
 import msgspec
 
+from farside.acts import Act
 from farside.messages import Event, Meant, Order, ProposedStep
 
 
@@ -12,6 +13,12 @@ class CommandSent(msgspec.Struct, frozen=True):
     order: Order
     expires_ns: int
     meant: Meant | None
+
+
+class OrderGiven(msgspec.Struct, frozen=True):
+    """The operator, whoever that is, gave an order, as it was given."""
+
+    act: Act
 
 
 class EventLearned(msgspec.Struct, frozen=True):
@@ -27,11 +34,13 @@ class OperatorEntry(msgspec.Struct, frozen=True):
         step: the number of the step under way, from 1; 0 before the first.
         of: how many steps there are.
         waiting_for: what has to happen for the script to go on, in words; `None` when it is over.
+        left: what the operator gave up, each with the reason, in words.
     """
 
     step: int
     of: int
     waiting_for: str | None
+    left: tuple[str, ...] = ()
 
 
 class Review(msgspec.Struct, frozen=True):

@@ -7,7 +7,14 @@ import msgspec
 from farside.frames import FrameEvent, FrameFate, LinkOutage
 from farside.messages import Proposal, Telemetry
 from farside.node import Topic
-from farside.topics.ground import CommandSent, EventLearned, OperatorEntry, Review, Silence
+from farside.topics.ground import (
+    CommandSent,
+    EventLearned,
+    OperatorEntry,
+    OrderGiven,
+    Review,
+    Silence,
+)
 from farside.topics.rover import (
     ActionEnded,
     ActionStarted,
@@ -62,6 +69,7 @@ LINK_OUTAGE = _topic("/link/outage", LinkOutage)
 
 GROUND_FRAME = _topic("/ground/frame", FrameEvent)
 GROUND_TELEMETRY = _topic("/ground/telemetry", Telemetry)
+GROUND_ORDER = _topic("/ground/order", OrderGiven)
 GROUND_COMMAND = _topic("/ground/command", CommandSent)
 GROUND_EVENT = _topic("/ground/event", EventLearned)
 GROUND_PROPOSAL = _topic("/ground/proposal", Proposal)

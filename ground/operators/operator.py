@@ -3,9 +3,12 @@
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
+from farside.acts import Act
 from farside.ground.belief import Belief
 from farside.ground.commands import CommandDesk
-from farside.messages import Order
+from farside.ground.review import PathReview
+from farside.messages import Proposal, Tokens
+from farside.node import to_s
 from farside.topics import OperatorEntry
 
 
@@ -30,6 +33,16 @@ class Situation(NamedTuple):
         """Whether all commands given so far are known to be over."""
         return self.commands.is_settled
 
+    def review(self, proposal: Proposal) -> PathReview:
+        """The review of a proposal."""
+        cost = proposal.path[0].cost_to_go if proposal.path else 0.0
+        age_s = to_s(self.now_ns - proposal.time_ns)
+        return PathReview(proposal.goal, proposal.action, proposal.path, age_s, cost)
+
+    def review_path(self, goal: Tokens) -> PathReview | None:  # noqa: ARG002 - nothing is known yet
+        """The review of the way to a goal that the ground knows; `None` where it knows none."""
+        return None
+
 
 class Operator(Protocol):
     """Decides at the ground. It is asked on every tick."""
@@ -39,6 +52,6 @@ class Operator(Protocol):
         """How far it has come, as of the last time it was asked, and what it waits for."""
         ...
 
-    def act(self, situation: Situation) -> Sequence[Order]:
-        """The orders to send now, in order; none to wait."""
+    def act(self, situation: Situation) -> Sequence[Act]:
+        """The orders to give now, in order; none to wait."""
         ...

@@ -2,6 +2,7 @@
 
 from msgspec.structs import replace
 
+from farside.acts import Act
 from farside.control import CommandStage, Mode
 from farside.ground import ScriptedOperator, Situation
 from farside.ground.belief import Belief
@@ -53,10 +54,11 @@ class Scene:
         """The last command is known to have ended like this."""
         self.desk.learn_end(CommandEnded(self.desk.last_given, stage, "for a reason"))
 
-    def act(self, t_s: float = 0.0, *, silent: bool = False) -> list[Order]:
+    def act(self, t_s: float = 0.0, *, silent: bool = False) -> list[Act]:
         now_ns = to_ns(t_s)
         orders = list(self.operator.act(Situation(now_ns, self.belief, self.desk, silent)))
         for order in orders:
+            assert isinstance(order, Order)
             self.desk.give(order, now_ns)
         return orders
 
