@@ -242,11 +242,11 @@ class RecordedConfig(Section, frozen=True):
     """
 
     log: str | None = None
-    orders: tuple[RecordedLine, ...] = ()
+    orders: tuple[RecordedLine, ...] | None = None
     progress: tuple[RecordedLine, ...] = ()
 
     def __post_init__(self) -> None:
-        for topic, lines in ((GROUND_ORDER, self.orders), (GROUND_OPERATOR, self.progress)):
+        for topic, lines in ((GROUND_ORDER, self.orders or ()), (GROUND_OPERATOR, self.progress)):
             before_ns = 0
             for number, line in enumerate(lines):
                 where = f"{topic.name} in line {number}"

@@ -26,7 +26,7 @@ class Watcher(Protocol):
     A class that derives from it need not define `orders`, and gives none.
     """
 
-    def orders(self, now_s: float) -> Sequence[Act]:
+    def orders(self, now_s: float) -> Sequence[Act]:  # noqa: ARG002 - for those that define it
         """Called before each window: what is ordered on its first tick, in order.
 
         Args:

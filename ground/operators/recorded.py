@@ -23,7 +23,8 @@ class RecordedOperator:
 
     def __init__(self, recorded: RecordedConfig) -> None:
         self._orders = [
-            (line.time_ns, GROUND_ORDER.decode(line.json.encode()).act) for line in recorded.orders
+            (line.time_ns, GROUND_ORDER.decode(line.json.encode()).act)
+            for line in recorded.orders or ()
         ]
         self._steps = [
             (line.time_ns, GROUND_OPERATOR.decode(line.json.encode())) for line in recorded.progress

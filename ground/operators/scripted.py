@@ -73,7 +73,7 @@ class ScriptedOperator:
         yield ()
 
 
-def _work(seat: Seat, step: ScriptStep) -> Work:
+def _work(seat: Seat, step: ScriptStep) -> Work:  # noqa: PLR0911 - a kind each
     """The work that a step is."""
     match step:
         case Tour():
@@ -94,7 +94,7 @@ def _work(seat: Seat, step: ScriptStep) -> Work:
             return wait(seat, step)
 
 
-def _wanted(step: ScriptStep) -> str:
+def _wanted(step: ScriptStep) -> str:  # noqa: PLR0911 - a kind each
     """What has to happen for a step to be over, in words."""
     match step:
         case Tour(places=places):
