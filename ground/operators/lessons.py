@@ -122,7 +122,7 @@ class Lessons:
         return self._way(cell, lambda move: move.to == target, None)
 
     def _way(self, cell: Cell, wanted: Callable[[Move], bool], heading: str | None) -> list[Move]:
-        """The way that ends with the nearest move that is wanted, which was least blocked."""
+        """The way to the nearest move that is wanted, by moves that were blocked least."""
         for blocked in sorted({0, *(self._blocked.values())}):
             if blocked < _TRIES and (way := self._nearest(cell, wanted, heading, blocked)):
                 return way
@@ -136,7 +136,7 @@ class Lessons:
         while frontier:
             cell = frontier.popleft()
             before = came_by[cell]
-            moves = [move for move in self._moves(cell) if self._blocked[move] <= blocked]
+            moves = [move for move in self._moves(cell) if self._blocked[move] < _TRIES]
             if choices := [move for move in moves if wanted(move)]:
                 facing = heading if before is None else before.action
                 way = [min(choices, key=lambda move: self._rank(move, facing))]
@@ -145,15 +145,16 @@ class Lessons:
                     before = came_by[before.cell]
                 return way[::-1]
             for move in moves:
-                if move.to not in came_by:
+                if self._blocked[move] <= blocked and move.to not in came_by:
                     came_by[move.to] = move
                     frontier.append(move.to)
         return []
 
-    def _rank(self, move: Move, facing: str | None) -> tuple[bool, int, int]:
-        """The least comes first: not towards the start, with the least turning."""
+    def _rank(self, move: Move, facing: str | None) -> tuple[int, bool, int, int]:
+        """The least comes first: least blocked, not towards the start, with the least turning."""
         turn = 0 if facing is None else (_TURN[move.action] - _TURN[facing]) % 4
-        return self._home.get(move.cell) == move.action, min(turn, 4 - turn), _TURN[move.action]
+        is_home = self._home.get(move.cell) == move.action
+        return self._blocked[move], is_home, min(turn, 4 - turn), _TURN[move.action]
 
 
 _REVERSE = {

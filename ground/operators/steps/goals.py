@@ -27,16 +27,39 @@ Pursuit = Generator[Sequence[Act], None, str | None]
 
 def switch(seat: Seat, mode: Mode) -> Work:
     """Change the mode, and wait until telemetry confirms it."""
-    yield from seat.insist(SetMode(mode))
-    while seat.telemetry is None or seat.telemetry.mode is not mode:
-        yield ()
+    yield from _carry_through(seat, [SetMode(mode)], mode)
 
 
 def leave(seat: Seat, step: Leave) -> Work:
-    """Leave the rover alone with goals."""
-    yield from switch(seat, Mode.AUTONOMOUS)
-    for wanted in step.goals:
-        yield from seat.insist(send(wanted))
+    """Leave the rover alone with goals: all is said at once, and again what was not done."""
+    orders: list[Order] = [SetMode(Mode.AUTONOMOUS), *map(send, step.goals)]
+    yield from _carry_through(seat, orders, Mode.AUTONOMOUS)
+
+
+def _carry_through(seat: Seat, orders: list[Order], mode: Mode) -> Work:
+    """Give orders until all of them are done, and telemetry confirms the mode that they lead to.
+
+    Word that an order was not done may come after telemetry that says that it is over.
+    """
+    while True:
+        given = dict(enumerate(orders, start=seat.situation.commands.last_given + 1))
+        yield orders
+        while not (orders := _undone(seat, given)):
+            if seat.situation.settled and _is_in(seat, mode):
+                return
+            yield ()
+
+
+def _undone(seat: Seat, given: dict[int, Order]) -> list[Order]:
+    """The orders that are known not to have been done, once all of them are over."""
+    if not seat.situation.settled:
+        return []
+    ends = seat.situation.commands.end_of
+    return [order for number, order in given.items() if ends(number) is not None]
+
+
+def _is_in(seat: Seat, mode: Mode) -> bool:
+    return seat.telemetry is not None and seat.telemetry.mode is mode
 
 
 def pursue(seat: Seat, step: Pursue) -> Work:

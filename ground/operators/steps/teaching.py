@@ -55,7 +55,7 @@ class _Tour:
         self._seat, self._ahead = seat, config.ahead
         self.lessons = Lessons(seat.chart, start, config.times)
         self.heading: str | None = None
-        self._refused: Move | None = None  # insisted on if it is sent again
+        self._insist_on: Move | None = None  # if it is sent again right now
 
     def way_to_dock(self, cell: Cell) -> list[Move] | None:
         """The way to the dock; `None` without one."""
@@ -78,7 +78,7 @@ class _Tour:
     def make(self, moves: Sequence[Move]) -> Work:
         """Send moves, each to be begun once the one before is done, and learn what came of them."""
         first = self._seat.situation.commands.last_given + 1
-        force = moves[0] == self._refused
+        force = moves[0] == self._insist_on
         drives = [Drive(move.action) for move in moves[1:]]
         yield [
             Drive(moves[0].action, force=force),
@@ -106,9 +106,11 @@ class _Tour:
             self.heading = move.action
         end = ends[done] if done < len(moves) else None
         stage = None if end is None else end.stage
-        self._refused = moves[done] if stage is CommandStage.REFUSED else None
+        self._insist_on = None
         if stage is CommandStage.FAILED:
             self.lessons.note_blocked(moves[done])
+        if stage in {CommandStage.FAILED, CommandStage.REFUSED}:
+            self._insist_on = moves[done]  # which is refused where it was blocked just now
 
 
 def _is_unsafe(seat: Seat) -> bool:
