@@ -4,6 +4,7 @@ from enum import StrEnum
 from typing import Annotated
 
 from msgspec import Meta, MsgspecError, field
+from msgspec.structs import asdict
 
 from farside.control import Mode
 from farside.settings import (
@@ -97,7 +98,7 @@ class WantedPlace(Section, frozen=True):
     """A goal of the operator's.
 
     Attributes:
-        place: the goal.
+        place: the goal, a place that the rover can reach.
         priority: its priority; the rover pursues the goal with the highest.
     """
 
@@ -292,3 +293,18 @@ class GroundConfig(Section, frozen=True):
     heartbeat_s: Positive = 2.0
     silent_after_s: Positive = 6.0
     command_lifetime_s: Positive = 20.0
+
+    @property
+    def steps(self) -> tuple[ScriptStep, ...] | None:
+        """The steps that the operator goes through; `None` where the mission does not say."""
+        match self.operator:
+            case "scripted":
+                return self.script
+            case "guide":
+                return (Teach(**asdict(self.guide)),)
+            case "supervisor":
+                return (Supervise(**asdict(self.supervisor)),)
+            case "absent":
+                return ()
+            case _:
+                return None
