@@ -33,13 +33,13 @@ class OnItsWay(NamedTuple):
         command: the command.
         action: the action that it asks for, `None` if it asks for none.
         arrives_ns: when it is, or was, due on board.
-        begun_ns: when it is known to have begun; `None` if it is not known to have.
+        begun: whether its action is the one under way, as of the newest telemetry.
     """
 
     command: Command
     action: str | None
     arrives_ns: int
-    begun_ns: int | None = None
+    begun: bool = False
 
 
 class _Branch(NamedTuple):
@@ -157,7 +157,7 @@ class Predictor:
 
     def _carry_out(self, branches: list[_Branch], one: OnItsWay, horizon_ns: int) -> list[_Branch]:
         """A command arrives, and is carried out as soon as the rover stands."""
-        if one.begun_ns is not None:  # its action is the one under way
+        if one.begun:
             return [branch._replace(done=(one.command.number, True)) for branch in branches]
         if one.arrives_ns >= horizon_ns:
             return branches

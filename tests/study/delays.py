@@ -1,4 +1,4 @@
-"""The fourth study: does autonomy pay? Goals an hour against the round trip, in four ways to work."""
+"""The fourth study: does autonomy pay? Goals an hour, by round trip and way to work."""
 
 from collections.abc import Iterator, Sequence
 from typing import Any
