@@ -50,7 +50,9 @@ class Outlook:
         self._foresight = None
         if shadow is not None:
             self._foresight = Foresight(shadow.model, lambda: (shadow.number, shadow.check))
-        self._predictor = Predictor(self._foresight, self._times, terms.alone_after_ns)
+        self._predictor = Predictor(
+            self._foresight, self._times, terms.alone_after_ns, self._priorities
+        )
 
     def learn(self, telemetry: Telemetry) -> None:
         """Telemetry has come straight from the rover, newer than all before it."""
@@ -88,6 +90,11 @@ class Outlook:
             return None
         start = last.likely[0].sign[0]
         return review_path(goal, start, lists, shadow.made_ns, now_ns)
+
+    def _priorities(self) -> dict[Tokens, float]:
+        if self._shadow is None:
+            return {}
+        return {goal.tokens: goal.priority for goal in self._shadow.model.goals}
 
     @property
     def _coming(self) -> list[OnItsWay]:
