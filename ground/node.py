@@ -2,17 +2,18 @@
 
 from collections.abc import Sequence
 
+from farside.acts import Act, Planned
 from farside.ground.belief import Belief
-from farside.ground.commands import CommandDesk
+from farside.ground.commands.desk import CommandDesk
+from farside.ground.commands.timing import Moves
 from farside.ground.config import GroundConfig
 from farside.ground.operators.operator import Operator, Situation
 from farside.link.endpoint.endpoint import LinkTerms, ground_endpoint
 from farside.messages import (
     Approve,
-    CommandEnded,
+    CommandReached,
     Event,
     Heartbeat,
-    Order,
     Override,
     Proposal,
     Shown,
@@ -21,14 +22,12 @@ from farside.messages import (
 )
 from farside.node import Frame, Journal, Step, to_ns
 from farside.topics import (
-    GROUND_COMMAND,
     GROUND_EVENT,
     GROUND_OPERATOR,
     GROUND_PROPOSAL,
     GROUND_REVIEW,
     GROUND_SILENCE,
     GROUND_TELEMETRY,
-    CommandSent,
     EventLearned,
     Review,
     Silence,
@@ -43,10 +42,17 @@ class Ground:
         operator: who decides.
         tick_ns: period of decisions.
         terms: of the link, as agreed with the rover beforehand.
+        moves: what the ground was told about the rover's moves beforehand.
     """
 
     def __init__(
-        self, config: GroundConfig, operator: Operator, *, tick_ns: int, terms: LinkTerms
+        self,
+        config: GroundConfig,
+        operator: Operator,
+        *,
+        tick_ns: int,
+        terms: LinkTerms,
+        moves: Moves,
     ) -> None:
         self._tick_ns = tick_ns
         self._now_ns = 0
@@ -54,7 +60,13 @@ class Ground:
         self._journal = Journal()
         self._endpoint = ground_endpoint(terms, self._journal)
         self._belief = Belief()
-        self._desk = CommandDesk(terms.round_trip_ns + to_ns(config.command_lifetime_s))
+        self._desk = CommandDesk(
+            terms.schedule,
+            valid_ns=terms.round_trip_ns + to_ns(config.command_lifetime_s),
+            moves=moves,
+            journal=self._journal,
+            queued_until_ns=self._endpoint.queued_until_ns,
+        )
         self._heartbeat_ns = to_ns(config.heartbeat_s)
         self._heartbeat_at_ns = 0
         self._silent_after_ns = terms.round_trip_ns + to_ns(config.silent_after_s)
@@ -77,14 +89,12 @@ class Ground:
         if now_ns >= self._heartbeat_at_ns:
             self._heartbeat_at_ns = now_ns + self._heartbeat_ns
             self._endpoint.send(self._heartbeat(), now_ns)
-        for order in self._operator.act(self._situation()):
-            self._note_review(order)
-            command = self._desk.give(order, now_ns)
+        for command in self._desk.follow(now_ns, silent=self._silent):
             self._endpoint.send(command, now_ns)
-            self._journal.note(
-                GROUND_COMMAND,
-                CommandSent(command.number, command.order, command.expires_ns, command.meant),
-            )
+        for act in self._operator.act(self._situation()):
+            self._note_review(act)
+            for command in self._desk.give(act, now_ns):
+                self._endpoint.send(command, now_ns)
         if self._operator.progress != self._progress:
             self._progress = self._operator.progress
             self._journal.note(GROUND_OPERATOR, self._progress)
@@ -100,13 +110,13 @@ class Ground:
                 case Telemetry():
                     self._journal.note(GROUND_TELEMETRY, message, publish_time_ns=message.time_ns)
                     self._belief.learn(message)
-                    self._desk.learn(message)
+                    self._desk.learn(message, self._now_ns)
                 case Event():
                     learned = EventLearned(message)
                     self._journal.note(GROUND_EVENT, learned, publish_time_ns=message.time_ns)
                     self._belief.events.append(message)
-                    if isinstance(message.what, CommandEnded):
-                        self._desk.learn_end(message.what)
+                    if isinstance(message.what, CommandReached):
+                        self._desk.learn_stage(message.what, message.time_ns, self._now_ns)
                 case Proposal():
                     self._journal.note(GROUND_PROPOSAL, message, publish_time_ns=message.time_ns)
                     self._belief.consider(message)
@@ -123,7 +133,8 @@ class Ground:
     def _situation(self) -> Situation:
         return Situation(self._now_ns, self._belief, self._desk, self._silent)
 
-    def _note_review(self, order: Order) -> None:
+    def _note_review(self, act: Act) -> None:
+        order = act.order if isinstance(act, Planned) else act
         if not isinstance(order, Approve | Override | Veto):
             return
         proposal = self._belief.proposal_numbered(order.proposal)

@@ -6,6 +6,7 @@ import numpy as np
 from numpy.random import Generator
 
 from farside.dem import DynamicExpectancyModel
+from farside.ground.commands.timing import Moves
 from farside.ground.node import Ground
 from farside.ground.operators.operator import Operator
 from farside.ground.operators.scripted import ScriptedOperator
@@ -100,7 +101,11 @@ def _channel(mission: MissionFile) -> Channel:
 
 def build_ground(mission: MissionFile, operator: Operator) -> Ground:
     """The ground station of a mission, with `operator` at it."""
-    return Ground(mission.ground, operator, tick_ns=mission.tick_ns, terms=_terms(mission))
+    drive = mission.rover.drive
+    moves = Moves(to_ns(drive.move_cost_s), to_ns(drive.least_move_s(mission.world.cell_m)))
+    return Ground(
+        mission.ground, operator, tick_ns=mission.tick_ns, terms=_terms(mission), moves=moves
+    )
 
 
 def build_operator(mission: MissionFile, extensions: Extensions = NONE) -> Operator:

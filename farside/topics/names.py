@@ -7,7 +7,15 @@ import msgspec
 from farside.frames import FrameEvent, FrameFate, LinkOutage
 from farside.messages import Proposal, Telemetry
 from farside.node import Topic
-from farside.topics.ground import CommandSent, EventLearned, OperatorEntry, Review, Silence
+from farside.topics.ground import (
+    CommandSent,
+    EventLearned,
+    HeldEntry,
+    LifeEntry,
+    OperatorEntry,
+    Review,
+    Silence,
+)
 from farside.topics.rover import (
     ActionEnded,
     ActionStarted,
@@ -63,6 +71,8 @@ LINK_OUTAGE = _topic("/link/outage", LinkOutage)
 GROUND_FRAME = _topic("/ground/frame", FrameEvent)
 GROUND_TELEMETRY = _topic("/ground/telemetry", Telemetry)
 GROUND_COMMAND = _topic("/ground/command", CommandSent)
+GROUND_LIFE = _topic("/ground/life", LifeEntry)
+GROUND_HELD = _topic("/ground/held", HeldEntry)
 GROUND_EVENT = _topic("/ground/event", EventLearned)
 GROUND_PROPOSAL = _topic("/ground/proposal", Proposal)
 GROUND_REVIEW = _topic("/ground/review", Review)

@@ -3,9 +3,9 @@
 from collections.abc import Sequence
 from typing import NamedTuple, Protocol
 
+from farside.acts import Act
 from farside.ground.belief import Belief
-from farside.ground.commands import CommandDesk
-from farside.messages import Order
+from farside.ground.commands.desk import CommandDesk
 from farside.topics import OperatorEntry
 
 
@@ -39,6 +39,6 @@ class Operator(Protocol):
         """How far it has come, as of the last time it was asked, and what it waits for."""
         ...
 
-    def act(self, situation: Situation) -> Sequence[Order]:
-        """The orders to send now, in order; none to wait."""
+    def act(self, situation: Situation) -> Sequence[Act]:
+        """What to give now, in order; nothing to wait."""
         ...

@@ -40,6 +40,8 @@ from farside.node import NEVER_NS, NS_PER_S, Direction, Frame, Journal, Topic
 from farside.topics import GROUND_FRAME, ROVER_FRAME
 
 _SEGMENT_OVERHEAD_BYTE = 24
+FRAMED_BYTE = OVERHEAD_BYTE + _SEGMENT_OVERHEAD_BYTE
+"""By how much the frame of a short reliable message is longer than the message, at most."""
 _REASSEMBLY_NS = 600 * NS_PER_S
 _SILENCE_NS = 10 * NS_PER_S
 _LIVE_SHARE = 0.8  # of the rate for telemetry, so that there is room for all else
@@ -269,6 +271,15 @@ class Endpoint(Generic[_Out, _In]):
         due_ns = sender.next_ns(now_ns), receiver.next_ns(), self._stored_receiver.next_ns()
         self._wake_ns = min((due for due in due_ns if due is not None), default=NEVER_NS)
 
+    def queued_until_ns(self, now_ns: int) -> int:
+        """Until when, by plan, the transmitter sends what it was given so far, all that waits."""
+        until_ns = max(now_ns, self._busy_ns)
+        waiting = [*self._sender.waiting_byte, *map(len, self._backlog)]
+        for size_byte in waiting:
+            framed_byte = size_byte + FRAMED_BYTE
+            until_ns = self._schedule.sends_ns(self._outgoing, until_ns, framed_byte)[1]
+        return until_ns
+
     def take_sent(self) -> list[Frame]:
         """The frames sent since the last call, in order."""
         sent, self._outbox = self._outbox, []
@@ -291,8 +302,11 @@ class Endpoint(Generic[_Out, _In]):
         wire = self._sealer.seal(body, flags)
         frame = Frame(self._outgoing, sequence, now_ns, wire, service.priority, service.lifetime_ns)
         self._tell(frame, FrameStage.MADE, what, now_ns, flags)
-        ready_ns = max(now_ns, self._busy_ns)
-        self._busy_ns = self._schedule.sends_ns(self._outgoing, ready_ns, len(wire))[1]
+        begin_ns, end_ns = self._schedule.sends_ns(
+            self._outgoing, max(now_ns, self._busy_ns), len(wire)
+        )
+        # What is sent outside contacts leaves all the same, and is lost.
+        self._busy_ns = max(now_ns, self._busy_ns) + end_ns - begin_ns
         if self.in_shadow:
             self._tell(frame, FrameStage.SHADOWED, what, now_ns, flags)
         else:

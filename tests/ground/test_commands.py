@@ -4,7 +4,7 @@ from farside.control import CommandStage, Mode
 from farside.ground.commands import CommandDesk
 from farside.messages import (
     Command,
-    CommandEnded,
+    CommandReached,
     Drive,
     Meant,
     SetGoal,
@@ -32,7 +32,7 @@ def test_behind_another_drive_it_is_meant_to_follow_on_that() -> None:
     desk.learn(telemetry(1.0, "A"))
     desk.give(Drive("E"), 0)
     assert desk.give(Drive("E"), 0).meant == Meant(Mode.GUIDED, after=1)
-    desk.learn_end(CommandEnded(2, CommandStage.REFUSED, "no"))
+    desk.learn_end(CommandReached(2, CommandStage.REFUSED, "no"))
     desk.learn(telemetry(2.0, "2,1", commands_done=1))
     assert desk.give(Drive("E"), 0).meant == Meant(Mode.GUIDED, place="at:2,1")
 
@@ -66,7 +66,7 @@ def test_what_expired_is_given_longer_until_something_is_done() -> None:
         return desk.give(Drive("E"), 0).expires_ns
 
     def expire() -> None:
-        desk.learn_end(CommandEnded(desk.last_given, CommandStage.EXPIRED, "it came too late"))
+        desk.learn_end(CommandReached(desk.last_given, CommandStage.EXPIRED, "it came too late"))
 
     lives = []
     for _ in range(6):
@@ -76,5 +76,5 @@ def test_what_expired_is_given_longer_until_something_is_done() -> None:
     assert given() == 1600
     desk.learn(telemetry(1.0, commands_done=desk.last_given))
     assert given() == 100
-    desk.learn_end(CommandEnded(desk.last_given, CommandStage.REFUSED, "no"))
+    desk.learn_end(CommandReached(desk.last_given, CommandStage.REFUSED, "no"))
     assert given() == 100, "it came in time, and was not wanted"

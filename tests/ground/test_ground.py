@@ -49,6 +49,7 @@ class Bench:
             ScriptedOperator(script, CHART),
             tick_ns=TICK_NS,
             terms=TERMS,
+            moves=Moves(to_ns(2.66), 0),
         )
         self.rover = rover_endpoint(TERMS, Journal())
         self.now_ns = 0

@@ -17,7 +17,7 @@ from farside.ground.config import (
 )
 from farside.messages import (
     Approve,
-    CommandEnded,
+    CommandReached,
     Drive,
     Event,
     GoalReached,
@@ -51,7 +51,7 @@ class Scene:
 
     def end(self, stage: CommandStage) -> None:
         """The last command is known to have ended like this."""
-        self.desk.learn_end(CommandEnded(self.desk.last_given, stage, "for a reason"))
+        self.desk.learn_end(CommandReached(self.desk.last_given, stage, "for a reason"))
 
     def act(self, t_s: float = 0.0, *, silent: bool = False) -> list[Order]:
         now_ns = to_ns(t_s)

@@ -212,6 +212,9 @@ def simulated(mission: MissionFile, operator: Operator, model: CountingModel) ->
         streams=RoverStreams(soil, sensors, learning),
         controller=lambda _config, _rng: model,
     )
-    ground = Ground(mission.ground, operator, tick_ns=mission.tick_ns, terms=terms)
+    moves = Moves(to_ns(mission.rover.drive.move_cost_s), 0)
+    ground = Ground(
+        mission.ground, operator, tick_ns=mission.tick_ns, terms=terms, moves=moves
+    )
     channel = Channel(mission.link, {Direction.UP: up, Direction.DOWN: down})
     return Simulated(mission, InProcessCrew(rover, channel, ground))
