@@ -5,7 +5,7 @@ The seed's paths (figure 2) in these words: A1 is `Drive`, A2 is `Proposal` with
 `Telemetry`.
 
 Commands, proposals and events are sent until they have arrived, in order; of heartbeats and
-telemetry only the latest counts. See `farside.link.endpoint.endpoint.SERVICES`.
+telemetry only the latest counts. See `farside.link.endpoint.services`.
 """
 
 from typing import Annotated

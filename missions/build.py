@@ -5,7 +5,7 @@ from enum import IntEnum, unique
 import numpy as np
 from numpy.random import Generator
 
-from farside.dem import DynamicExpectancyModel
+from farside.dem import DynamicExpectancyModel, ShadowModel
 from farside.ground.commands.timing import Moves
 from farside.ground.node import Ground
 from farside.ground.operators.operator import Operator
@@ -78,11 +78,15 @@ def build_controller(
     rover: RoverConfig, rng: Generator, extensions: Extensions = NONE
 ) -> Controller:
     """The controller that the `[rover]` table names; see `build_node`."""
-    costs = dict.fromkeys(ACTIONS, rover.drive.move_cost_s)
+    costs = _action_costs(rover)
     if rover.controller in CONTROLLER.built_in:
         return DynamicExpectancyModel(costs, rover.dem, rng=rng)
     kind = extensions.controller or find_class(CONTROLLER, rover.controller)
     return make_controller(kind, costs, rng, rover.controller_options)
+
+
+def _action_costs(rover: RoverConfig) -> dict[str, float]:
+    return dict.fromkeys(ACTIONS, rover.drive.move_cost_s)
 
 
 def _terms(mission: MissionFile) -> LinkTerms:
@@ -101,10 +105,16 @@ def _channel(mission: MissionFile) -> Channel:
 
 def build_ground(mission: MissionFile, operator: Operator) -> Ground:
     """The ground station of a mission, with `operator` at it."""
-    drive = mission.rover.drive
-    moves = Moves(to_ns(drive.move_cost_s), to_ns(drive.least_move_s(mission.world.cell_m)))
+    rover = mission.rover
+    drive = rover.drive
+    shadow = ShadowModel(_action_costs(rover), rover.dem) if rover.is_shadowed else None
     return Ground(
-        mission.ground, operator, tick_ns=mission.tick_ns, terms=_terms(mission), moves=moves
+        mission.ground,
+        operator,
+        tick_ns=mission.tick_ns,
+        terms=_terms(mission),
+        moves=Moves(to_ns(drive.move_cost_s), to_ns(drive.least_move_s(mission.world.cell_m))),
+        shadow=shadow,
     )
 
 

@@ -50,7 +50,7 @@ class Timing:
         return min(NEVER_NS, leaves_ns + self._schedule.delay_ns(Direction.UP, leaves_ns))
 
     def told_ns(self, so_ns: int) -> int:
-        """When at the ground word is due of what is so on board at `so_ns`: with a margin of 5 s."""
+        """When word of what is so on board at `so_ns` is due at the ground: with 5 s of margin."""
         ends_ns = self._schedule.sends_ns(Direction.DOWN, so_ns, _WORD_BYTE)[1]
         light_ns = self._schedule.delay_ns(Direction.DOWN, ends_ns)
         return min(NEVER_NS, ends_ns + light_ns + _TOLD_MARGIN_NS)

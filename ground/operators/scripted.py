@@ -151,7 +151,7 @@ class ScriptedOperator:
     def _pursue(self, step: Pursue) -> _Orders:
         belief = self._situation.belief
         goal = (place_token(step.place),)
-        known_events = len(belief.events)
+        known_events = belief.last_event
         seen = answered = belief.proposal.number if belief.proposal else 0
         sent: int | None = None
         while not belief.reached(goal, known_events):
@@ -167,7 +167,7 @@ class ScriptedOperator:
 
     def _wait_for_goal(self, step: AwaitReached) -> _Orders:
         belief = self._situation.belief
-        known_events = 0 if step.already else len(belief.events)
+        known_events = 0 if step.already else belief.last_event
         while not belief.reached((place_token(step.place),), known_events):
             yield ()
 

@@ -9,6 +9,7 @@ from numpy.random import Generator, SeedSequence
 
 from farside.dem import DynamicExpectancyModel, Parameters, Sensed
 from farside.ground import Ground, Operator
+from farside.ground.commands.timing import Moves
 from farside.link.channel.node import Channel
 from farside.link.endpoint.endpoint import LinkTerms
 from farside.missions import MissionFile, load_mission
@@ -213,8 +214,6 @@ def simulated(mission: MissionFile, operator: Operator, model: CountingModel) ->
         controller=lambda _config, _rng: model,
     )
     moves = Moves(to_ns(mission.rover.drive.move_cost_s), 0)
-    ground = Ground(
-        mission.ground, operator, tick_ns=mission.tick_ns, terms=terms, moves=moves
-    )
+    ground = Ground(mission.ground, operator, tick_ns=mission.tick_ns, terms=terms, moves=moves)
     channel = Channel(mission.link, {Direction.UP: up, Direction.DOWN: down})
     return Simulated(mission, InProcessCrew(rover, channel, ground))
