@@ -1,10 +1,10 @@
 """The endpoint: a node's end of the link, between its messages and the frames.
 
 A message is packed (MessagePack), cut if it is larger than a frame, numbered and sealed. Its type
-decides the service, see `farside.link.endpoint.services`: *expedited*, where only the latest counts and nothing is
-retransmitted, or *reliable*, in order and until it has arrived. What is made while the link is out
-can wait in a store. When the link is back it is sent by a reliable stream of its own, below
-everything else and in what that leaves of the rate.
+decides the service, see `farside.link.endpoint.services`: *expedited*, where only the latest counts
+and nothing is retransmitted, or *reliable*, in order and until it has arrived. What is made while
+the link is out can wait in a store. When the link is back it is sent by a reliable stream of its
+own, below everything else and in what that leaves of the rate.
 """
 
 import heapq
