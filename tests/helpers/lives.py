@@ -2,18 +2,23 @@
 
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Literal
 
-from hazards import ACTIONS, Hazard, Wild, hazards, orders
+from hazards import ACTIONS, YARDS, Hazard, Wild, fly, hazards, orders
 from hypothesis import strategies as st
+from numpy.random import Generator
 
 from farside.acts import Act, Discard, Planned
 from farside.control import CommandStage, OnLoss, TakeBackChance, Verdict
 from farside.frames import FrameFate
 from farside.ground import Situation
+from farside.ground.commands.life import Life
 from farside.logs.reading import LogEntry, LogFile
 from farside.messages import CommandReached, Drive, SetOnLoss, TakeBack, Telemetry
 from farside.missions import FinishedRun
 from farside.node import NEVER_NS, Direction, to_ns, to_s
+from farside.places import Chart
 from farside.topics import (
     GROUND_COMMAND,
     GROUND_EVENT,
@@ -32,46 +37,46 @@ _BEGUN = [stage for stage in CommandStage if stage.is_last or stage is CommandSt
 _REACHED = CommandStage.BEGUN, CommandStage.DONE, CommandStage.FAILED
 
 
+Habits = tuple[float | Literal["last"] | None, ...]
+
+
 # --- to fly -----------------------------------------------------------------------------------
 
 
 class Withdrawing(Wild):
-    """Takes back some of what it gave: at the last moment, before it, or when it may be too late.
+    """Takes back some of what it gave.
 
     Attributes:
-        habits: what it does with one command after the other, over and over: the share of the time
-            left that it waits; more than 1 for too long; `None` to leave it.
+        habits: what it does with one command after the other, over and over. `last`: it takes it
+            back at the last moment at which that is sure. A number: after so many seconds, sure or
+            not. `None`: it leaves it.
     """
 
-    habits: tuple[float | None, ...] = (None, 1.0, 0.5, 1.0, 0.0, 1.5, 1.0)
+    habits: Habits = (None,)
+
+    def __init__(self, chart: Chart, *, rng: Generator) -> None:
+        super().__init__(chart, rng=rng)
+        self._withdrawn: set[int] = set()
 
     def act(self, situation: Situation) -> Sequence[Act]:
         given: list[Act] = list(super().act(situation))
-        desk, now_ns = situation.commands, situation.now_ns
-        for life in desk.live:
+        for life in situation.commands.live:
             number = life.number
-            habit = self.habits[number % len(self.habits)]
-            if (
-                habit is None
-                or number in self._withdrawn
-                or isinstance(life.command.order, TakeBack)
-            ):
+            if number in self._withdrawn or isinstance(life.command.order, TakeBack):
                 continue
-            if number not in self._last_ns:
-                chance, until_ns = desk.take_back(number, now_ns)
-                assert (until_ns is not None) == (chance is TakeBackChance.SURE)
-                until_ns = now_ns + to_ns(3) if until_ns is None else until_ns
-                # Before the tick after which it would be too late.
-                self._last_ns[number] = now_ns + int(habit * (until_ns - now_ns)) - _TICK_NS
-            if now_ns >= self._last_ns[number]:
+            if self._wants_back(life, situation):
                 self._withdrawn.add(number)
                 given.append(TakeBack(number))
         return given
 
-    def __init__(self, *args: object, **options: object) -> None:
-        super().__init__(*args, **options)  # type: ignore[arg-type]
-        self._withdrawn: set[int] = set()
-        self._last_ns: dict[int, int] = {}
+    def _wants_back(self, life: Life, situation: Situation) -> bool:
+        habit, now_ns = self.habits[life.number % len(self.habits)], situation.now_ns
+        if habit is None:
+            return False
+        if habit != "last":
+            return now_ns >= life.given_ns + to_ns(habit)
+        _, until_ns = situation.commands.take_back(life.number, now_ns)
+        return until_ns is not None and now_ns + _TICK_NS > until_ns
 
 
 def _sequences(places: Sequence[str], at_s: float) -> st.SearchStrategy[list[Act]]:
@@ -93,18 +98,19 @@ def _sequences(places: Sequence[str], at_s: float) -> st.SearchStrategy[list[Act
     back_and_forth = st.sampled_from(["EW", "NS", "EEWW"]).map(
         lambda way: [Planned(Drive(action), follows=True) for action in way * 2]
     )
+    due = st.builds(Planned, st.just(Drive("E")), at_ns=later_ns)
     discard = st.builds(Discard, st.integers(1, 3)).map(lambda act: [act])
     return st.one_of(
         st.lists(planned, min_size=1, max_size=5),
         st.lists(planned, min_size=1, max_size=5),
-        st.builds(lambda first, rest: [first, *rest], planned, back_and_forth),
+        st.builds(lambda first, rest: [first, *rest], st.one_of(due, planned), back_and_forth),
         discard,
     )
 
 
 @st.composite
-def planned_hazards(draw: st.DrawFn) -> Hazard:
-    """A hazard with sequences in it, over delays from 0.1 s to a minute."""
+def planned_hazards(draw: st.DrawFn) -> tuple[Hazard, Habits]:
+    """A hazard with sequences in it, over delays from 0.1 s to a minute, and what is taken back."""
     hazard = draw(hazards())
     places = sorted({place for step in hazard.script for place in getattr(step, "places", ())})
     delay_s = draw(st.sampled_from([0.1, 0.5, 1.28, 5.0, 20.0, 60.0]))
@@ -115,7 +121,8 @@ def planned_hazards(draw: st.DrawFn) -> Hazard:
         "link.down.delay_s": delay_s,
         "ground.command_lifetime_s": draw(st.sampled_from([2.0, 20.0, 200.0])),
     }
-    if draw(st.sampled_from([False, False, True])):
+    rarely = st.sampled_from([False, False, True])
+    if draw(rarely):
         values["link.passes"] = draw(
             st.sampled_from(
                 [
@@ -124,19 +131,34 @@ def planned_hazards(draw: st.DrawFn) -> Hazard:
                 ]
             )
         )
-    if draw(st.sampled_from([False, False, True])):
+    if draw(rarely):
         values["link.down.jitter"] = values["link.up.jitter"] = {"spread_s": 0.2}
-    if draw(st.sampled_from([True, False])):
+    if draw(st.booleans()):
         values["link.blackouts"] = []
     if draw(st.booleans()):
         values |= {"link.up.loss": 0.0, "link.down.loss": 0.0}
-    acts: list[tuple[float, Act]] = list(hazard.orders)
+    script = hazard.script
+    if draw(st.booleans()):
+        script = ()
+        # Where moves to and fro are done, so that what follows on them begins.
+        values |= {"world.map": "\n".join(YARDS["corridor"]), "rover.start": "D"}
+        values |= {"rover.goals": [], "rover.faults": [], "rover.battery.capacity_j": 250_000.0}
+        places = ["B", "D"]
+    acts = list(hazard.orders) if draw(st.booleans()) else []
     for at_s in draw(st.lists(st.floats(1, 150), min_size=1, max_size=4)):
-        given = draw(_sequences(places, at_s))
-        acts += [(round(at_s, 2), act) for act in given]
+        acts += [(round(at_s, 2), act) for act in draw(_sequences(places, at_s))]
     acts.sort(key=lambda one: one[0])
-    script = hazard.script if draw(st.booleans()) else ()
-    return hazard._replace(values=values, script=script, orders=tuple(acts))
+    habit: st.SearchStrategy[float | Literal["last"] | None] = st.one_of(
+        st.none(), st.just("last"), st.sampled_from([0.0, 2.0, 10.0])
+    )
+    habits = draw(st.lists(habit, min_size=1, max_size=7))
+    return hazard._replace(values=values, script=script, orders=tuple(acts)), tuple(habits)
+
+
+def fly_planned(planned: tuple[Hazard, Habits], folder: Path) -> FinishedRun:
+    """Run it in this process; the log is in `folder`."""
+    hazard, habits = planned
+    return fly(hazard, folder, type("Planning", (Withdrawing,), {"habits": habits}))
 
 
 # --- to judge ---------------------------------------------------------------------------------
@@ -156,6 +178,7 @@ class Judge:
         log = LogFile(run.log)
         topics = (ROVER_COMMAND, LINK_FRAME)
         self._so: dict[tuple[int, CommandStage], int] = {}
+        self._light_ns = NEVER_NS
         self._arrived: list[tuple[int, int]] = []  # frames from the rover: made, arrived
         for entry in map(LogEntry.of, log.records(topics)):
             match entry.message:
@@ -163,6 +186,7 @@ class Judge:
                     self._so[number, stage] = entry.log_time_ns
                 case FrameFate(direction=Direction.DOWN, arrival_ns=int(at_ns), queued_ns=made_ns):
                     self._arrived.append((made_ns, at_ns))
+                    self._light_ns = min(self._light_ns, at_ns - made_ns)
         self._sent: dict[int, CommandSent] = {}
         self._words: set[tuple[int, CommandStage]] = set()
         self._chance: dict[int, tuple[TakeBackChance, int | None]] = defaultdict(
@@ -245,6 +269,8 @@ class Judge:
         if life.verdict is Verdict.OVERDUE:
             if now_ns < life.told_due_ns:
                 yield f"and word is due at {life.told_due_ns}"
+            if self._arrived and life.told_due_ns - life.due_ns < self._light_ns:
+                yield "and word of it could not have come"
             return
         if not life.due_ns <= now_ns < life.told_due_ns:
             yield f"was due at {life.due_ns}, and word at {life.told_due_ns}"

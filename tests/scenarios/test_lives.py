@@ -3,9 +3,9 @@
 from pathlib import Path
 
 import pytest
-from hazards import Hazard, fly
+from hazards import Hazard
 from hypothesis import HealthCheck, given, settings
-from lives import Judge, Withdrawing, planned_hazards
+from lives import Habits, Judge, fly_planned, planned_hazards
 
 
 @pytest.fixture(scope="module")
@@ -18,10 +18,12 @@ def logs(tmp_path_factory: pytest.TempPathFactory) -> Path:
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
 )
-@given(hazard=planned_hazards())
-def test_every_verdict_is_true_and_every_promise_is_kept(logs: Path, hazard: Hazard) -> None:
+@given(planned=planned_hazards())
+def test_every_verdict_is_true_and_every_promise_is_kept(
+    logs: Path, planned: tuple[Hazard, Habits]
+) -> None:
     """In the log of the whole run: see `lives.Judge` for what each verdict and promise means."""
-    run = fly(hazard, logs, Withdrawing)
+    run = fly_planned(planned, logs)
     try:
         assert Judge(run).wrong == []
     finally:
