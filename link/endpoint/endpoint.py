@@ -51,7 +51,7 @@ _In = TypeVar("_In", bound=msgspec.Struct)
 _encode = msgspec.msgpack.Encoder().encode
 
 _SEGMENT = Service(reliable=True, priority=3)
-_REPORT = Service(reliable=True, priority=4)
+_REPORT = Service(reliable=True, priority=3)
 _STORED = Service(reliable=True, priority=0)
 _PLAIN = Flag(0)
 _STORED_SEGMENT, _STORED_REPORT = Flag.STORED | Flag.RELIABLE, Flag.STORED | Flag.REPORT
