@@ -136,27 +136,30 @@ class ShadowModel:
         self._aim()
         return float("inf") if sign is None else self._planner.value(sign)
 
-    def policy_path(self, tokens: Iterable[str]) -> tuple[PolicyStep, ...]:
-        """The best-estimate walk to the top-goal from where `tokens` are sensed.
+    def policy_path(
+        self, tokens: Iterable[str], goal: Iterable[str] | None = None
+    ) -> tuple[PolicyStep, ...]:
+        """The best-estimate walk to the top-goal, or to `goal`, from where `tokens` are sensed.
 
         As `DynamicExpectancyModel.policy_path` gives it, with every known Sign active whose Tokens
         are all among them.
 
         Raises:
-            TypeError: if `tokens` is a string.
+            TypeError: if `tokens` or `goal` is a string.
         """
-        self._aim()
+        self._aim(goal)
         return self._planner.path(self._active(tokens))
 
-    def why(self, tokens: Iterable[str]) -> Why | None:
+    def why(self, tokens: Iterable[str], goal: Iterable[str] | None = None) -> Why | None:
         """The hypothesis behind the choice where `tokens` are sensed, and the runner-up.
 
-        As `DynamicExpectancyModel.why` gives it: `None` where the map suggests no action.
+        As `DynamicExpectancyModel.why` gives it, for the top-goal or for `goal`: `None` where the
+        map suggests no action.
 
         Raises:
-            TypeError: if `tokens` is a string.
+            TypeError: if `tokens` or `goal` is a string.
         """
-        self._aim()
+        self._aim(goal)
         return self._planner.why(self._active(tokens))
 
     def cost_to(self, goal: Iterable[str], start: Iterable[str]) -> float:
@@ -188,11 +191,27 @@ class ShadowModel:
         asked = self._actions.id_of(action)
         return self._hypotheses.most_credible(self._active(tokens), asked, self._signs.names)
 
+    def expectations(self, tokens: Iterable[str], action: str) -> tuple[Hypothesis, ...]:
+        """Every hypothesis of what `action` leads to in the next cycle, where `tokens` are sensed.
+
+        Raises:
+            ValueError: if the action is unknown. The message names the known ones.
+            TypeError: if `tokens` is a string.
+        """
+        asked, hypotheses = self._actions.id_of(action), self._hypotheses
+        return tuple(
+            hypotheses.one_named(one, self._signs.names)
+            for context in self._active(tokens)
+            for one in hypotheses.of_cause(context, asked)
+            if hypotheses.delay[one] == 1
+        )
+
     def _active(self, tokens: Iterable[str]) -> list[int]:
         return self._signs.active(to_sign(tokens))
 
-    def _aim(self) -> None:
-        self._planner.aim(sought(self._goals))
+    def _aim(self, goal: Iterable[str] | None = None) -> None:
+        wanted = sought(self._goals) if goal is None else to_sign(goal)
+        self._planner.aim(wanted, [known.tokens for known in self._goals])
 
     def _clear(self) -> None:
         self._signs = SignList()

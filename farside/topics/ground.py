@@ -41,14 +41,63 @@ class OperatorEntry(msgspec.Struct, frozen=True):
     waiting_for: str | None
 
 
-class Review(msgspec.Struct, frozen=True):
-    """The operator answered a proposal; `override` is the action ordered instead, if any."""
+class PathReview(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A way to a goal, over what the ground knows.
+
+    Attributes:
+        goal: the goal.
+        action: the first action.
+        path: the way: of a proposal, or by the shadow's lists.
+        age_s: for how long it has been made.
+        cost_to_go: estimated cost to the goal, in the unit of the action costs (s).
+        probability: that it goes as planned, the product of the C_m of its steps by the shadow's
+            lists; `None` where they do not know a step.
+        chance: the same by how often such moves came true; see `farside.ground.foresight`.
+        in_step: whether the shadow holds the very lists that the way was computed from.
+        conflicts: what the ground has learned or sent since, in words.
+        runner_up: the best other first action by the shadow's lists, `None` without one.
+        margin: by how much that costs more.
+        proposal: the number of the proposal, `None` where nobody proposed it.
+    """
+
+    goal: Tokens
+    action: str
+    path: tuple[ProposedStep, ...]
+    age_s: float
+    cost_to_go: float
+    probability: float | None = None
+    chance: float | None = None
+    in_step: bool = False
+    conflicts: tuple[str, ...] = ()
+    runner_up: str | None = None
+    margin: float | None = None
+    proposal: int | None = None
+
+
+class Answer(StrEnum):
+    """How the operator answered a proposal."""
+
+    APPROVED = "approved"
+    OVERRIDDEN = "overridden"
+    VETOED = "vetoed"
+
+
+class Review(msgspec.Struct, frozen=True, omit_defaults=True):
+    """The operator answered a proposal.
+
+    Attributes:
+        proposal: its number.
+        action: what it proposed.
+        answer: the answer.
+        override: the action ordered instead, if any.
+        review: what the ground found of its path.
+    """
 
     proposal: int
     action: str
-    override: str | None
-    path: tuple[ProposedStep, ...]
-    vetoed: bool = False
+    answer: Answer
+    review: PathReview
+    override: str | None = None
 
 
 class Silence(msgspec.Struct, frozen=True):
@@ -145,3 +194,29 @@ class ShadowEntry(msgspec.Struct, frozen=True):
     signs: int
     hypotheses: int
     cycles: int
+
+
+class Likely(msgspec.Struct, frozen=True):
+    """A Sign that is predicted to be active, and with what probability."""
+
+    sign: Tokens
+    probability: float
+
+
+class Prediction(msgspec.Struct, frozen=True, omit_defaults=True):
+    """Where the rover is predicted to be.
+
+    Attributes:
+        at_ns: when.
+        from_ns: the time stamp of the telemetry that it is computed from.
+        likely: the Signs of places with their probabilities, the most probable first; those of
+            less than a hundredth are left out.
+        unknown: the probability that it is anywhere else, or that nothing is known of where.
+        command: the command after which it will be there; `None` for where it is now.
+    """
+
+    at_ns: int
+    from_ns: int
+    likely: tuple[Likely, ...]
+    unknown: float
+    command: int | None = None

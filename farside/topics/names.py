@@ -12,6 +12,7 @@ from farside.topics.ground import (
     CommandSent,
     EventLearned,
     OperatorEntry,
+    Prediction,
     Review,
     ShadowEntry,
     Silence,
@@ -80,3 +81,4 @@ GROUND_OPERATOR = _topic("/ground/operator", OperatorEntry)
 GROUND_SILENCE = _topic("/ground/silence", Silence)
 GROUND_BELIEF = _topic("/ground/belief", BeliefEntry)
 GROUND_SHADOW = _topic("/ground/shadow", ShadowEntry)
+GROUND_PREDICTION = _topic("/ground/prediction", Prediction)
