@@ -175,27 +175,6 @@ class BeliefEntry(msgspec.Struct, frozen=True, omit_defaults=True):
     stale: tuple[BeliefItem, ...] = ()
 
 
-class ShadowEntry(msgspec.Struct, frozen=True):
-    """The shadow of the model on board, after an update or when it fell out of step.
-
-    Attributes:
-        number: number of the newest update applied, 0 for none.
-        check: CRC-32 of its lists.
-        in_step: whether they are known to be those that the rover had after that update.
-        why: why not; `None` if they are.
-        signs, hypotheses: sizes of its lists.
-        cycles: how many cycles of the model the update covers.
-    """
-
-    number: int
-    check: int
-    in_step: bool
-    why: str | None
-    signs: int
-    hypotheses: int
-    cycles: int
-
-
 class Likely(msgspec.Struct, frozen=True):
     """A Sign that is predicted to be active, and with what probability."""
 
@@ -220,3 +199,24 @@ class Prediction(msgspec.Struct, frozen=True, omit_defaults=True):
     likely: tuple[Likely, ...]
     unknown: float
     command: int | None = None
+
+
+class ShadowEntry(msgspec.Struct, frozen=True):
+    """The shadow of the model on board, after an update or when it fell out of step.
+
+    Attributes:
+        number: number of the newest update applied, 0 for none.
+        check: CRC-32 of its lists.
+        in_step: whether they are known to be those that the rover had after that update.
+        why: why not; `None` if they are.
+        signs, hypotheses: sizes of its lists.
+        cycles: how many cycles of the model the update covers.
+    """
+
+    number: int
+    check: int
+    in_step: bool
+    why: str | None
+    signs: int
+    hypotheses: int
+    cycles: int
