@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 
+from farside.ground.shadow import Shadow
+
 from farside.ground.belief import Belief
 from farside.ground.foresight import Foresight
 from farside.ground.moves import MoveTerms, MoveTimes
 from farside.ground.prediction import OnItsWay, Predictor
 from farside.ground.review import Lists, review_path, review_proposal
-from farside.ground.shadow import Shadow
 from farside.messages import Proposal, Telemetry, Tokens
 from farside.topics import PathReview, Prediction
 
