@@ -1,6 +1,7 @@
 """The command desk: the one owner of commands at the ground."""
 
 from collections import OrderedDict
+from typing import NamedTuple
 
 from farside.control import CommandStage, Mode
 from farside.messages import (
@@ -18,6 +19,11 @@ from farside.places import is_place_token
 
 _ENDS_KEPT = 1000  # of commands that were not done: more than any operator looks back
 _LONGER, _LONGEST = 4, 16  # times the validity that the mission gives
+
+
+class _Open(NamedTuple):
+    command: Command
+    arrives_ns: int
 
 
 class CommandDesk:
@@ -38,9 +44,11 @@ class CommandDesk:
         last_given: number of the newest command, 0 before the first.
     """
 
-    def __init__(self, valid_ns: int) -> None:
+    def __init__(self, valid_ns: int, light_ns: int = 0) -> None:
         self._valid_ns = valid_ns
         self.last_given = 0
+        self.open: list[_Open] = []
+        self._light_ns = light_ns
         self._telemetry: Telemetry | None = None
         self._modes: dict[int, Mode] = {}  # that commands not known to be over lead to
         self._actions: list[int] = []  # commands for actions that are not known to be over
@@ -68,6 +76,11 @@ class CommandDesk:
 
     def _forget(self) -> None:
         done = self._telemetry.commands_done if self._telemetry else 0
+        self.open = [
+            one
+            for one in self.open
+            if one.command.number > done and one.command.number not in self._ends
+        ]
         self._modes = {
             number: mode
             for number, mode in self._modes.items()
@@ -105,7 +118,9 @@ class CommandDesk:
         self._given_times[number] = self._times
         if len(self._given_times) > _ENDS_KEPT:
             self._given_times.popitem(last=False)
-        return Command(number, now_ns + self._times * self._valid_ns, order, meant)
+        command = Command(number, now_ns + self._times * self._valid_ns, order, meant)
+        self.open.append(_Open(command, now_ns + self._light_ns))
+        return command
 
     def _meant(self, order: Order) -> Meant:
         known = self._telemetry

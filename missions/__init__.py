@@ -6,6 +6,7 @@ from farside.lazily import lazily
 
 if TYPE_CHECKING:
     from farside.missions.loading import MissionError, load_mission
+    from farside.missions.orders.timed import TimedOrders
     from farside.missions.result import Outcome, RunResult
     from farside.missions.run import FinishedRun, run_mission
     from farside.missions.schema import MissionFile
@@ -18,6 +19,7 @@ __all__ = [
     "Outcome",
     "Rehearsal",
     "RunResult",
+    "TimedOrders",
     "load_mission",
     "run_mission",
 ]
@@ -31,6 +33,7 @@ __getattr__ = lazily(
         "Outcome": "result",
         "Rehearsal": "testing.rehearsal",
         "RunResult": "result",
+        "TimedOrders": "orders.timed",
         "load_mission": "loading",
         "run_mission": "run",
     },

@@ -1,9 +1,23 @@
 """What a mission most likely does not mean, though it can be run: steps that can never go on."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 from farside.control import Mode
-from farside.ground.config import AwaitReached, Pursue, SwitchMode, Tour, WaitUntil
+from farside.ground.config import (
+    AwaitReached,
+    GroundConfig,
+    GuideConfig,
+    Leave,
+    Pursue,
+    RecordedConfig,
+    ScriptStep,
+    Supervise,
+    SupervisorConfig,
+    SwitchMode,
+    Teach,
+    Tour,
+    WaitUntil,
+)
 from farside.link.profile.config import LinkConfig
 from farside.link.profile.schedule import outages_of
 from farside.missions.schema import ChargeExpected, MissionFile, ReachedExpected
@@ -30,33 +44,65 @@ def warnings(mission: MissionFile) -> Iterator[Problem]:
         yield Problem(("rover", "body", "radius_m"), text)
     yield from _unread(mission)
     yield from _grace(mission)
-    for number, step in enumerate(mission.ground.script if plan.is_scripted else ()):
-        key = ("ground", "script", str(number))
-        match step:
-            case Tour(places=places) if places:
-                plan.at = places[-1]
-                yield from _unseen(key, places, mission)
-            case SwitchMode(mode=mode):
-                plan.mode = mode
-            case Pursue():
-                yield from _pursue(key, step, plan)
-            case AwaitReached(place=place):
-                yield from _unwanted((*key, "place"), "waits for", place, plan)
-            case WaitUntil(until_s=until_s) if until_s >= mission.duration_s:
-                text = f"waits until {until_s:g} s, but the run ends at {mission.duration_s:g} s"
-                yield Problem((*key, "until_s"), text)
+    for number, step in enumerate(mission.ground.steps or ()):
+        yield from _step(("ground", "script", str(number)), step, plan, mission)
     yield from _expectations(mission, plan)
+
+
+def _step(
+    key: tuple[str, ...], step: ScriptStep, plan: "_Plan", mission: MissionFile
+) -> Iterator[Problem]:
+    """The problems with a step, which takes the plan further."""
+    match step:
+        case Tour(places=places) if places:
+            plan.at = places[-1]
+            yield from _unseen(key, places, mission)
+        case SwitchMode(mode=mode):
+            plan.mode = mode
+        case Pursue():
+            yield from _pursue(key, step, plan)
+        case Teach():
+            plan.at = None
+        case Leave(goals=goals):
+            plan.send(Mode.AUTONOMOUS, [wanted.place for wanted in goals])
+        case Supervise(goals=goals, mode=mode):
+            plan.send(Mode(mode), [wanted.place for wanted in goals])
+            if not goals:
+                yield Problem((*key, "goals"), "there is no goal: nothing is done")
+        case AwaitReached(place=place):
+            yield from _unwanted((*key, "place"), "waits for", place, plan)
+        case WaitUntil(until_s=until_s) if until_s >= mission.duration_s:
+            text = f"waits until {until_s:g} s, but the run ends at {mission.duration_s:g} s"
+            yield Problem((*key, "until_s"), text)
+        case _:
+            pass
 
 
 def _unread(mission: MissionFile) -> Iterator[Problem]:
     """What a controller or an operator of one's own has no use for."""
     rover, ground = mission.rover, mission.ground
-    if ground.operator != "scripted" and ground.script:
-        text = f"is not read: ground.operator is {shown(ground.operator)}"
-        yield Problem(("ground", "script"), text)
+    tables: dict[str, tuple[str, object, object]] = {
+        "script": ("scripted", ground.script, ()),
+        "guide": ("guide", ground.guide, GuideConfig()),
+        "supervisor": ("supervisor", ground.supervisor, SupervisorConfig()),
+        "recorded": ("recorded", ground.recorded, RecordedConfig()),
+    }
+    for table, (reader, found, default) in tables.items():
+        if ground.operator != reader and found != default:
+            text = f"is not read: ground.operator is {shown(ground.operator)}"
+            yield Problem(("ground", table), text)
+    if ground.rules and not _reads_rules(ground):
+        text = "are not read: no step answers proposals or supervises"
+        if ground.operator != "scripted":
+            text = f"are not read: ground.operator is {shown(ground.operator)}"
+        yield Problem(("ground", "rules"), text)
     if rover.controller != "dem" and rover.dem != DemConfig():
         text = f"is not read: rover.controller is {shown(rover.controller)}"
         yield Problem(("rover", "dem"), text)
+
+
+def _reads_rules(ground: GroundConfig) -> bool:
+    return any(isinstance(step, Pursue | Supervise) for step in ground.steps or ())
 
 
 def _grace(mission: MissionFile) -> Iterator[Problem]:
@@ -81,7 +127,7 @@ class _Plan:
     """What is known of a run as the script goes on.
 
     Attributes:
-        is_scripted: whether the operator follows the script. Of any other nothing is known.
+        is_scripted: whether the mission says what the operator does. Of any other nothing is known.
         mode: the rover's, if the link is not lost.
         at: the place where the rover is, `None` if that is not known.
         wanted: the places that the operator has set as goals.
@@ -91,7 +137,7 @@ class _Plan:
     """
 
     def __init__(self, mission: MissionFile) -> None:
-        self.is_scripted = mission.ground.operator == "scripted"
+        self.is_scripted = mission.ground.steps is not None
         self.mode = Mode.GUIDED
         self.at: str | None = mission.rover.start
         self.wanted: set[str] = set()
@@ -102,6 +148,11 @@ class _Plan:
         self.loses_link = bool(mission.world.chart().shadow) or _may_be_lost(
             mission.link, max(0, to_ns(least_s))
         )
+
+    def send(self, mode: Mode, places: Iterable[str]) -> None:
+        """Goals are sent in a mode; where the rover is afterwards, is not known."""
+        self.mode, self.at = mode, None
+        self.wanted.update(places)
 
 
 def _may_be_lost(link: LinkConfig, least_ns: int) -> bool:

@@ -6,11 +6,14 @@ from collections.abc import Callable, Sequence
 from operator import attrgetter
 from typing import NamedTuple, Protocol
 
+from farside.acts import Act
+from farside.ground.config import QUEUED
 from farside.logs.recording import Recorder
 from farside.missions.crew.crew import Crew
 from farside.missions.interrupts import Interrupts
 from farside.missions.schema import MissionFile
 from farside.node import Record, Role, to_ns, to_s
+from farside.validation import shown
 
 _PACED_WINDOW_WALL_S = 0.1
 _LONGEST_SLEEP_S = 0.1  # a signal does not end a sleep
@@ -18,7 +21,18 @@ _log_time_ns = attrgetter("log_time_ns")
 
 
 class Watcher(Protocol):
-    """Observer of a run in progress."""
+    """Observer of a run in progress, who may give orders where the mission's operator is `queued`.
+
+    A class that derives from it need not define `orders`, and gives none.
+    """
+
+    def orders(self, now_s: float) -> Sequence[Act]:  # noqa: ARG002 - for those that define it
+        """Called before each window: what is ordered on its first tick, in order.
+
+        Args:
+            now_s: simulated time at which the window begins.
+        """
+        return ()
 
     def watch(self, now_s: float, records: Sequence[Record]) -> None:
         """Called after each window.
@@ -95,13 +109,14 @@ class Conductor:
         Raises:
             KeyboardInterrupt: on a second interrupt within a window, of which nothing is recorded.
             CrewError: if the rover's process ends first. The log holds the windows before.
+            ValueError: if the watcher gives orders, and the mission's operator is not `queued`.
         """
         end_ns = to_ns(self._mission.duration_s)
         started_s = self._clock.now()
         while self.now_ns < end_ns and not self._interrupts.requested:
             until_ns = min(self.now_ns + self._window_ns, end_ns)
             with self._interrupts.breakable(at=2):
-                records = self._crew.advance(until_ns)
+                records = self._crew.advance(until_ns, self._orders())
             # Each node returns its records in order of time. A stable sort keeps, at equal times,
             # the order of the nodes and of a node's own records.
             records.sort(key=_log_time_ns)
@@ -110,6 +125,16 @@ class Conductor:
             self.now_ns = until_ns
             self._watcher.watch(to_s(until_ns), records)
             self._wait(started_s + to_s(until_ns) / self._pace)
+
+    def _orders(self) -> Sequence[Act]:
+        acts = self._watcher.orders(to_s(self.now_ns))
+        operator = self._mission.ground.operator
+        if acts and operator != QUEUED:
+            raise ValueError(
+                f"expected no orders from outside, as ground.operator is {shown(operator)}, "
+                f"found {shown(acts[0])}: only {shown(QUEUED)} takes them"
+            )
+        return acts
 
     def _wait(self, until_s: float) -> None:
         while (ahead_s := until_s - self._clock.now()) > 0 and not self._interrupts.requested:

@@ -24,6 +24,7 @@ from farside.missions.extensions.kinds import (
     search_path,
     searching,
 )
+from farside.missions.orders.recorded import RecordedError, with_recorded
 from farside.missions.schema import MAX_TICKS, MissionFile
 from farside.places import ACTIONS, Cell, Chart, place_token
 from farside.validation import Key, Problem, did_you_mean, dotted, mismatches, named, shown
@@ -113,6 +114,11 @@ def load_mission(
         link = resolve_link(mission.link, folder=Path(source).parent, duration_s=mission.duration_s)
     except LinkConfigError as error:
         _refuse(_link_problems(error), source, made)
+        raise
+    try:
+        mission = with_recorded(mission, Path(source).parent)
+    except RecordedError as error:
+        _refuse([error.problem], source, made)
         raise
     try:
         extensions = _extensions(mission, Path(source).parent, controller, operator)
@@ -227,6 +233,10 @@ def _refuse(
 def _inconsistencies(mission: MissionFile, data: dict[str, object]) -> Iterator[Problem]:
     """Problems between tables that are each valid alone."""
     yield from idle_options(mission)
+    ground = mission.ground
+    if ground.operator == "supervisor" and not ground.supervisor.goals:
+        text = 'expected at least one goal for the operator "supervisor", found none'
+        yield Problem(("ground", "supervisor", "goals"), text)
     if mission.duration_s < mission.tick_s:
         text = f"expected at least tick_s = {mission.tick_s:g}, found {mission.duration_s:g}"
         yield Problem(("duration_s",), text)

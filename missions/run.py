@@ -52,7 +52,7 @@ _PATIENT = Patience()
 _LIBRARIES = ("farside", "eclipse-zenoh", "mcap", "msgspec", "numpy", "pymunk")
 
 
-class _Unwatched:
+class _Unwatched(Watcher):
     """A `Watcher` that does nothing."""
 
     def watch(self, now_s: float, records: Sequence[Record]) -> None:
@@ -127,7 +127,8 @@ def run_mission(
             where one process is the cause; no log is written then. If the log is damaged, deleted
             or not accepted by the disk during the run; it holds what was recorded before.
         LogError: if the log cannot be created.
-        ValueError: if the mission was loaded with a class, and is not to be run in this process.
+        ValueError: if the mission was loaded with a class, and is not to be run in this process; or
+            if the watcher gives orders, and the mission's operator is not `queued`.
     """
     mission = loaded.mission
     watcher = watcher or _Unwatched()

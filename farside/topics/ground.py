@@ -5,6 +5,7 @@ from typing import Generic, TypeVar
 
 import msgspec
 
+from farside.acts import Act
 from farside.control import Failsafe, Mode, OnLoss, Signal
 from farside.messages import Event, Meant, Order, ProposedStep, Tokens
 from farside.topics.rover import Estimate
@@ -21,6 +22,12 @@ class CommandSent(msgspec.Struct, frozen=True):
     meant: Meant | None
 
 
+class OrderGiven(msgspec.Struct, frozen=True):
+    """The operator, whoever that is, gave an order, as it was given."""
+
+    act: Act
+
+
 class EventLearned(msgspec.Struct, frozen=True):
     """The ground received an event."""
 
@@ -34,11 +41,13 @@ class OperatorEntry(msgspec.Struct, frozen=True):
         step: the number of the step under way, from 1; 0 before the first.
         of: how many steps there are.
         waiting_for: what has to happen for the script to go on, in words; `None` when it is over.
+        left: what the operator gave up, each with the reason, in words.
     """
 
     step: int
     of: int
     waiting_for: str | None
+    left: tuple[str, ...] = ()
 
 
 class PathReview(msgspec.Struct, frozen=True, omit_defaults=True):

@@ -12,6 +12,7 @@ from farside.topics.ground import (
     CommandSent,
     EventLearned,
     OperatorEntry,
+    OrderGiven,
     Prediction,
     Review,
     ShadowEntry,
@@ -73,6 +74,7 @@ LINK_OUTAGE = _topic("/link/outage", LinkOutage)
 
 GROUND_FRAME = _topic("/ground/frame", FrameEvent)
 GROUND_TELEMETRY = _topic("/ground/telemetry", Telemetry)
+GROUND_ORDER = _topic("/ground/order", OrderGiven)
 GROUND_COMMAND = _topic("/ground/command", CommandSent)
 GROUND_EVENT = _topic("/ground/event", EventLearned)
 GROUND_PROPOSAL = _topic("/ground/proposal", Proposal)

@@ -14,8 +14,9 @@ from collections.abc import Iterator
 
 import msgspec
 
+from farside.acts import Act
 from farside.missions.crew.checks import ConductError, check_frames, check_window, decoded
-from farside.missions.crew.crew import by_receiver
+from farside.missions.crew.crew import by_receiver, hand_over
 from farside.missions.crew.network import (
     Ticket,
     advance_key,
@@ -49,12 +50,14 @@ class Briefing(msgspec.Struct, frozen=True):
 class Advance(msgspec.Struct, frozen=True, array_like=True):
     """Advance through `window`, up to `until_ns`, without waiting for frames of `absent` roles.
 
-    Sent again with more absent roles when a process is lost while others wait for it.
+    Sent again with more absent roles when a process is lost while others wait for it. Only the
+    ground is sent `acts`: what is ordered from outside at the start of the window.
     """
 
     window: int
     until_ns: int
     absent: tuple[Role, ...] = ()
+    acts: tuple[Act, ...] = ()
 
 
 class Frames(msgspec.Struct, frozen=True, array_like=True):
@@ -163,6 +166,7 @@ class Party:
         arrivals = [
             frame for sender in self._sources.values() for frame in self._frames.get(sender, ())
         ]
+        hand_over(self._advance.acts, self._node)
         step = self._node.advance(self._advance.until_ns, arrivals)
         self._frames.clear()
         self._before_ns, self._now_ns = self._now_ns, self._advance.until_ns

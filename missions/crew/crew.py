@@ -3,10 +3,11 @@
 import math
 from collections.abc import Sequence
 from traceback import format_exception
-from typing import NamedTuple, Protocol, Self
+from typing import NamedTuple, Protocol, Self, runtime_checkable
 
 import msgspec
 
+from farside.acts import Act
 from farside.node import Direction, Frame, Node, Record, Role, Step, to_s
 
 _RECEIVER = {Direction.UP: Role.ROVER, Direction.DOWN: Role.GROUND}
@@ -70,6 +71,28 @@ class Patience(NamedTuple):
     give_up_s: float = math.inf
 
 
+@runtime_checkable
+class TakesOrders(Protocol):
+    """A node that takes orders from outside, as the ground does."""
+
+    def order(self, acts: Sequence[Act]) -> None:
+        """Have these given on the first tick of the window that is advanced through next."""
+        ...
+
+
+def hand_over(acts: Sequence[Act], node: Node) -> None:
+    """Hand orders from outside to the ground's node, before it advances.
+
+    Raises:
+        TypeError: if there are any, and the node takes none.
+    """
+    if not acts:
+        return
+    if not isinstance(node, TakesOrders):
+        raise TypeError(f"expected a node that takes orders, found {type(node).__name__}")
+    node.order(acts)
+
+
 class Crew(Protocol):
     """Rover, link and ground, wherever they run. A context manager that closes the crew on exit.
 
@@ -90,12 +113,13 @@ class Crew(Protocol):
         """The processes that the run has gone on without, in order of loss."""
         ...
 
-    def advance(self, until_ns: int) -> list[Record]:
+    def advance(self, until_ns: int, acts: Sequence[Act] = ()) -> list[Record]:
         """Advance all three nodes up to, not including, `until_ns`.
 
         Args:
             until_ns: end of the window; not before the end of the previous one, and no further
                 ahead than the shortest delay of the link or, if longer, one tick.
+            acts: what is ordered from outside at the start of the window, for the ground.
 
         Returns:
             the records of the window: the rover's, then the link's, then the ground's.
@@ -125,18 +149,21 @@ class InProcessCrew(Crew):
         """See `Crew.lost_processes`."""
         return tuple(self._lost)
 
-    def advance(self, until_ns: int) -> list[Record]:
+    def advance(self, until_ns: int, acts: Sequence[Act] = ()) -> list[Record]:
         """See `Crew.advance`."""
         rover = self._step(Role.ROVER, until_ns, self._arrivals[Role.ROVER])
-        ground = self._step(Role.GROUND, until_ns, self._arrivals[Role.GROUND])
+        ground = self._step(Role.GROUND, until_ns, self._arrivals[Role.GROUND], acts)
         link = self._step(Role.LINK, until_ns, rover.frames + ground.frames)
         self._arrivals = by_receiver(link.frames)
         self._now_ns = until_ns
         return rover.records + link.records + ground.records
 
-    def _step(self, role: Role, until_ns: int, arrivals: Sequence[Frame]) -> Step:
+    def _step(
+        self, role: Role, until_ns: int, arrivals: Sequence[Frame], acts: Sequence[Act] = ()
+    ) -> Step:
         if role in self._nodes:
             try:
+                hand_over(acts, self._nodes[role])
                 return self._nodes[role].advance(until_ns, arrivals)
             except Exception as error:  # noqa: BLE001 - any exception is the end of the node
                 self._lose(LostProcess.of_node(role, self._now_ns, error), error)

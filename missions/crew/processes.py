@@ -13,6 +13,7 @@ from typing import IO, Self, cast
 
 import msgspec
 
+from farside.acts import Act
 from farside.missions.crew.barrier import Advance, Briefing, Complaint, WindowReport
 from farside.missions.crew.checks import ConductError, check_records, check_window, decoded
 from farside.missions.crew.crew import Crew, CrewError, LostProcess, Patience
@@ -100,10 +101,11 @@ class ProcessCrew(Crew):
         """See `Crew.lost_processes`."""
         return tuple(self._lost)
 
-    def advance(self, until_ns: int) -> list[Record]:
+    def advance(self, until_ns: int, acts: Sequence[Act] = ()) -> list[Record]:
         """See `Crew.advance`."""
         window = 0 if self._advance is None else self._advance.window + 1
-        self._send(Advance(window, until_ns, tuple(lost.role for lost in self._lost)))
+        lost = tuple(lost.role for lost in self._lost)
+        self._send(Advance(window, until_ns, lost, tuple(acts)))
         reports = self._reports(window + 1, until_ns)
         self._now_ns = until_ns
         return [record for role in Role if role in reports for record in reports[role]]
@@ -114,8 +116,10 @@ class ProcessCrew(Crew):
 
     def _send(self, advance: Advance) -> None:
         self._advance = advance
+        without = msgspec.structs.replace(advance, acts=())
         for role in self._children:
-            self._router.publish(advance_key(role), _encode(advance))
+            told = advance if role is Role.GROUND else without
+            self._router.publish(advance_key(role), _encode(told))
 
     def _reports(self, window: int, until_ns: int) -> _Reports:
         """The records of every live role, once all of them are ready for `window`."""

@@ -54,7 +54,19 @@ CONTROLLER = Kind(
     "farside.rover.PlainController",
 )
 OPERATOR = Kind(
-    "operator", "ground", "farside.operators", {"scripted": "[[ground.script]]"}, "chart", None
+    "operator",
+    "ground",
+    "farside.operators",
+    {
+        "scripted": "[[ground.script]]",
+        "guide": "[ground.guide]",
+        "supervisor": "[ground.supervisor]",
+        "recorded": "[ground.recorded]",
+        "queued": "nothing",
+        "absent": "nothing",
+    },
+    "chart",
+    None,
 )
 
 

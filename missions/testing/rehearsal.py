@@ -4,8 +4,11 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Self, cast
 
+from farside.acts import Act
+from farside.ground.config import QUEUED
 from farside.ground.operators.operator import Operator
 from farside.missions.loading import load_mission
+from farside.missions.orders.timed import TimedOrders
 from farside.missions.run import FinishedRun, run_mission
 from farside.rover.controller import Controller
 from farside.settings import Plain
@@ -25,6 +28,7 @@ class Rehearsal:
         source: path of a mission file, or name of a shipped mission.
         out: folder for logs.
         assignments: values by dotted key, in place of the mission file's.
+        orders: orders from outside, each with its time in simulated seconds.
     """
 
     def __init__(
@@ -32,14 +36,17 @@ class Rehearsal:
         source: str | Path,
         out: str | Path,
         assignments: Mapping[str, object] | None = None,
+        orders: Sequence[tuple[float, Act]] = (),
     ) -> None:
         self._source = source
         self._out = Path(out)
         self._assignments = dict(assignments or {})
+        self._orders = tuple(orders)
 
     def set(self, key: str, value: object) -> Self:
         """Replace a value of the mission file, such as that of `link.up.loss`."""
-        return type(self)(self._source, self._out, {**self._assignments, key: value})
+        changed = {**self._assignments, key: value}
+        return type(self)(self._source, self._out, changed, self._orders)
 
     def with_seed(self, seed: int) -> Self:
         """Replace the seed."""
@@ -77,11 +84,24 @@ class Rehearsal:
         """Have this operator decide at the ground; see `controller`."""
         return self.set(_OPERATOR, operator).set(f"{_OPERATOR}_options", options)
 
+    def order(self, t_s: float, act: Act) -> Self:
+        """Have this ordered at the start of the first window from `t_s` on.
+
+        The first order makes `queued` the operator, unless the rehearsal names another one.
+
+        Args:
+            t_s: simulated seconds.
+            act: what to order.
+        """
+        assignments = {_OPERATOR: QUEUED, **self._assignments}
+        return type(self)(self._source, self._out, assignments, (*self._orders, (t_s, act)))
+
     def run(self) -> FinishedRun:
         """Run the mission.
 
         Raises:
             MissionError: if the mission with the changed values is not valid.
+            ValueError: if there are orders from outside, and the operator takes none.
             KeyboardInterrupt: if the run was interrupted.
         """
         given = dict(self._assignments)
@@ -96,7 +116,8 @@ class Rehearsal:
             controller=cast("type[Controller] | None", classes.get(_CONTROLLER)),
             operator=cast("type[Operator] | None", classes.get(_OPERATOR)),
         )
-        run = run_mission(loaded, in_process=True, out=self._out)
+        watcher = TimedOrders(self._orders)
+        run = run_mission(loaded, in_process=True, out=self._out, watcher=watcher)
         if run.interrupted:
             raise KeyboardInterrupt
         return run

@@ -62,8 +62,9 @@ def test_a_name_that_nobody_has() -> None:
         '"den"; did you mean dem? (with rover.controller set from Python)'
     )
     assert refusal("ground.operator", "script").startswith(
-        'blackout: ground.operator: expected "scripted", or module:Class from your own code, found '
-        '"script"; did you mean scripted?'
+        'blackout: ground.operator: expected "scripted", "guide", "supervisor", "recorded", '
+        '"queued", "absent", or module:Class from your own code, found "script"; did you mean '
+        "scripted?"
     )
 
 

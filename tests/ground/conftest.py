@@ -7,7 +7,10 @@ import numpy as np
 from farside.control import Failsafe, Mode
 from farside.dem import DynamicExpectancyModel, Parameters, ShadowModel
 from farside.ground.belief import Belief
-from farside.ground.downlink import DownlinkPlan
+from farside.ground.commands import CommandDesk
+from farside.ground.downlink import DownlinkPlan, GroundSilence
+from farside.ground.moves import MoveTerms
+from farside.ground.outlook import Outlook, RoverTerms
 from farside.link import LinkConfig, LinkTerms, OneWay
 from farside.messages import (
     Proposal,
@@ -17,6 +20,7 @@ from farside.node import Journal, to_ns
 from farside.places import ACTIONS, Chart
 
 PLACES = ("at:0", "at:1", "at:2", "at:3")
+ROVER = RoverTerms(MoveTerms(cell_m=1.0, speed_m_s=1.0, turn_rate_rad_s=1.6), to_ns(30.0))
 CHART = Chart(("######", "#A..B#", "######"), 1.0)
 
 
@@ -65,3 +69,10 @@ def taught(lessons: int = 8, bumps: int = 0) -> ShadowModel:
         model.sense([PLACES[0]])
     shadow.apply(model.take_delta())
     return shadow
+
+
+def make_outlook(belief: Belief, desk: CommandDesk) -> Outlook:
+    """An outlook without a shadow, on a rover that is heard."""
+    link = LinkConfig(up=OneWay(delay_s=1.0), down=OneWay(delay_s=1.0))
+    plan = DownlinkPlan(LinkTerms.simulated(link, seed=1))
+    return Outlook(belief, desk, GroundSilence(plan, to_ns(6.0), to_ns(1.0)), None, ROVER)

@@ -2,6 +2,7 @@
 
 from msgspec.structs import replace
 
+from farside.acts import Act
 from farside.control import CommandStage, Mode
 from farside.ground import ScriptedOperator, Situation
 from farside.ground.commands import CommandDesk
@@ -29,7 +30,7 @@ from farside.messages import (
 from farside.node import to_ns
 from farside.places import Chart
 from farside.topics import OperatorEntry
-from tests.ground.conftest import CHART, make_belief, proposal, telemetry
+from tests.ground.conftest import CHART, make_belief, make_outlook, proposal, telemetry
 
 
 class Scene:
@@ -52,10 +53,13 @@ class Scene:
         """The last command is known to have ended like this."""
         self.desk.learn_end(CommandEnded(self.desk.last_given, stage, "for a reason"))
 
-    def act(self, t_s: float = 0.0, *, silent: bool = False) -> list[Order]:
+    def act(self, t_s: float = 0.0, *, silent: bool = False) -> list[Act]:
         now_ns = to_ns(t_s)
-        orders = list(self.operator.act(Situation(now_ns, self.belief, self.desk, silent)))
+        outlook = make_outlook(self.belief, self.desk)
+        situation = Situation(now_ns, self.belief, self.desk, silent, outlook)
+        orders = list(self.operator.act(situation))
         for order in orders:
+            assert isinstance(order, Order)
             self.desk.give(order, now_ns)
         return orders
 

@@ -8,6 +8,7 @@ from typing import Any, ClassVar, NamedTuple
 from hypothesis import strategies as st
 from numpy.random import Generator
 
+from farside.acts import Act
 from farside.control import Mode, OnLoss
 from farside.ground import ScriptedOperator, Situation
 from farside.ground.config import Pursue, ScriptStep, SwitchMode, Tour
@@ -76,9 +77,9 @@ class Wild:
     def progress(self) -> OperatorEntry:
         return self._script.progress
 
-    def act(self, situation: Situation) -> Sequence[Order]:
+    def act(self, situation: Situation) -> Sequence[Act]:
         now_ns = situation.now_ns
-        given: list[Order] = []
+        given: list[Act] = []
         for order in self._script.act(situation):
             given += self._answer(order.proposal, now_ns) if isinstance(order, Approve) else [order]
         while self._orders and self._orders[0][0] <= now_ns:

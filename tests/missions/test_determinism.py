@@ -14,7 +14,7 @@ import pytest
 from farside.logs import LogFile, Recorder, digest_of
 from farside.missions import load_mission, run_mission
 from farside.missions.build import build_node
-from farside.missions.conductor import Conductor, WallClock
+from farside.missions.conductor import Conductor, WallClock, Watcher
 from farside.missions.crew.crew import InProcessCrew
 from farside.missions.interrupts import Interrupts
 from farside.node import Record, Role, to_ns
@@ -135,7 +135,7 @@ def test_the_seed_of_the_link_does_not_move_a_rock(tmp_path: Path) -> None:
     assert other_link != digest(tmp_path, {**lossless, "seed": 99})
 
 
-class _Memory:
+class _Memory(Watcher):
     """A recorder and watcher that keeps the records in memory."""
 
     def __init__(self) -> None:

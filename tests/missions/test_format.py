@@ -99,13 +99,16 @@ def test_every_key_is_in_the_reference_with_the_default_of_the_code(
     fields = {field.encode_name: field for field in msgspec.structs.fields(table)}
     if fields:
         meanings = key_texts(table)
-        (section,) = (
+        # An operator that is a single step has a table of the same keys.
+        same = [
             section
             for section in sections()
             if {key: meaning for key, (_, meaning) in section.items()} == meanings
-        )
-        for key, (told, _) in section.items():
-            assert told == quoted(fields[key]), key
+        ]
+        assert same
+        for section in same:
+            for key, (told, _) in section.items():
+                assert told == quoted(fields[key]), key
 
 
 def quoted(field: msgspec.structs.FieldInfo) -> str:

@@ -13,6 +13,7 @@ from yards import (
     taught,
 )
 
+from farside.acts import Act
 from farside.control import Mode
 from farside.ground import Operator, ScriptedOperator, Situation
 from farside.ground.config import Pursue, ScriptStep, SwitchMode
@@ -51,7 +52,7 @@ class Consenting:
         self._answered = 0
         self.progress = OperatorEntry(0, 1, None)
 
-    def act(self, situation: Situation) -> Sequence[Order]:
+    def act(self, situation: Situation) -> Sequence[Act]:
         """See `Operator.act`."""
         proposal, telemetry = situation.belief.proposal, situation.belief.telemetry
         if situation.silent or telemetry is None or not situation.settled:
@@ -82,7 +83,7 @@ class WorkList:
         self._script: ScriptedOperator | None = None
         self.progress = OperatorEntry(0, len(self._places), None)
 
-    def act(self, situation: Situation) -> Sequence[Order]:
+    def act(self, situation: Situation) -> Sequence[Act]:
         """See `Operator.act`."""
         if self._script is not None:
             orders = self._script.act(situation)

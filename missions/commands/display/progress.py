@@ -9,6 +9,7 @@ from rich.progress import BarColumn, TaskProgressColumn, TextColumn
 
 from farside.logs import LogEntry, Picture
 from farside.missions.commands.display.bar import Bar
+from farside.missions.conductor import Watcher
 from farside.missions.schema import MissionFile
 from farside.node import Record, Role
 from farside.topics import LINK_OUTAGE, ROVER_FAILSAFE, ROVER_MODE
@@ -16,7 +17,7 @@ from farside.topics import LINK_OUTAGE, ROVER_FAILSAFE, ROVER_MODE
 _SHOWN = {topic.name for topic in (ROVER_MODE, ROVER_FAILSAFE, LINK_OUTAGE)}
 
 
-class ProgressDisplay:
+class ProgressDisplay(Watcher):
     """A progress bar with simulated time, mode, failsafe and link; silent without a terminal.
 
     A context manager and a `Watcher`.

@@ -9,8 +9,9 @@ import msgspec
 import numpy as np
 import pytest
 
+from farside.acts import Act, Planned
 from farside.ground.operators.operator import Operator, Situation
-from farside.messages import Drive, Order, Override, SetGoal
+from farside.messages import Drive, Override, SetGoal
 from farside.missions.build import build_ground, build_node, build_operator
 from farside.missions.crew.crew import InProcessCrew
 from farside.missions.loading import LoadedMission, load_mission
@@ -24,7 +25,7 @@ class _Asked(NamedTuple):
     """One time that an operator was asked, and what it said."""
 
     now_ns: int
-    orders: tuple[Order, ...]
+    orders: tuple[Act, ...]
     progress: OperatorEntry
 
 
@@ -39,7 +40,7 @@ class _Listener:
     def progress(self) -> OperatorEntry:
         return self._operator.progress
 
-    def act(self, situation: Situation) -> Sequence[Order]:
+    def act(self, situation: Situation) -> Sequence[Act]:
         orders = tuple(self._operator.act(situation))
         self.asked.append(_Asked(situation.now_ns, orders, self._operator.progress))
         return orders
@@ -68,8 +69,9 @@ class OperatorContract:
 
     def test_it_gives_orders_that_can_be_given(self) -> None:
         for asked in self._life(_GOOD):
-            for order in asked.orders:
-                assert isinstance(order, Order)
+            for act in asked.orders:
+                assert isinstance(act, Act)
+                order = act.order if isinstance(act, Planned) else act
                 assert not isinstance(order, Drive | Override) or order.action in ACTIONS
                 assert not isinstance(order, SetGoal) or order.tokens
 

@@ -1,0 +1,1 @@
+"""The steps of an operator's work: driving, teaching, goals and their review."""

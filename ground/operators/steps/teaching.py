@@ -1,0 +1,122 @@
+"""A tour that teaches the rover all that can be reached."""
+
+from collections.abc import Sequence
+
+from farside.acts import Planned
+from farside.control import CommandStage, Failsafe
+from farside.ground.config import GuideConfig
+from farside.ground.operators.lessons import Lessons, Move
+from farside.ground.operators.seat import Seat, Work
+from farside.messages import Drive, StuckChanged
+from farside.places import Cell
+
+
+def teach(seat: Seat, config: GuideConfig) -> Work:
+    """Drive until every move was made that can be; see `GuideConfig`."""
+    tour: _Tour | None = None
+    while True:
+        cell = seat.standing("the rover to be heard")
+        if cell is None:
+            yield ()
+            continue
+        if tour is None:
+            tour = _Tour(seat, cell, config)
+        if _is_unsafe(seat):
+            seat.wait_for("the rover to be safe to drive")
+            yield ()
+        elif seat.is_low and (moves := tour.way_to_dock(cell)) is not None:
+            yield from tour.charge(moves)
+        elif moves := tour.lessons.plan(cell, config.ahead, tour.heading):
+            lessons = tour.lessons
+            seat.wait_for(f"every move to be made, as {lessons.made} of {lessons.of} are")
+            yield from tour.make(moves)
+        elif tour.lessons.knows(cell) or not tour.lessons.of:
+            break
+        else:
+            seat.wait_for("the rover to be where a way leads from")
+            yield ()
+    if left := tour.lessons.left:
+        first = left[0]
+        seat.give_up(
+            f"{len(left)} moves, as they were blocked: first {first.action} "
+            f"from {seat.name(first.cell)}"
+        )
+
+
+class _Tour:
+    """A tour under way.
+
+    Attributes:
+        lessons: what is still to be taught.
+        heading: the action of the last move that was sent.
+    """
+
+    def __init__(self, seat: Seat, start: Cell, config: GuideConfig) -> None:
+        self._seat, self._ahead = seat, config.ahead
+        self.lessons = Lessons(seat.chart, start, config.times)
+        self.heading: str | None = None
+        self._insist_on: Move | None = None  # if it is sent again right now
+
+    def way_to_dock(self, cell: Cell) -> list[Move] | None:
+        """The way to the dock; `None` without one."""
+        dock = self._seat.chart.dock
+        if dock is None:
+            return None
+        way = self.lessons.way_to(cell, dock)
+        return way if way or cell == dock else None
+
+    def charge(self, way: list[Move]) -> Work:
+        """Go on along the way to the dock, or wait there until the rover is charged."""
+        if way:
+            self._seat.wait_for("the rover to be at the dock")
+            yield from self.make(way[: self._ahead])
+            return
+        while self._seat.is_low:
+            self._seat.wait_for("the rover to be charged")
+            yield ()
+
+    def make(self, moves: Sequence[Move]) -> Work:
+        """Send moves, each to be begun once the one before is done, and learn what came of them."""
+        first = self._seat.situation.commands.last_given + 1
+        force = moves[0] == self._insist_on
+        drives = [Drive(move.action) for move in moves[1:]]
+        yield [
+            Drive(moves[0].action, force=force),
+            *(Planned(drive, follows=True) for drive in drives),
+        ]
+        while not self._seat.situation.settled:
+            yield ()
+        while self._seat.cell is None:
+            self._seat.wait_for("the rover to know where it is")
+            yield ()
+        self._learn(moves, first)
+
+    def _learn(self, moves: Sequence[Move], first: int) -> None:
+        """What became of moves, the first of them by the command of this number."""
+        commands, cell = self._seat.situation.commands, self._seat.cell
+        ends = [commands.end_of(first + number) for number in range(len(moves))]
+        # Word of how a command ended may come after telemetry that says that it is over. Then the
+        # place tells how far the rover came.
+        done = next((number for number, end in enumerate(ends) if end is not None), len(moves))
+        places = [moves[0].cell, *(move.to for move in moves)]
+        if done == len(moves) and places[-1] != cell:
+            done = max((n for n, place in enumerate(places) if place == cell), default=0)
+        for move in moves[:done]:
+            self.lessons.note_made(move)
+            self.heading = move.action
+        end = ends[done] if done < len(moves) else None
+        stage = None if end is None else end.stage
+        self._insist_on = None
+        if stage is CommandStage.FAILED:
+            self.lessons.note_blocked(moves[done])
+        if stage in {CommandStage.FAILED, CommandStage.REFUSED}:
+            self._insist_on = moves[done]  # which is refused where it was blocked just now
+
+
+def _is_unsafe(seat: Seat) -> bool:
+    """Whether the rover stands since something is wrong that no drive can mend."""
+    if seat.telemetry is None or seat.telemetry.failsafe is not Failsafe.SAFE:
+        return False
+    said = (event.what for event in reversed(seat.situation.belief.events))
+    last = next((what for what in said if isinstance(what, StuckChanged)), None)
+    return last is None or not last.stuck
