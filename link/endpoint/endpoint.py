@@ -167,7 +167,9 @@ class Endpoint(Generic[_Out, _In]):
         self._segment_byte = transfer.segment_byte
         self._backlog: deque[bytes] = deque()
         self._wake_ns = 0
-        stored = TransferConfig(segment_byte=transfer.segment_byte, margin_s=_STORED_MARGIN_S)
+        stored = TransferConfig(
+            segment_byte=transfer.segment_byte, margin_s=_STORED_MARGIN_S, repeats=1
+        )
         self._stored = StoredStream(outgoing, terms.schedule, stored, terms.store_byte)
         self._stored_receiver = ReliableReceiver(incoming, terms.schedule, stored)
         self._telemetry_byte = 0
