@@ -11,6 +11,7 @@ from farside.lazily import lazily
 
 if TYPE_CHECKING:
     from farside.dem.cycle import Choice, Sensed
+    from farside.dem.feed import Delta
     from farside.dem.lists.goals import Aside, Goal, InherentGoal
     from farside.dem.lists.hypotheses import Hypothesis
     from farside.dem.lists.signs import Sign
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from farside.dem.model import DynamicExpectancyModel
     from farside.dem.parameters import Curiosity, Exploration, Parameters
     from farside.dem.policy.planning import PolicyStep, PolicyValue, Why
-    from farside.dem.shadow import Delta, DeltaError, ShadowModel
+    from farside.dem.shadow import DeltaError, ShadowModel
 
 __all__ = [
     "Aside",
@@ -47,7 +48,7 @@ __getattr__ = lazily(
         "Aside": "lists.goals",
         "Choice": "cycle",
         "Curiosity": "parameters",
-        "Delta": "shadow",
+        "Delta": "feed",
         "DeltaError": "shadow",
         "DynamicExpectancyModel": "model",
         "Exploration": "parameters",

@@ -5,8 +5,10 @@ from collections.abc import Iterable, Mapping, Sequence
 from numpy.random import Generator
 
 from farside.dem.cycle import Choice, Sensed
+from farside.dem.feed import ChangeFeed, Delta
 from farside.dem.learning.learner import Learner
 from farside.dem.lists.actions import ActionList
+from farside.dem.lists.check import lists_check
 from farside.dem.lists.goals import OPERATOR, Goal, InherentGoal
 from farside.dem.lists.hypotheses import Hypothesis
 from farside.dem.lists.signs import Sign, to_sign
@@ -15,7 +17,6 @@ from farside.dem.parameters import Exploration, Parameters
 from farside.dem.policy.curiosity import CuriousMap
 from farside.dem.policy.planning import PolicyStep, PolicyValue, Why
 from farside.dem.policy.pursuit import Pursuit
-from farside.dem.shadow import ChangeFeed, Delta
 
 _DEFAULTS = Parameters()
 
@@ -83,6 +84,8 @@ class DynamicExpectancyModel:
         learned = self._learner.sense(sensed, self._pursuit.needed())
         self._active = learned.active
         self._awaits_action = True
+        if self._feed is not None:
+            self._feed.trim()
         news = self._pursuit.sense(sensed, learned.active, on_course=self._on_course)
         return Sensed(
             tokens=sensed,
@@ -332,7 +335,9 @@ class DynamicExpectancyModel:
             self._feed = ChangeFeed(self._actions, self._parameters, self._signs, self._hypotheses)
 
     def take_delta(self) -> Delta:
-        """The changes of the lists since the last delta. The first delta is a whole.
+        """The changes of the lists since the last delta.
+
+        A whole in the first delta, and wherever the changes have become longer than that.
 
         Raises:
             RuntimeError: if changes are not recorded.
@@ -346,6 +351,10 @@ class DynamicExpectancyModel:
             RuntimeError: if changes are not recorded.
         """
         return self._open_feed().whole(self._goals.ordered)
+
+    def lists_check(self) -> int:
+        """CRC-32 of Signs, hypotheses and goals, to be compared with that of a `ShadowModel`."""
+        return lists_check(self._signs, self._hypotheses, self._goals.ordered)
 
     def _open_feed(self) -> ChangeFeed:
         if self._feed is None:

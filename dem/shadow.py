@@ -5,10 +5,7 @@ numbers. A shadow repeats the changes on its own lists and so computes the same 
 bit.
 """
 
-import zlib
 from collections.abc import Iterable, Mapping
-
-import msgspec
 
 from farside.dem.changes import (
     HypothesisAdded,
@@ -20,33 +17,15 @@ from farside.dem.changes import (
     decoded_result,
 )
 from farside.dem.checking import CheckedLists, check_goals
+from farside.dem.feed import FEW_CHANGES, Delta, Whole
 from farside.dem.lists.actions import ActionList
+from farside.dem.lists.check import lists_check
 from farside.dem.lists.goals import Goal, sought
-from farside.dem.lists.hypotheses import HypothesesState, Hypothesis, HypothesisList
-from farside.dem.lists.signs import Sign, SignList, SignsState, to_sign
-from farside.dem.memory import UnreadableMemoryError, compress, decompress
+from farside.dem.lists.hypotheses import Hypothesis, HypothesisList
+from farside.dem.lists.signs import Sign, SignList, to_sign
+from farside.dem.memory import UnreadableMemoryError, decompress
 from farside.dem.parameters import Parameters, same
-from farside.dem.policy.planning import Planner, PolicyValue
-
-
-class Delta(msgspec.Struct, frozen=True, array_like=True):
-    """The changes of a model's lists since the previous delta, to be sent as MessagePack.
-
-    Attributes:
-        number: sequence number, from 1.
-        follows: `check` of the previous delta; `None` for a whole, which may follow any.
-        check: CRC-32 of this delta and of all before it, back to the last whole.
-        changes: the changes, in order.
-        goals: the Goal List if it changed, else `None`.
-        whole: the compressed lists if this is a whole, else `None`.
-    """
-
-    number: int
-    follows: int | None
-    check: int
-    changes: tuple[ListChange, ...]
-    goals: tuple[Goal, ...] | None
-    whole: bytes | None
+from farside.dem.policy.planning import Planner, PolicyStep, PolicyValue, Why
 
 
 class DeltaError(ValueError):
@@ -55,67 +34,6 @@ class DeltaError(ValueError):
     The shadow is unchanged, unless the delta holds a change that no model can have made: then it is
     empty. To continue, it needs a whole; see `DynamicExpectancyModel.whole`.
     """
-
-
-class _Whole(msgspec.Struct, frozen=True, array_like=True):
-    action_costs: dict[str, float]
-    parameters: Parameters
-    signs: SignsState
-    hypotheses: HypothesesState
-
-
-class ChangeFeed:
-    """Collects the changes of a model's lists into numbered deltas for a shadow.
-
-    Args:
-        actions, parameters: those of the model.
-        signs, hypotheses: its lists, whose changes are recorded from now on.
-    """
-
-    def __init__(
-        self,
-        actions: ActionList,
-        parameters: Parameters,
-        signs: SignList,
-        hypotheses: HypothesisList,
-    ) -> None:
-        self._actions = actions
-        self._parameters = parameters
-        self._signs = signs
-        self._hypotheses = hypotheses
-        self._changes: list[ListChange] = []
-        signs.recorded = hypotheses.recorded = self._changes
-        self._number = 0
-        self._check: int | None = None
-        self._goals: tuple[Goal, ...] = ()
-
-    def delta(self, goals: tuple[Goal, ...]) -> Delta:
-        """The changes since the last delta; a whole if this is the first."""
-        if self._check is None:
-            return self.whole(goals)
-        return self._next(goals if goals != self._goals else None, goals)
-
-    def whole(self, goals: tuple[Goal, ...]) -> Delta:
-        """All lists as they are, in place of the next delta."""
-        self._changes.clear()
-        self._check = None
-        whole = _Whole(
-            action_costs=dict(zip(self._actions.names, self._actions.costs, strict=True)),
-            parameters=self._parameters,
-            signs=self._signs.state(),
-            hypotheses=self._hypotheses.state(),
-        )
-        return self._next(goals, goals, compress(whole))
-
-    def _next(
-        self, changed: tuple[Goal, ...] | None, goals: tuple[Goal, ...], whole: bytes | None = None
-    ) -> Delta:
-        self._number += 1
-        delta = Delta(self._number, self._check, 0, tuple(self._changes), changed, whole)
-        self._check = zlib.crc32(msgspec.msgpack.encode(delta))
-        self._changes.clear()
-        self._goals = goals
-        return msgspec.structs.replace(delta, check=self._check)
 
 
 class ShadowModel:
@@ -165,6 +83,13 @@ class ShadowModel:
         if delta.goals is not None:
             self._goals = delta.goals
         self._number, self._check = delta.number, delta.check
+        # The maps are repaired when they are asked for; until then, what for is kept.
+        if len(self._hypotheses.cost_changes) > FEW_CHANGES:
+            self._planner.refresh()
+
+    def lists_check(self) -> int:
+        """CRC-32 of the lists; equal to that of the model when this holds what that held."""
+        return lists_check(self._signs, self._hypotheses, self._goals)
 
     @property
     def number(self) -> int:
@@ -180,6 +105,16 @@ class ShadowModel:
     def hypotheses(self) -> tuple[Hypothesis, ...]:
         """The Hypothesis List, oldest first."""
         return self._hypotheses.named(self._signs.names)
+
+    @property
+    def sign_count(self) -> int:
+        """Length of the Sign List."""
+        return len(self._signs)
+
+    @property
+    def hypothesis_count(self) -> int:
+        """Length of the Hypothesis List."""
+        return self._hypotheses.count
 
     @property
     def goals(self) -> tuple[Goal, ...]:
@@ -201,8 +136,82 @@ class ShadowModel:
         self._aim()
         return float("inf") if sign is None else self._planner.value(sign)
 
-    def _aim(self) -> None:
-        self._planner.aim(sought(self._goals))
+    def policy_path(
+        self, tokens: Iterable[str], goal: Iterable[str] | None = None
+    ) -> tuple[PolicyStep, ...]:
+        """The best-estimate walk to the top-goal, or to `goal`, from where `tokens` are sensed.
+
+        As `DynamicExpectancyModel.policy_path` gives it, with every known Sign active whose Tokens
+        are all among them.
+
+        Raises:
+            TypeError: if `tokens` or `goal` is a string.
+        """
+        self._aim(goal)
+        return self._planner.path(self._active(tokens))
+
+    def why(self, tokens: Iterable[str], goal: Iterable[str] | None = None) -> Why | None:
+        """The hypothesis behind the choice where `tokens` are sensed, and the runner-up.
+
+        As `DynamicExpectancyModel.why` gives it, for the top-goal or for `goal`: `None` where the
+        map suggests no action.
+
+        Raises:
+            TypeError: if `tokens` or `goal` is a string.
+        """
+        self._aim(goal)
+        return self._planner.why(self._active(tokens))
+
+    def cost_to(self, goal: Iterable[str], start: Iterable[str]) -> float:
+        """P_v towards any Sign, of the best Sign that is active where `start` is sensed.
+
+        As `DynamicExpectancyModel.cost_to` gives it: 0.0 if `start` implies the goal; infinite
+        where no way is known.
+
+        Raises:
+            ValueError: if `goal` has no Tokens.
+            TypeError: if `goal` or `start` is a string.
+        """
+        wanted, begin = to_sign(goal), to_sign(start)
+        if not wanted:
+            raise ValueError("goal: expected one Token at least, found none")
+        if set(wanted).issubset(begin):
+            return 0.0
+        return self._planner.cost_to(wanted, self._signs.active(begin))
+
+    def expected(self, tokens: Iterable[str], action: str) -> Hypothesis | None:
+        """The most credible hypothesis of what `action` leads to where `tokens` are sensed.
+
+        As `DynamicExpectancyModel.expected` gives it: `None` if nothing is known.
+
+        Raises:
+            ValueError: if the action is unknown. The message names the known ones.
+            TypeError: if `tokens` is a string.
+        """
+        asked = self._actions.id_of(action)
+        return self._hypotheses.most_credible(self._active(tokens), asked, self._signs.names)
+
+    def expectations(self, tokens: Iterable[str], action: str) -> tuple[Hypothesis, ...]:
+        """Every hypothesis of what `action` leads to in the next cycle, where `tokens` are sensed.
+
+        Raises:
+            ValueError: if the action is unknown. The message names the known ones.
+            TypeError: if `tokens` is a string.
+        """
+        asked, hypotheses = self._actions.id_of(action), self._hypotheses
+        return tuple(
+            hypotheses.one_named(one, self._signs.names)
+            for context in self._active(tokens)
+            for one in hypotheses.of_cause(context, asked)
+            if hypotheses.delay[one] == 1
+        )
+
+    def _active(self, tokens: Iterable[str]) -> list[int]:
+        return self._signs.active(to_sign(tokens))
+
+    def _aim(self, goal: Iterable[str] | None = None) -> None:
+        wanted = sought(self._goals) if goal is None else to_sign(goal)
+        self._planner.aim(wanted, [known.tokens for known in self._goals])
 
     def _clear(self) -> None:
         self._signs = SignList()
@@ -210,7 +219,7 @@ class ShadowModel:
         self._planner = Planner(self._signs, self._hypotheses, self._actions)
 
     def _restore(self, packed: bytes) -> None:
-        whole = decompress(packed, _Whole)
+        whole = decompress(packed, Whole)
         costs = dict(zip(self._actions.names, self._actions.costs, strict=True))
         if whole.action_costs != costs or not same(whole.parameters, self._parameters):
             raise DeltaError(

@@ -84,7 +84,8 @@ class FrameEvent(msgspec.Struct, frozen=True, omit_defaults=True):
         stage: the stage reached.
         size_byte: its length on the link.
         what: the kind of message in it or, if refused, the reason.
-        stored: whether the message waited in the store for the link to return.
+        stored: whether it is of the stored stream: what waited for the link to return, and the
+            updates of the model.
     """
 
     direction: Direction

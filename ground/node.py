@@ -3,17 +3,21 @@
 from collections.abc import Sequence
 
 from farside.acts import Act, Discard, Planned
+from farside.dem import ShadowModel
 from farside.ground.belief import Belief
 from farside.ground.commands import CommandDesk
 from farside.ground.config import GroundConfig
+from farside.ground.downlink import DownlinkPlan, GroundSilence
 from farside.ground.operators.operator import Operator, Situation
 from farside.ground.operators.queued import QueuedOperator, as_logged
+from farside.ground.shadow import Shadow
 from farside.link.endpoint.endpoint import LinkTerms, ground_endpoint
 from farside.messages import (
     Approve,
     CommandEnded,
     Event,
     Heartbeat,
+    ModelUpdate,
     Order,
     Override,
     Proposal,
@@ -31,11 +35,11 @@ from farside.topics import (
     GROUND_REVIEW,
     GROUND_SILENCE,
     GROUND_TELEMETRY,
+    Answer,
     CommandSent,
     EventLearned,
     OrderGiven,
     Review,
-    Silence,
 )
 
 
@@ -47,22 +51,34 @@ class Ground:
         operator: who decides.
         tick_ns: period of decisions.
         terms: of the link, as agreed with the rover beforehand.
+        shadow: for the lists of the model on board, empty; `None` where they are not sent.
+
+    Attributes:
+        shadow: what is held of the model on board; `None` where it is not sent.
     """
 
     def __init__(
-        self, config: GroundConfig, operator: Operator, *, tick_ns: int, terms: LinkTerms
+        self,
+        config: GroundConfig,
+        operator: Operator,
+        *,
+        tick_ns: int,
+        terms: LinkTerms,
+        shadow: ShadowModel | None = None,
     ) -> None:
         self._tick_ns = tick_ns
         self._now_ns = 0
         self._operator = operator
         self._journal = Journal()
         self._endpoint = ground_endpoint(terms, self._journal)
-        self._belief = Belief()
+        self.shadow = None if shadow is None else Shadow(shadow, self._journal)
+        plan = DownlinkPlan(terms)
+        self._plan = plan
+        self._belief = Belief(plan, self._journal)
         self._desk = CommandDesk(terms.round_trip_ns + to_ns(config.command_lifetime_s))
         self._heartbeat_ns = to_ns(config.heartbeat_s)
         self._heartbeat_at_ns = 0
-        self._silent_after_ns = terms.round_trip_ns + to_ns(config.silent_after_s)
-        self._silent = False
+        self._silence = GroundSilence(plan, to_ns(config.silent_after_s), terms.light_time_ns)
         self._progress = operator.progress
 
     def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
@@ -115,19 +131,22 @@ class Ground:
     def _heartbeat(self) -> Heartbeat:
         telemetry, belief = self._belief.telemetry, self._belief
         newest_ns = -1 if telemetry is None else telemetry.time_ns
-        return Heartbeat(self._desk.last_given, newest_ns, belief.unbroken_ns)
+        held = None if self.shadow is None else self.shadow.held()
+        return Heartbeat(self._desk.last_given, newest_ns, belief.unbroken_ns, held)
 
     def _listen(self) -> None:
-        for message in self._endpoint.received(self._now_ns):
+        for message, size_byte, stored in self._endpoint.received(self._now_ns):
             match message:
                 case Telemetry():
                     self._journal.note(GROUND_TELEMETRY, message, publish_time_ns=message.time_ns)
-                    self._belief.learn(message)
+                    if not stored:
+                        self._plan.sized(size_byte)
+                    self._belief.learn(message, self._now_ns, stored=stored)
                     self._desk.learn(message)
                 case Event():
                     learned = EventLearned(message)
                     self._journal.note(GROUND_EVENT, learned, publish_time_ns=message.time_ns)
-                    self._belief.events.append(message)
+                    self._belief.tell(message, self._now_ns)
                     if isinstance(message.what, CommandEnded):
                         self._desk.learn_end(message.what)
                 case Proposal():
@@ -135,16 +154,18 @@ class Ground:
                     self._belief.consider(message)
                     if message.veto_window_s is not None:
                         self._endpoint.send(Shown(message.number), self._now_ns)
+                case ModelUpdate():
+                    if self.shadow is not None:
+                        self.shadow.apply(message)
         self._belief.heard_ns = self._endpoint.heard_ns or 0
+        self._belief.look(self._now_ns)
 
     def _judge_silence(self) -> None:
-        silent = self._now_ns - self._belief.heard_ns >= self._silent_after_ns
-        if silent is not self._silent:
-            self._silent = silent
-            self._journal.note(GROUND_SILENCE, Silence(silent))
+        if self._silence.look(self._belief.heard_ns, self._now_ns):
+            self._journal.note(GROUND_SILENCE, self._silence.state)
 
     def _situation(self) -> Situation:
-        return Situation(self._now_ns, self._belief, self._desk, self._silent)
+        return Situation(self._now_ns, self._belief, self._desk, self._silence.state.silent)
 
     def _note_review(self, order: Order) -> None:
         if not isinstance(order, Approve | Override | Veto):
@@ -153,8 +174,15 @@ class Ground:
         if proposal is None:
             return
         override = order.action if isinstance(order, Override) else None
-        vetoed = isinstance(order, Veto)
+        review = self._situation().review(proposal)
         self._journal.note(
             GROUND_REVIEW,
-            Review(proposal.number, proposal.action, override, proposal.path, vetoed),
+            Review(proposal.number, proposal.action, _ANSWERS[type(order)], review, override),
         )
+
+
+_ANSWERS = {
+    Approve: Answer.APPROVED,
+    Override: Answer.OVERRIDDEN,
+    Veto: Answer.VETOED,
+}

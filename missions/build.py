@@ -5,7 +5,7 @@ from enum import IntEnum, unique
 import numpy as np
 from numpy.random import Generator
 
-from farside.dem import DynamicExpectancyModel
+from farside.dem import DynamicExpectancyModel, ShadowModel
 from farside.ground.node import Ground
 from farside.ground.operators.built_in import built_in_operator
 from farside.ground.operators.operator import Operator
@@ -77,11 +77,15 @@ def build_controller(
     rover: RoverConfig, rng: Generator, extensions: Extensions = NONE
 ) -> Controller:
     """The controller that the `[rover]` table names; see `build_node`."""
-    costs = dict.fromkeys(ACTIONS, rover.drive.move_cost_s)
+    costs = _action_costs(rover)
     if rover.controller in CONTROLLER.built_in:
         return DynamicExpectancyModel(costs, rover.dem, rng=rng)
     kind = extensions.controller or find_class(CONTROLLER, rover.controller)
     return make_controller(kind, costs, rng, rover.controller_options)
+
+
+def _action_costs(rover: RoverConfig) -> dict[str, float]:
+    return dict.fromkeys(ACTIONS, rover.drive.move_cost_s)
 
 
 def _terms(mission: MissionFile) -> LinkTerms:
@@ -100,7 +104,11 @@ def _channel(mission: MissionFile) -> Channel:
 
 def build_ground(mission: MissionFile, operator: Operator) -> Ground:
     """The ground station of a mission, with `operator` at it."""
-    return Ground(mission.ground, operator, tick_ns=mission.tick_ns, terms=_terms(mission))
+    rover = mission.rover
+    shadow = ShadowModel(_action_costs(rover), rover.dem) if rover.is_shadowed else None
+    return Ground(
+        mission.ground, operator, tick_ns=mission.tick_ns, terms=_terms(mission), shadow=shadow
+    )
 
 
 def build_operator(mission: MissionFile, extensions: Extensions = NONE) -> Operator:

@@ -253,6 +253,9 @@ class RoverConfig(Section, frozen=True):
             `docs/extend.md`.
         controller_options: what a controller other than `dem` is made with.
         dem: parameters of the Dynamic Expectancy Model.
+        shadow: whether the ground holds a shadow of that model: its lists, fed over the downlink,
+            with every map and path. Changes are sent in what all else leaves of the rate, some 200
+            bytes a cycle; the summary of a run states the price.
     """
 
     start: PlaceName
@@ -267,3 +270,9 @@ class RoverConfig(Section, frozen=True):
     controller: str = "dem"
     controller_options: Options = field(default_factory=dict)
     dem: DemConfig = DemConfig()
+    shadow: bool = True
+
+    @property
+    def is_shadowed(self) -> bool:
+        """Whether rover and ground agree on a shadow: only of the model that Farside brings."""
+        return self.shadow and self.controller == "dem"

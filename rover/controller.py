@@ -1,9 +1,9 @@
 """What flies the rover when the operator does not: the protocol of a learning controller."""
 
 from collections.abc import Iterable, Mapping
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
-from farside.dem import Choice, Goal, Hypothesis, PolicyStep, Sensed, Why
+from farside.dem import Choice, Delta, Goal, Hypothesis, PolicyStep, Sensed, Why
 
 
 class Controller(Protocol):
@@ -72,4 +72,25 @@ class Controller(Protocol):
 
     def expected(self, action: str) -> Hypothesis | None:
         """The most credible hypothesis of what an action leads to here; `None` if not known."""
+        ...
+
+
+@runtime_checkable
+class Shadowed(Protocol):
+    """A controller whose lists the ground can hold too. `DynamicExpectancyModel` is one."""
+
+    def record_changes(self) -> None:
+        """From now on, record the changes of the lists."""
+        ...
+
+    def take_delta(self) -> Delta:
+        """The changes of the lists since the last delta, or a whole."""
+        ...
+
+    def whole(self) -> Delta:
+        """All lists as they are, in place of the next delta."""
+        ...
+
+    def lists_check(self) -> int:
+        """CRC-32 of the lists."""
         ...

@@ -24,6 +24,7 @@ from farside.rover.condition import Condition
 from farside.rover.config import RoverConfig
 from farside.rover.control.authority import Conditions, Parts
 from farside.rover.control.cycle import ControlCycle
+from farside.rover.control.model_updates import ModelUpdates
 from farside.rover.control.proposals import Proposals
 from farside.rover.controller import Controller
 from farside.rover.drive import STAND, Move
@@ -120,7 +121,8 @@ class Rover:
             (place_token(goal.place),): goal.priority for goal in config.goals
         }
         self._goals = Goals(brain, mission, journal, events)
-        self._cycle = ControlCycle(brain, self._goals, journal)
+        self._cycle = ControlCycle(brain, self._goals, journal, is_shadowed=config.is_shadowed)
+        self._updates = ModelUpdates(self._cycle, self._endpoint, terms, self._silence, journal)
         self._commands = Commands(terms.round_trip_ns, journal, events)
         self._proposals = Proposals(
             config.consent, terms.round_trip_ns, self._silence.grace_ns, journal
@@ -161,6 +163,7 @@ class Rover:
             self._tick()
             for event in self._events.take():
                 self._endpoint.send(event, self._now_ns)
+            self._updates.look(self._now_ns)
             self._reporting.forward(self._now_ns)
             self._endpoint.pump(self._now_ns)
             self._now_ns += self._tick_ns
@@ -195,14 +198,15 @@ class Rover:
     # --- the link ------------------------------------------------------------------------------
 
     def _listen(self) -> None:
-        for message in self._endpoint.received(self._now_ns):
+        for arrival in self._endpoint.received(self._now_ns):
             self._stirred = True
-            match message:
+            match message := arrival.message:
                 case Command():
                     self._pilot.orders.take(message, self._now_ns)
                 case Heartbeat():
                     self._pilot.orders.heartbeat(message, self._now_ns)
                     self._reporting.acknowledged(message, self._now_ns)
+                    self._updates.heard(message.model)
                 case Shown():
                     self._pilot.orders.shown(message.proposal, self._now_ns)
         if self._endpoint.heard_ns is not None:

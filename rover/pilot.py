@@ -232,6 +232,7 @@ class Pilot:
             choice.action,
             parts.cycle.path() if choice.chooser is Chooser.GOAL_DIRECTED else (),
             by_approval=self.authority.mode is not Mode.SHARED,
+            model_check=parts.cycle.lists_check,
         )
         parts.cycle.decided(
             choice.chooser, choice.action, goal=choice.goal, proposal=proposal.number

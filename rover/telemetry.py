@@ -2,7 +2,8 @@
 
 from collections import deque
 
-from farside.link.endpoint.endpoint import Endpoint, LinkTerms, StoreState
+from farside.link.endpoint.endpoint import Endpoint, LinkTerms
+from farside.link.endpoint.stored import StoreState
 from farside.messages import Downlink, Heartbeat, Telemetry, Uplink
 from farside.node import NS_PER_S, Journal
 from farside.rover.config import HEARTBEATS

@@ -22,7 +22,7 @@ from farside.dem.changes import (
 from farside.dem.equations import cost_estimate, reinforced, weakened
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.chains import Chains
-from farside.dem.lists.packing import packed, unpack_into
+from farside.dem.lists.packing import crc_of, packed, unpack_into
 from farside.dem.lists.signs import Sign
 from farside.dem.parameters import Parameters
 
@@ -279,13 +279,16 @@ class HypothesisList:
 
     def state(self) -> HypothesesState:
         """Everything that `restore` needs. Costs follow from the rest."""
-        columns = tuple(packed(column) for column in self._columns() if column is not self.cost)
+        columns = tuple(packed(column) for column in self._own_columns())
         return HypothesesState(columns, tuple(self._free), self.cm_sum)
+
+    def crc(self) -> int:
+        """CRC-32 of all columns by id, to the last bit of every C_m, and of the ids reused next."""
+        return crc_of([*self._own_columns(), array("q", self._free)])
 
     def restore(self, state: HypothesesState) -> None:
         """Become the list that `state` was taken from. This one must be new."""
-        own = (column for column in self._columns() if column is not self.cost)
-        for column, data in zip(own, state.columns, strict=True):
+        for column, data in zip(self._own_columns(), state.columns, strict=True):
             unpack_into(column, data)
         self._free += state.free
         self.cm_sum = state.cm_sum
@@ -321,6 +324,10 @@ class HypothesisList:
                 self.cost[hypothesis],
             )
         )
+
+    def _own_columns(self) -> "list[array[int] | array[float]]":
+        """All columns but the costs, which follow from the others."""
+        return [column for column in self._columns() if column is not self.cost]
 
     def _columns(self) -> "tuple[array[int] | array[float], ...]":
         return (

@@ -1,6 +1,9 @@
 """Columns of numbers as bytes that compress well and are the same on every machine."""
 
+import sys
+import zlib
 from array import array
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -27,3 +30,13 @@ def unpack_into(column: "array[int] | array[float]", data: bytes) -> None:
     planes = np.frombuffer(data, dtype=np.uint8).reshape(column.itemsize, -1)
     little = np.ascontiguousarray(planes.T).view(np.dtype(column.typecode).newbyteorder("<"))
     column.frombytes(little.astype(column.typecode).tobytes())
+
+
+def crc_of(columns: "Iterable[array[int] | array[float]]", crc: int = 0) -> int:
+    """CRC-32 of the bits of all numbers, the same on every machine, continued from `crc`."""
+    for column in columns:
+        if sys.byteorder == "big":
+            column = column[:]  # noqa: PLW2901 - a copy to turn around
+            column.byteswap()
+        crc = zlib.crc32(column, crc)
+    return crc

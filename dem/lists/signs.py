@@ -1,5 +1,6 @@
 """S, the Sign List: the known conjunctions of Tokens, and which contains which."""
 
+import zlib
 from array import array
 from collections.abc import Iterable, Sequence
 from typing import NamedTuple
@@ -7,7 +8,7 @@ from typing import NamedTuple
 import msgspec
 
 from farside.dem.changes import ListChange, SignAdded, SignRemoved
-from farside.dem.lists.packing import packed, unpack_into
+from farside.dem.lists.packing import crc_of, packed, unpack_into
 
 Sign = tuple[str, ...]
 """A conjunction of Tokens, sorted and without duplicates."""
@@ -124,6 +125,11 @@ class SignList:
             self._never_active.difference_update(conjunctions)
         return ActiveSigns(self._oldest_first(active), self._oldest_first(novel))
 
+    def active(self, tokens: Sign) -> list[int]:
+        """The known Signs that are active when `tokens` are sensed, oldest first."""
+        known = [self._ids[(token,)] for token in tokens if (token,) in self._ids]
+        return self._oldest_first(known + self._active_conjunctions(tokens))
+
     def parts(self, sign: int) -> list[int]:
         """The known Signs that `sign` implies: those of a proper subset of its Tokens."""
         tokens = self.names[sign]
@@ -164,6 +170,14 @@ class SignList:
             free=tuple(self._free),
             never_active=tuple(sorted(self._never_active)),
         )
+
+    def crc(self) -> int:
+        """CRC-32 of the Signs by id, of their order of age, and of which ids are reused next.
+
+        Which Signs were never active is left out: a shadow does not know.
+        """
+        names = zlib.crc32(msgspec.msgpack.encode(self.names))
+        return crc_of([self.born, array("q", self._free)], names)
 
     def restore(self, state: SignsState) -> None:
         """Become the list that `state` was taken from. This one must be new."""

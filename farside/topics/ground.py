@@ -1,9 +1,16 @@
 """What the ground knew, and when: the messages of `/ground`."""
 
+from enum import StrEnum
+from typing import Generic, TypeVar
+
 import msgspec
 
 from farside.acts import Act
-from farside.messages import Event, Meant, Order, ProposedStep
+from farside.control import Failsafe, Mode, OnLoss, Signal
+from farside.messages import Event, Meant, Order, ProposedStep, Tokens
+from farside.topics.rover import Estimate
+
+T = TypeVar("T")
 
 
 class CommandSent(msgspec.Struct, frozen=True):
@@ -43,17 +50,182 @@ class OperatorEntry(msgspec.Struct, frozen=True):
     left: tuple[str, ...] = ()
 
 
-class Review(msgspec.Struct, frozen=True):
-    """The operator answered a proposal; `override` is the action ordered instead, if any."""
+class PathReview(msgspec.Struct, frozen=True, omit_defaults=True):
+    """A way to a goal, over what the ground knows.
+
+    Attributes:
+        goal: the goal.
+        action: the first action.
+        path: the way: of a proposal, or by the shadow's lists.
+        age_s: for how long it has been made.
+        cost_to_go: estimated cost to the goal, in the unit of the action costs (s).
+        probability: that it goes as planned, the product of the C_m of its steps by the shadow's
+            lists; `None` where they do not know a step.
+        chance: the same by how often such moves came true; see `farside.ground.foresight`.
+        in_step: whether the shadow holds the very lists that the way was computed from.
+        conflicts: what the ground has learned or sent since, in words.
+        runner_up: the best other first action by the shadow's lists, `None` without one.
+        margin: by how much that costs more.
+        proposal: the number of the proposal, `None` where nobody proposed it.
+    """
+
+    goal: Tokens
+    action: str
+    path: tuple[ProposedStep, ...]
+    age_s: float
+    cost_to_go: float
+    probability: float | None = None
+    chance: float | None = None
+    in_step: bool = False
+    conflicts: tuple[str, ...] = ()
+    runner_up: str | None = None
+    margin: float | None = None
+    proposal: int | None = None
+
+
+class Answer(StrEnum):
+    """How the operator answered a proposal."""
+
+    APPROVED = "approved"
+    OVERRIDDEN = "overridden"
+    VETOED = "vetoed"
+
+
+class Review(msgspec.Struct, frozen=True, omit_defaults=True):
+    """The operator answered a proposal.
+
+    Attributes:
+        proposal: its number.
+        action: what it proposed.
+        answer: the answer.
+        override: the action ordered instead, if any.
+        review: what the ground found of its path.
+    """
 
     proposal: int
     action: str
-    override: str | None
-    path: tuple[ProposedStep, ...]
-    vetoed: bool = False
+    answer: Answer
+    review: PathReview
+    override: str | None = None
 
 
 class Silence(msgspec.Struct, frozen=True):
-    """Whether the rover counts as silent at the ground, from now on."""
+    """Whether the rover counts as silent at the ground, from now on.
+
+    Attributes:
+        silent: nothing is heard, though something was due.
+        expected: nothing is heard, and the contact plan explains it.
+    """
 
     silent: bool
+    expected: bool = False
+
+
+class LearnedBy(StrEnum):
+    """What told the ground: telemetry, or an event."""
+
+    TELEMETRY = "telemetry"
+    EVENT = "event"
+
+
+class BeliefItem(StrEnum):
+    """What the ground believes of the rover, item by item; see `BeliefEntry`."""
+
+    PLACE = "place"
+    POSE = "pose"
+    BATTERY = "battery"
+    MODE = "mode"
+    FAILSAFE = "failsafe"
+    ACTION = "action"
+    GOALS = "goals"
+    SIGNAL = "signal"
+    PROPOSAL = "proposal"
+    ON_LOSS = "on_loss"
+    ALONE_GOALS = "alone_goals"
+
+
+class Known(msgspec.Struct, Generic[T], frozen=True):
+    """A value that the ground knows: when it was so, when it was learned, and by what."""
+
+    value: T
+    so_ns: int
+    learned_ns: int
+    by: LearnedBy
+
+
+class BeliefEntry(msgspec.Struct, frozen=True, omit_defaults=True):
+    """What the ground believes of the rover, from now on; `None` for what it never learned.
+
+    Attributes:
+        place: the Token of the place where the rover believes to be, `None` if it does not know.
+        pose: the estimate on board.
+        battery: state of charge, 0 to 1.
+        mode, failsafe: their states.
+        action: the action under way, `None` when standing still.
+        goals: the Goal List, top-goal first.
+        signal: strength of the radio's signal.
+        proposal: number of the proposal that stands.
+        on_loss: what the rover will do when the link is lost.
+        alone_goals: the goals that it will pursue then.
+        stale: the items of which something newer was due.
+    """
+
+    place: Known[str | None] | None = None
+    pose: Known[Estimate] | None = None
+    battery: Known[float] | None = None
+    mode: Known[Mode] | None = None
+    failsafe: Known[Failsafe] | None = None
+    action: Known[str | None] | None = None
+    goals: Known[tuple[Tokens, ...]] | None = None
+    signal: Known[Signal] | None = None
+    proposal: Known[int | None] | None = None
+    on_loss: Known[OnLoss] | None = None
+    alone_goals: Known[tuple[Tokens, ...]] | None = None
+    stale: tuple[BeliefItem, ...] = ()
+
+
+class Likely(msgspec.Struct, frozen=True):
+    """A Sign that is predicted to be active, and with what probability."""
+
+    sign: Tokens
+    probability: float
+
+
+class Prediction(msgspec.Struct, frozen=True, omit_defaults=True):
+    """Where the rover is predicted to be.
+
+    Attributes:
+        at_ns: when.
+        from_ns: the time stamp of the telemetry that it is computed from.
+        likely: the Signs of places with their probabilities, the most probable first; those of
+            less than a hundredth are left out.
+        unknown: the probability that it is anywhere else, or that nothing is known of where.
+        command: the command after which it will be there; `None` for where it is now.
+    """
+
+    at_ns: int
+    from_ns: int
+    likely: tuple[Likely, ...]
+    unknown: float
+    command: int | None = None
+
+
+class ShadowEntry(msgspec.Struct, frozen=True):
+    """The shadow of the model on board, after an update or when it fell out of step.
+
+    Attributes:
+        number: number of the newest update applied, 0 for none.
+        check: CRC-32 of its lists.
+        in_step: whether they are known to be those that the rover had after that update.
+        why: why not; `None` if they are.
+        signs, hypotheses: sizes of its lists.
+        cycles: how many cycles of the model the update covers.
+    """
+
+    number: int
+    check: int
+    in_step: bool
+    why: str | None
+    signs: int
+    hypotheses: int
+    cycles: int

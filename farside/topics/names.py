@@ -8,11 +8,14 @@ from farside.frames import FrameEvent, FrameFate, LinkOutage
 from farside.messages import Proposal, Telemetry
 from farside.node import Topic
 from farside.topics.ground import (
+    BeliefEntry,
     CommandSent,
     EventLearned,
     OperatorEntry,
     OrderGiven,
+    Prediction,
     Review,
+    ShadowEntry,
     Silence,
 )
 from farside.topics.rover import (
@@ -26,6 +29,7 @@ from farside.topics.rover import (
     FailsafeEntry,
     GoalEntry,
     ModeEntry,
+    ModelSent,
     ProposalEnded,
     StoreEntry,
     StuckEntry,
@@ -63,6 +67,7 @@ ROVER_PROPOSAL_ENDED = _topic("/rover/proposal_ended", ProposalEnded)
 ROVER_DECISION = _topic("/rover/decision", Decision)
 ROVER_FRAME = _topic("/rover/frame", FrameEvent)
 ROVER_STORE = _topic("/rover/store", StoreEntry)
+ROVER_MODEL = _topic("/rover/model", ModelSent)
 
 LINK_FRAME = _topic("/link/frame", FrameFate)
 LINK_OUTAGE = _topic("/link/outage", LinkOutage)
@@ -76,3 +81,6 @@ GROUND_PROPOSAL = _topic("/ground/proposal", Proposal)
 GROUND_REVIEW = _topic("/ground/review", Review)
 GROUND_OPERATOR = _topic("/ground/operator", OperatorEntry)
 GROUND_SILENCE = _topic("/ground/silence", Silence)
+GROUND_BELIEF = _topic("/ground/belief", BeliefEntry)
+GROUND_PREDICTION = _topic("/ground/prediction", Prediction)
+GROUND_SHADOW = _topic("/ground/shadow", ShadowEntry)

@@ -208,3 +208,19 @@ class StoreEntry(msgspec.Struct, frozen=True):
     kept: int
     given_up: int
     waiting: int
+
+
+class ModelSent(msgspec.Struct, frozen=True):
+    """An update of the model on board was made for its shadow at the ground.
+
+    Attributes:
+        number: its number.
+        size_byte: its length, without what carries it.
+        cycles: how many cycles of the model it covers.
+        whole: whether it is all lists, and not their changes.
+    """
+
+    number: int
+    size_byte: int
+    cycles: int
+    whole: bool

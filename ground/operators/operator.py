@@ -6,10 +6,9 @@ from typing import NamedTuple, Protocol
 from farside.acts import Act
 from farside.ground.belief import Belief
 from farside.ground.commands import CommandDesk
-from farside.ground.review import PathReview
+from farside.ground.review import review_proposal
 from farside.messages import Proposal, Tokens
-from farside.node import to_s
-from farside.topics import OperatorEntry
+from farside.topics import OperatorEntry, PathReview
 
 
 class Situation(NamedTuple):
@@ -35,9 +34,7 @@ class Situation(NamedTuple):
 
     def review(self, proposal: Proposal) -> PathReview:
         """The review of a proposal."""
-        cost = proposal.path[0].cost_to_go if proposal.path else 0.0
-        age_s = to_s(self.now_ns - proposal.time_ns)
-        return PathReview(proposal.goal, proposal.action, proposal.path, age_s, cost)
+        return review_proposal(proposal, self.belief, (), None, self.now_ns)
 
     def review_path(self, goal: Tokens) -> PathReview | None:  # noqa: ARG002 - nothing is known yet
         """The review of the way to a goal that the ground knows; `None` where it knows none."""

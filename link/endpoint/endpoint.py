@@ -19,8 +19,8 @@ from farside.link.endpoint.fragments import Fragmenter, Reassembler
 from farside.link.endpoint.keys import simulated_key
 from farside.link.endpoint.receiver import ReliableReceiver
 from farside.link.endpoint.segments import ReceptionReport, Segment, decode_part
-from farside.link.endpoint.sender import ReliableSender, Sending
-from farside.link.endpoint.store import Store
+from farside.link.endpoint.sender import ReliableSender
+from farside.link.endpoint.stored import StoredStream, StoreState
 from farside.link.endpoint.transfer import TransferConfig
 from farside.link.endpoint.wire import OVERHEAD_BYTE, Flag, FrameError, Opener, Sealer, unpack
 from farside.link.profile.config import LinkConfig
@@ -86,20 +86,6 @@ _PLAIN = Flag(0)
 _STORED_SEGMENT, _STORED_REPORT = Flag.STORED | Flag.RELIABLE, Flag.STORED | Flag.REPORT
 
 
-class StoreState(NamedTuple):
-    """What has become of the messages that were stored.
-
-    Attributes:
-        kept: how many were stored so far.
-        given_up: how many of them were dropped since the store was full.
-        waiting: how many are not known to have arrived at the other end.
-    """
-
-    kept: int
-    given_up: int
-    waiting: int
-
-
 class LinkTerms(NamedTuple):
     """What both ends have agreed on beforehand.
 
@@ -135,6 +121,37 @@ class LinkTerms(NamedTuple):
             round_trip_ns=config.round_trip_ns,
             heartbeat_ns=heartbeat_ns,
         )
+
+
+class Arrival(NamedTuple, Generic[_In]):
+    """A message that has arrived.
+
+    Attributes:
+        message: the message.
+        size_byte: the length of the frame that completed it.
+        stored: whether it waited in the other end's store.
+    """
+
+    message: _In
+    size_byte: int
+    stored: bool
+
+
+def telemetry_interval_ns(
+    schedule: Schedule, now_ns: int, size_byte: int, *, beside_stored: bool
+) -> int:
+    """The least time between telemetry messages that leaves room for all else on the downlink.
+
+    They take four fifths of the rate, and half of it while stored ones wait (project defaults).
+
+    Args:
+        schedule: of the link.
+        now_ns: when one is sent.
+        size_byte: its length on the link.
+        beside_stored: whether stored ones wait.
+    """
+    begin_ns, end_ns = schedule.sends_ns(Direction.DOWN, now_ns, size_byte)
+    return int((end_ns - begin_ns) / (_LIVE_SHARE_BESIDE_STORED if beside_stored else _LIVE_SHARE))
 
 
 class Endpoint(Generic[_Out, _In]):
@@ -180,11 +197,8 @@ class Endpoint(Generic[_Out, _In]):
         self._backlog: deque[bytes] = deque()
         self._wake_ns = 0
         stored = TransferConfig(segment_byte=transfer.segment_byte, margin_s=_STORED_MARGIN_S)
-        self._store = Store(terms.store_byte)
-        self._stored_sender = ReliableSender(outgoing, terms.schedule, stored)
+        self._stored = StoredStream(outgoing, terms.schedule, stored, terms.store_byte)
         self._stored_receiver = ReliableReceiver(incoming, terms.schedule, stored)
-        self._forwarded: deque[int] = deque()  # the segment after the last of each message
-        self._kept = 0
         self._telemetry_byte = 0
         self._busy_ns = 0  # until then the transmitter sends what it was given so far
         self._outbox: list[Frame] = []
@@ -208,50 +222,50 @@ class Endpoint(Generic[_Out, _In]):
 
     def store(self, message: _Out, made_ns: int) -> int:
         """Keep `message` for when the link returns; returns how many stored ones were dropped."""
-        self._kept += 1
-        return len(self._store.add(_encode(message), made_ns, SERVICES[type(message)].priority))
+        return self._stored.keep(_encode(message), made_ns, SERVICES[type(message)].priority)
 
     @property
     def store_state(self) -> StoreState:
         """What has become of the messages that were stored."""
-        while self._forwarded and self._forwarded[0] <= self._stored_sender.acknowledged:
-            self._forwarded.popleft()
-        waiting = len(self._store) + len(self._forwarded)
-        return StoreState(self._kept, self._store.dropped, waiting)
+        return self._stored.state
+
+    def send_aside(self, message: _Out) -> bool:
+        """Have `message` sent by `forward` before what is stored; false if it is too long.
+
+        For what can be made anew at any time: it takes the place of the last one if that has not
+        begun to be sent, and none of the store. It has arrived once the other end says so.
+        """
+        payload = _encode(message)
+        if len(payload) > self._stored.longest_byte:
+            return False
+        self._stored.put_aside(payload, type(message).__name__)
+        return True
+
+    @property
+    def aside_waits(self) -> bool:
+        """Whether what was last sent aside has not begun to be sent."""
+        return self._stored.aside_waits
 
     def forward(self, now_ns: int) -> None:
         """Send from the store, and repeat what was lost of it, as far as the transmitter is idle.
 
         To be called often while the link is up.
         """
-        sender, most_byte = self._stored_sender, _BURST_BYTE
-        if not self._store and sender.is_done:
-            return
-        while most_byte > 0 and self._busy_ns <= now_ns + _BURST_NS:
-            if (
-                self._store
-                and not sender.unsent
-                and sender.room >= self._segments(self._store.next)
-            ):
-                self._forwarded.append(sender.offer(self._store.pop()).stop)
-            at_ns = sender.next_ns(now_ns)
-            if at_ns is None or at_ns > now_ns + _BURST_NS:
+        most_byte, until_ns = _BURST_BYTE, now_ns + _BURST_NS
+        while most_byte > 0 and self._busy_ns <= until_ns:
+            taken = self._stored.take(now_ns, until_ns)
+            if taken is None:
                 return
-            sending = sender.take(at_ns)
-            if sending is None:
-                return
-            most_byte -= len(sending.payload)
-            self._put(sending.payload, _segment_text(sending), now_ns, _STORED, _STORED_SEGMENT)
+            payload, what = taken
+            most_byte -= len(payload)
+            self._put(payload, what, now_ns, _STORED, _STORED_SEGMENT)
 
     def telemetry_interval_ns(self, now_ns: int) -> int:
-        """The least time between telemetry messages that leaves room for all else.
-
-        They take four fifths of the rate, and half of it while stored ones wait (project defaults).
-        """
-        size_byte = self._telemetry_byte
-        begin_ns, end_ns = self._schedule.sends_ns(self._outgoing, now_ns, size_byte)
-        waits = self._store or not self._stored_sender.is_done
-        return int((end_ns - begin_ns) / (_LIVE_SHARE_BESIDE_STORED if waits else _LIVE_SHARE))
+        """See the function of this name; of what was last sent, with what waits in the store."""
+        waits = self._stored.state.waiting > 0
+        return telemetry_interval_ns(
+            self._schedule, now_ns, self._telemetry_byte, beside_stored=waits
+        )
 
     def pump(self, now_ns: int) -> None:
         """Let the reliable service send what is due: segments, retransmissions, reports."""
@@ -261,7 +275,7 @@ class Endpoint(Generic[_Out, _In]):
         while self._backlog and sender.room >= self._segments(self._backlog[0]):
             sender.offer(self._backlog.popleft())
         while (sending := sender.take(now_ns)) is not None:
-            self._put(sending.payload, _segment_text(sending), now_ns, _SEGMENT, Flag.RELIABLE)
+            self._put(sending.payload, sending.text, now_ns, _SEGMENT, Flag.RELIABLE)
         for report in receiver.take(now_ns):
             self._put(report, "report", now_ns, _REPORT, Flag.REPORT)
         for report in self._stored_receiver.take(now_ns):
@@ -306,7 +320,7 @@ class Endpoint(Generic[_Out, _In]):
             self._expected += 1
             heapq.heappush(self._inbox, (frame.time_ns, frame.sequence, self._expected, frame))
 
-    def received(self, now_ns: int) -> Iterator[_In]:
+    def received(self, now_ns: int) -> Iterator[Arrival[_In]]:
         """The messages that have arrived by `now_ns`, in order of arrival.
 
         Anything but a genuine frame of the other end is refused, which is only recorded.
@@ -321,7 +335,7 @@ class Endpoint(Generic[_Out, _In]):
             except FrameError as error:
                 self._tell(frame, FrameStage.REFUSED, error.reason, now_ns)
 
-    def _open(self, frame: Frame, now_ns: int) -> list[_In]:
+    def _open(self, frame: Frame, now_ns: int) -> list[Arrival[_In]]:
         """The messages that this frame completes."""
         _, flags, body = self._opener.open(frame.payload)
         self._hear(frame.time_ns)
@@ -341,20 +355,20 @@ class Endpoint(Generic[_Out, _In]):
         if messages:
             what = ", ".join(type(message).__name__ for message in messages)
         self._tell(frame, FrameStage.USED, what, now_ns, flags)
-        return messages
+        stored = bool(flags & Flag.STORED)
+        return [Arrival(message, len(frame.payload), stored) for message in messages]
 
     def _hear(self, arrival_ns: int) -> None:
         if self.heard_ns is not None and arrival_ns - self.heard_ns >= _SILENCE_NS:
             self._sender.resume(arrival_ns)
-            self._stored_sender.resume(arrival_ns)
+            self._stored.resume(arrival_ns)
         self.heard_ns = arrival_ns
 
     def _take_part(
         self, part: Segment | ReceptionReport, arrival_ns: int, *, stored: bool
     ) -> list[bytes]:
         if isinstance(part, ReceptionReport):
-            sender = self._stored_sender if stored else self._sender
-            sender.receive(part, arrival_ns)
+            (self._stored if stored else self._sender).receive(part, arrival_ns)
             return []
         receiver = self._stored_receiver if stored else self._receiver
         return receiver.receive(part, arrival_ns)
@@ -371,10 +385,6 @@ class Endpoint(Generic[_Out, _In]):
             stored=bool(flags & Flag.STORED),
         )
         self._journal.note(self._topic, event, log_time_ns=now_ns)
-
-
-def _segment_text(sending: Sending) -> str:
-    return "segment" if sending.attempt == 1 else f"segment, sent {sending.attempt} ×"
 
 
 def rover_endpoint(terms: LinkTerms, journal: Journal) -> Endpoint[Downlink, Uplink]:

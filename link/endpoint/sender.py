@@ -23,6 +23,11 @@ class Sending(NamedTuple):
     number: int
     attempt: int
 
+    @property
+    def text(self) -> str:
+        """What it is, in words for the log."""
+        return "segment" if self.attempt == 1 else f"segment, sent {self.attempt} ×"
+
 
 class TransferFullError(Exception):
     """There is no room in the window for a message until more segments are acknowledged."""

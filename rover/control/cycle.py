@@ -1,11 +1,11 @@
 """The one owner of the controller's cycle: sense, choose, perform, and what is noted of each."""
 
 from farside.control import Chooser
-from farside.dem import Choice, Why
+from farside.dem import Choice, Goal, Why
 from farside.messages import ProposedStep, Tokens
 from farside.node import Journal
 from farside.places import ACTIONS
-from farside.rover.controller import Controller
+from farside.rover.controller import Controller, Shadowed
 from farside.rover.goals import Goals
 from farside.topics import ROVER_CYCLE, ROVER_DECISION, Arc, Cycle, Decision
 
@@ -17,14 +17,25 @@ class ControlCycle:
         controller: the learning controller.
         goals: the goals on its list.
         journal: where cycles and decisions are noted.
+        is_shadowed: whether the ground is to have a shadow of the controller, if that can be.
 
     Attributes:
+        shadowed: the controller, if the ground is to have a shadow of it.
         tokens: what was last sensed.
         number: counts the cycles.
     """
 
-    def __init__(self, controller: Controller, goals: Goals, journal: Journal) -> None:
+    def __init__(
+        self,
+        controller: Controller,
+        goals: Goals,
+        journal: Journal,
+        *,
+        is_shadowed: bool = False,
+    ) -> None:
         self._controller, self._goals, self._journal = controller, goals, journal
+        self.shadowed = controller if is_shadowed and isinstance(controller, Shadowed) else None
+        self._checked: tuple[int, tuple[Goal, ...], int] = (-1, (), 0)
         self._active: tuple[Tokens, ...] = ()
         self._is_open = False
         self.tokens: frozenset[str] = frozenset()
@@ -69,6 +80,17 @@ class ControlCycle:
             self.sense(tokens)
         else:
             self._goals.follow_aside(tokens)
+
+    @property
+    def lists_check(self) -> int | None:
+        """CRC-32 of the controller's lists as they are; `None` without a shadow at the ground."""
+        if self.shadowed is None:
+            return None
+        # They change with the cycle and with the goals, and not otherwise.
+        now = self.number, self._controller.goals
+        if self._checked[:2] != now:
+            self._checked = (*now, self.shadowed.lists_check())
+        return self._checked[2]
 
     def choose(self, *, explore: bool) -> Choice | None:
         """What the controller would do now; `None` for nothing.

@@ -67,6 +67,7 @@ class Proposals:
         path: tuple[ProposedStep, ...],
         *,
         by_approval: bool,
+        model_check: int | None = None,
     ) -> Proposal:
         """Make the proposal that stands from now on; `by_approval` in any case if so said."""
         self._last += 1
@@ -80,6 +81,7 @@ class Proposals:
             action=action,
             path=path,
             veto_window_s=None if window_ns is None else to_s(window_ns),
+            model_check=model_check,
         )
         self._journal.note(ROVER_PROPOSAL, self.standing)
         return self.standing

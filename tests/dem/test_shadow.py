@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from restless import COSTS, PARAMETERS, cycles
+from restless import COSTS, PARAMETERS, cuts, cycles, lists, recorded, sent
 from restless import parameters as restless_parameters
 
 from farside.dem import (
     Aside,
-    Delta,
     DeltaError,
     DynamicExpectancyModel,
     InherentGoal,
@@ -22,27 +21,7 @@ from farside.dem import (
     UnreadableMemoryError,
 )
 from farside.dem.changes import HypothesisAdded, HypothesisRemoved, SignAdded, SignRemoved
-from tests.dem.conftest import Event, Eventful, Live
-
-cuts = st.sampled_from(["delta", "whole", "nothing", "nothing"])
-
-
-def sent(delta: Delta) -> Delta:
-    """A delta as it arrives after crossing a link."""
-    return msgspec.msgpack.decode(msgspec.msgpack.encode(delta), type=Delta)
-
-
-def lists(model: ShadowModel | DynamicExpectancyModel) -> tuple[object, ...]:
-    """Everything that a shadow has to hold too, with floats equal to the last bit."""
-    return model.signs, model.hypotheses, model.goals, model.policy_map()
-
-
-def recorded(
-    parameters: Parameters = PARAMETERS, seed: int = 1
-) -> tuple[DynamicExpectancyModel, ShadowModel]:
-    model = DynamicExpectancyModel(COSTS, parameters, rng=np.random.default_rng(seed))
-    model.record_changes()
-    return model, ShadowModel(COSTS, parameters)
+from tests.dem.conftest import COST, MOVES, Event, Eventful, Grid, Live, MakeModel, Tour
 
 
 @given(
@@ -91,8 +70,10 @@ def test_over_a_long_stream_a_shadow_holds_the_same_lists(
 def test_that_long_stream_exercises_every_kind_of_change(eventful: Eventful, live: Live) -> None:
     model, _ = recorded()
     model.take_delta()
-    live(model, eventful(500))
-    told = Counter(type(change) for change in model.take_delta().changes)
+    told: Counter[type] = Counter()
+    for cycle in eventful(500):
+        live(model, [cycle])
+        told.update(type(change) for change in model.take_delta().changes)
 
     assert told.keys() == {int, SignAdded, SignRemoved, HypothesisAdded, HypothesisRemoved}
     assert told[HypothesisRemoved] > 50
@@ -152,6 +133,70 @@ def test_without_a_goal_nothing_has_a_value(eventful: Eventful, live: Live) -> N
 
     assert shadow.policy_map() == ()
     assert shadow.value(["a"]) == float("inf")
+
+
+@given(parameters=restless_parameters, stream=st.lists(cycles, min_size=1))
+def test_what_a_shadow_says_of_the_tokens_sensed_is_what_the_model_says(
+    eventful: Eventful, live: Live, parameters: Parameters, stream: Sequence[Event]
+) -> None:
+    model, shadow = recorded(parameters)
+    live(model, eventful(80))
+    for tokens, action, change in stream:
+        sensed = model.sense(tokens)
+        if change is not None:
+            model.set_goal(change[1], change[2])
+        shadow.apply(sent(model.take_delta()))
+        # What became known in this very cycle is active on board from the next one on.
+        implied = {sign for sign in shadow.signs if set(sign) <= set(sensed.tokens)}
+        if implied == set(sensed.active):
+            said = [shadow.policy_path(tokens), shadow.why(tokens)]
+            assert said == [model.policy_path(), model.why()]
+            for goal in (["a"], ["b", "c"], ["e"]):
+                assert shadow.cost_to(goal, tokens) == model.cost_to(goal)
+            for name in COSTS:
+                assert shadow.expected(tokens, name) == model.expected(name)
+        for start in shadow.signs:
+            assert shadow.cost_to(["e"], start) == model.cost_to(["e"], start)
+        model.perform(action if action in COSTS else None)
+
+
+def test_a_shadow_tells_the_way_from_any_place_that_the_model_knows(
+    make_model: MakeModel, tour: Tour, corridor: Grid
+) -> None:
+    model = make_model()
+    tour(model, corridor, 200)
+    model.set_goal(["at:5,0"], 1)
+    model.record_changes()
+    shadow = ShadowModel(dict.fromkeys(MOVES, COST), Parameters())
+    shadow.apply(model.take_delta())
+
+    assert [step.action for step in shadow.policy_path(["at:1,0", "battery:low"])] == ["E"] * 4
+    why = shadow.why(["at:1,0"])
+    assert why is not None
+    assert (why.context, why.action, why.outcome) == (("at:1,0",), "E", ("at:2,0",))
+    assert why.cost_to_go == shadow.value(["at:1,0"]) == shadow.cost_to(["at:5,0"], ["at:1,0"])
+    expected = shadow.expected(["at:1,0"], "W")
+    assert expected is not None
+    assert expected.outcome == ("at:0,0",)
+
+
+def test_a_shadow_says_nothing_of_what_nobody_has_sensed(eventful: Eventful, live: Live) -> None:
+    model, shadow = recorded()
+    live(model, eventful(30))
+    model.set_goal(["a"], 1)
+    shadow.apply(model.take_delta())
+
+    assert (shadow.policy_path(["z"]), shadow.why([])) == ((), None)
+    assert shadow.expected(["z"], "go") is None
+    assert shadow.cost_to(["a"], ["z"]) == shadow.cost_to(["z"], ["a"]) == float("inf")
+    assert shadow.cost_to(["a"], ["a", "z"]) == 0.0
+    for ask in (shadow.policy_path, shadow.why):
+        with pytest.raises(TypeError, match="write"):
+            ask("a")
+    with pytest.raises(ValueError, match="one Token at least"):
+        shadow.cost_to([], ["a"])
+    with pytest.raises(ValueError, match="fly"):
+        shadow.expected(["a"], "fly")
 
 
 def test_no_delta_is_accepted_before_a_whole() -> None:

@@ -2,14 +2,21 @@
 
 from typing import Any
 
+import numpy as np
+
 from farside.control import Failsafe, Mode
+from farside.dem import DynamicExpectancyModel, Parameters, ShadowModel
+from farside.ground.belief import Belief
+from farside.ground.downlink import DownlinkPlan
+from farside.link import LinkConfig, LinkTerms, OneWay
 from farside.messages import (
     Proposal,
     Telemetry,
 )
-from farside.node import to_ns
-from farside.places import Chart
+from farside.node import Journal, to_ns
+from farside.places import ACTIONS, Chart
 
+PLACES = ("at:0", "at:1", "at:2", "at:3")
 CHART = Chart(("######", "#A..B#", "######"), 1.0)
 
 
@@ -32,3 +39,29 @@ def telemetry(t_s: float = 0.0, place: str = "A", **changes: Any) -> Telemetry:
 
 def proposal(number: int, action: str = "E") -> Proposal:
     return Proposal(number, 0, ("at:B",), action, ())
+
+
+def make_belief(link: LinkConfig | None = None) -> Belief:
+    """A belief over this link; by default one of a second of light time, with no limit of rate."""
+    link = link or LinkConfig(up=OneWay(delay_s=1.0), down=OneWay(delay_s=1.0))
+    return Belief(DownlinkPlan(LinkTerms.simulated(link, seed=1)), Journal())
+
+
+def taught(lessons: int = 8, bumps: int = 0) -> ShadowModel:
+    """The shadow of a model that was driven up and down a corridor of four places."""
+    model = DynamicExpectancyModel(
+        dict.fromkeys(ACTIONS, 1.0), Parameters(), rng=np.random.default_rng(1)
+    )
+    model.record_changes()
+    shadow = ShadowModel(dict.fromkeys(ACTIONS, 1.0), Parameters())
+    model.sense([PLACES[0]])
+    for _ in range(lessons):
+        for action, places in (("E", PLACES[1:]), ("W", PLACES[-2::-1])):
+            for place in places:
+                model.perform(action)
+                model.sense([place])
+    for _ in range(bumps):
+        model.perform("W")
+        model.sense([PLACES[0]])
+    shadow.apply(model.take_delta())
+    return shadow

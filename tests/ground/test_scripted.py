@@ -5,7 +5,6 @@ from msgspec.structs import replace
 from farside.acts import Act
 from farside.control import CommandStage, Mode
 from farside.ground import ScriptedOperator, Situation
-from farside.ground.belief import Belief
 from farside.ground.commands import CommandDesk
 from farside.ground.config import (
     AwaitReached,
@@ -31,7 +30,7 @@ from farside.messages import (
 from farside.node import to_ns
 from farside.places import Chart
 from farside.topics import OperatorEntry
-from tests.ground.conftest import CHART, proposal, telemetry
+from tests.ground.conftest import CHART, make_belief, proposal, telemetry
 
 
 class Scene:
@@ -39,7 +38,7 @@ class Scene:
 
     def __init__(self, *script: ScriptStep, chart: Chart = CHART) -> None:
         self.operator = ScriptedOperator(script, chart)
-        self.belief = Belief()
+        self.belief = make_belief()
         self.desk = CommandDesk(valid_ns=10**9)
         self.learn(telemetry(0.0, "nowhere"))
 
@@ -47,7 +46,7 @@ class Scene:
         """Telemetry arrives, which says that all commands are over unless told otherwise."""
         if settled:
             telemetry = replace(telemetry, commands_done=self.desk.last_given)
-        self.belief.learn(telemetry)
+        self.belief.learn(telemetry, telemetry.time_ns)
         self.desk.learn(telemetry)
 
     def end(self, stage: CommandStage) -> None:
@@ -176,10 +175,10 @@ def test_proposals_from_before_the_goal_are_not_answered() -> None:
 
 def test_a_goal_reached_before_it_was_sent_is_not_this_goal() -> None:
     scene = Scene(Pursue(place="B"), SwitchMode(mode=Mode.GUIDED))
-    scene.belief.events.append(Event(1, 0, GoalReached(("at:B",))))
+    scene.belief.tell(Event(1, 0, GoalReached(("at:B",))), 0)
     assert scene.act() == [SetGoal(("at:B",), 2.0)]
     assert scene.act() == []
-    scene.belief.events.append(Event(2, 9, GoalReached(("at:B",))))
+    scene.belief.tell(Event(2, 9, GoalReached(("at:B",))), 0)
     assert scene.act() == [SetMode(Mode.GUIDED)]
 
 
@@ -207,7 +206,7 @@ def test_it_says_where_it_has_got_to_and_what_it_waits_for() -> None:
     scene.learn(telemetry(2, "B", mode=Mode.SHARED))
     scene.act()
     assert scene.operator.progress == OperatorEntry(3, 4, "goal A to be reached")
-    scene.belief.events.append(Event(1, 0, GoalReached(("at:A",))))
+    scene.belief.tell(Event(1, 0, GoalReached(("at:A",))), 0)
     scene.act(3)
     assert scene.operator.progress == OperatorEntry(4, 4, "9 s")
     scene.act(9)
@@ -217,7 +216,7 @@ def test_it_says_where_it_has_got_to_and_what_it_waits_for() -> None:
 def test_only_what_happens_after_a_step_began_counts_unless_it_says_otherwise() -> None:
     for already in (False, True):
         scene = Scene(AwaitReached(place="B", already=already), SwitchMode(mode=Mode.GUIDED))
-        scene.belief.events.append(Event(1, 0, GoalReached(("at:B",))))
+        scene.belief.tell(Event(1, 0, GoalReached(("at:B",))), 0)
         assert bool(scene.act()) is already
-        scene.belief.events.append(Event(2, 0, GoalReached(("at:B",))))
+        scene.belief.tell(Event(2, 0, GoalReached(("at:B",))), 0)
         assert bool(scene.act()) is not already

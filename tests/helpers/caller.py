@@ -58,5 +58,5 @@ class Caller:
         if situation.now_ns < self._act_at_ns:
             return ()
         self._act_at_ns = 0
-        self._sent, self._events = commands.last_given + 2, len(belief.events)
+        self._sent, self._events = commands.last_given + 2, belief.last_event
         return [SetMode(Mode.AUTONOMOUS), SetGoal(self._goal, 1.0)]

@@ -1,8 +1,10 @@
 """Parameters and cycles with which much happens quickly, for tests of saving and shadowing."""
 
+import msgspec
+import numpy as np
 from hypothesis import strategies as st
 
-from farside.dem import Exploration, Parameters
+from farside.dem import Delta, DynamicExpectancyModel, Exploration, Parameters, ShadowModel
 
 COSTS = {"go": 2.5, "turn": 1}
 TOKENS = "abcdef"
@@ -38,3 +40,22 @@ parameters = st.builds(
     recovery=st.integers(1, 5),
     exploration=st.sampled_from(Exploration),
 )
+cuts = st.sampled_from(["delta", "whole", "nothing", "nothing"])
+
+
+def sent(delta: Delta) -> Delta:
+    """A delta as it arrives after crossing a link."""
+    return msgspec.msgpack.decode(msgspec.msgpack.encode(delta), type=Delta)
+
+
+def lists(model: ShadowModel | DynamicExpectancyModel) -> tuple[object, ...]:
+    """Everything that a shadow has to hold too, with floats equal to the last bit."""
+    return model.signs, model.hypotheses, model.goals, model.policy_map()
+
+
+def recorded(
+    parameters: Parameters = PARAMETERS, seed: int = 1
+) -> tuple[DynamicExpectancyModel, ShadowModel]:
+    model = DynamicExpectancyModel(COSTS, parameters, rng=np.random.default_rng(seed))
+    model.record_changes()
+    return model, ShadowModel(COSTS, parameters)

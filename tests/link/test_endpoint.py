@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from farside.control import Failsafe, Mode
 from farside.frames import FrameEvent, FrameStage
 from farside.link import LinkConfig, LinkTerms, OneWay, ground_endpoint, rover_endpoint
-from farside.link.endpoint.endpoint import StoreState
+from farside.link.endpoint.stored import StoreState
 from farside.logs import decode
 from farside.messages import (
     Command,
@@ -60,7 +60,7 @@ class Pair:
             ):
                 end.pump(self.now_ns)
                 other.expect(arriving(frame) for frame in end.take_sent() if not loses(frame))
-                heard.extend(other.received(self.now_ns))
+                heard.extend(arrival.message for arrival in other.received(self.now_ns))
             self.now_ns += SECOND // 10
 
     @property
@@ -224,7 +224,7 @@ def test_a_stored_frame_is_genuine_however_many_others_overtake_it() -> None:
     assert pair.at_ground.count(telemetry()) == 3000
 
     pair.ground.expect([Frame(stored.direction, stored.sequence, pair.now_ns, stored.payload)])
-    assert list(pair.ground.received(pair.now_ns)) == [telemetry(7)]
+    assert [one.message for one in pair.ground.received(pair.now_ns)] == [telemetry(7)]
 
 
 def test_stored_messages_take_only_what_live_ones_leave_of_the_rate() -> None:

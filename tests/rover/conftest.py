@@ -143,7 +143,7 @@ class Bench:
     def _read(self, frames: Sequence[Frame]) -> None:
         self.frames += frames
         self._ground.expect(frames)
-        for message in self._ground.received(self.now_ns):
+        for message, *_ in self._ground.received(self.now_ns):
             match message:
                 case Telemetry():
                     self.telemetry = message

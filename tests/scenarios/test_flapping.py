@@ -129,7 +129,7 @@ class Flapping:
     ) -> None:
         heard.extend(
             message
-            for message in end.received(self.now_ns)
+            for message, *_ in end.received(self.now_ns)
             if not isinstance(message, Heartbeat | Telemetry)
         )
         end.pump(self.now_ns)

@@ -5,8 +5,8 @@ from collections.abc import Generator, Sequence
 from farside.acts import Act
 from farside.control import CommandStage, Mode
 from farside.ground.config import AwaitReached, Leave, Pursue, WaitUntil, WantedPlace
+from farside.ground.operators.rules import broken_rule
 from farside.ground.operators.seat import Seat, Work
-from farside.ground.review import broken_rule
 from farside.messages import (
     Approve,
     Order,
@@ -91,7 +91,7 @@ def consent(
     """
     belief = seat.situation.belief
     goal = (place_token(wanted.place),)
-    known_events = len(belief.events)
+    known_events = belief.last_event
     seen = answered = belief.proposal.number if belief.proposal else 0
     sent: int | None = None
     idle_since_ns: int | None = None
@@ -131,7 +131,7 @@ def take_back(seat: Seat, goal: Tokens) -> Work:
 def wait_for_goal(seat: Seat, step: AwaitReached) -> Work:
     """Wait until a goal that someone else set is known to be reached."""
     belief = seat.situation.belief
-    known_events = 0 if step.already else len(belief.events)
+    known_events = 0 if step.already else belief.last_event
     while not belief.reached((place_token(step.place),), known_events):
         yield ()
 

@@ -5,9 +5,9 @@ from collections.abc import Generator, Sequence
 from farside.acts import Act
 from farside.control import Mode
 from farside.ground.config import Supervision, SupervisorConfig, WantedPlace
+from farside.ground.operators.rules import broken_rule
 from farside.ground.operators.seat import Seat, Work
 from farside.ground.operators.steps.goals import Pursuit, consent, send, switch, take_back
-from farside.ground.review import broken_rule
 from farside.node import to_ns
 from farside.places import place_token
 
@@ -61,7 +61,7 @@ def _alone(seat: Seat, config: SupervisorConfig, wanted: WantedPlace) -> Pursuit
     elif token not in seat.telemetry.tokens:
         return "no way there is known"
     belief = seat.situation.belief
-    known_events = len(belief.events)
+    known_events = belief.last_event
     yield from seat.insist(send(wanted))
     patience_ns = to_ns(config.patience_s + _TIMES * cost_s)
     waited_ns, before_ns = 0, seat.situation.now_ns
