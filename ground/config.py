@@ -185,7 +185,19 @@ class CostRule(Section, frozen=True, tag="cost", tag_field="rule"):
 
 
 class ProbabilityRule(Section, frozen=True, tag="probability", tag_field="rule"):
-    """The probability that the path goes as planned.
+    """The probability that the path goes as planned: the product of the C_m of its steps.
+
+    That is the model's own caution: a way that was gone once or twice has little of it.
+
+    Attributes:
+        above: it must be greater, 0 to 1. Where none is known, the rule is broken.
+    """
+
+    above: Fraction
+
+
+class ChanceRule(Section, frozen=True, tag="chance", tag_field="rule"):
+    """The probability that the path goes as planned, by how often such moves came true.
 
     Attributes:
         above: it must be greater, 0 to 1. Where none is known, the rule is broken.
@@ -214,7 +226,11 @@ class AgeRule(Section, frozen=True, tag="age", tag_field="rule"):
     below_s: Positive
 
 
-Rule = CostRule | ProbabilityRule | AvoidsRule | AgeRule
+class ConflictRule(Section, frozen=True, tag="conflict", tag_field="rule"):
+    """Nothing that was learned or sent since the path was computed stands against it."""
+
+
+Rule = CostRule | ProbabilityRule | ChanceRule | AvoidsRule | AgeRule | ConflictRule
 """What a path must meet for an automatic reviewer to agree to it."""
 
 

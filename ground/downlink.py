@@ -102,3 +102,8 @@ class GroundSilence:
         quiet = not silent and now_ns - heard_ns >= self._after_ns + self._light_time_ns
         before, self.state = self.state, Silence(silent, quiet and self._plan.is_closed(now_ns))
         return self.state != before
+
+    @property
+    def since_ns(self) -> int | None:
+        """Since when something was due and nothing is heard; `None` while that is no silence."""
+        return self._due_ns if self.state.silent else None

@@ -2,19 +2,22 @@
 
 from collections.abc import Sequence
 
-from farside.acts import Act, Discard, Planned
+from farside.acts import Act, Planned
 from farside.dem import ShadowModel
 from farside.ground.belief import Belief
-from farside.ground.commands import CommandDesk
+from farside.ground.commands.desk import CommandDesk
 from farside.ground.config import GroundConfig
 from farside.ground.downlink import DownlinkPlan, GroundSilence
+from farside.ground.moves import MoveTimes
 from farside.ground.operators.operator import Operator, Situation
 from farside.ground.operators.queued import QueuedOperator, as_logged
+from farside.ground.outlook import Outlook, RoverTerms
 from farside.ground.shadow import Shadow
 from farside.link.endpoint.endpoint import LinkTerms, ground_endpoint
 from farside.messages import (
     Approve,
-    CommandEnded,
+    CommandReached,
+    Drive,
     Event,
     Heartbeat,
     ModelUpdate,
@@ -27,16 +30,15 @@ from farside.messages import (
 )
 from farside.node import Frame, Journal, Step, to_ns
 from farside.topics import (
-    GROUND_COMMAND,
     GROUND_EVENT,
     GROUND_OPERATOR,
     GROUND_ORDER,
+    GROUND_PREDICTION,
     GROUND_PROPOSAL,
     GROUND_REVIEW,
     GROUND_SILENCE,
     GROUND_TELEMETRY,
     Answer,
-    CommandSent,
     EventLearned,
     OrderGiven,
     Review,
@@ -51,6 +53,7 @@ class Ground:
         operator: who decides.
         tick_ns: period of decisions.
         terms: of the link, as agreed with the rover beforehand.
+        rover: what is known of the rover beforehand.
         shadow: for the lists of the model on board, empty; `None` where they are not sent.
 
     Attributes:
@@ -64,6 +67,7 @@ class Ground:
         *,
         tick_ns: int,
         terms: LinkTerms,
+        rover: RoverTerms,
         shadow: ShadowModel | None = None,
     ) -> None:
         self._tick_ns = tick_ns
@@ -75,10 +79,27 @@ class Ground:
         plan = DownlinkPlan(terms)
         self._plan = plan
         self._belief = Belief(plan, self._journal)
-        self._desk = CommandDesk(terms.round_trip_ns + to_ns(config.command_lifetime_s))
+        times = MoveTimes(rover.moves)
+        self._desk = CommandDesk(
+            terms.schedule,
+            valid_ns=terms.round_trip_ns + to_ns(config.command_lifetime_s),
+            times=times,
+            least_move_ns=rover.least_move_ns,
+            action_of=self._action_of,
+            journal=self._journal,
+            queued_until_ns=self._endpoint.queued_until_ns,
+        )
         self._heartbeat_ns = to_ns(config.heartbeat_s)
         self._heartbeat_at_ns = 0
         self._silence = GroundSilence(plan, to_ns(config.silent_after_s), terms.light_time_ns)
+        self._outlook = Outlook(
+            self._belief,
+            self._desk,
+            self._silence,
+            shadow=self.shadow,
+            times=times,
+            alone_after_ns=rover.alone_after_ns,
+        )
         self._progress = operator.progress
 
     def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
@@ -109,6 +130,9 @@ class Ground:
         if now_ns >= self._heartbeat_at_ns:
             self._heartbeat_at_ns = now_ns + self._heartbeat_ns
             self._endpoint.send(self._heartbeat(), now_ns)
+            self._predict()
+        for command in self._desk.follow(now_ns, silent=self._silence.state.silent):
+            self._endpoint.send(command, now_ns)
         for act in self._operator.act(self._situation()):
             self._give(as_logged(act))
         if self._operator.progress != self._progress:
@@ -118,15 +142,24 @@ class Ground:
     def _give(self, act: Act) -> None:
         """Note an act as it was given, and do it."""
         self._journal.note(GROUND_ORDER, OrderGiven(act))
-        if isinstance(act, Planned | Discard):
-            raise TypeError(f"expected an order to be sent at once, found {act}")
         self._note_review(act)
-        command = self._desk.give(act, self._now_ns)
-        self._endpoint.send(command, self._now_ns)
-        self._journal.note(
-            GROUND_COMMAND,
-            CommandSent(command.number, command.order, command.expires_ns, command.meant),
-        )
+        for command in self._desk.give(act, self._now_ns):
+            self._endpoint.send(command, self._now_ns)
+
+    def _action_of(self, order: Order) -> str | None:
+        match order:
+            case Drive() | Override():
+                return order.action
+            case Approve():
+                proposal = self._belief.proposal_numbered(order.proposal)
+                return None if proposal is None else proposal.action
+            case _:
+                return None
+
+    def _predict(self) -> None:
+        prediction = self._outlook.predicted(self._now_ns)
+        if prediction is not None:
+            self._journal.note(GROUND_PREDICTION, prediction)
 
     def _heartbeat(self) -> Heartbeat:
         telemetry, belief = self._belief.telemetry, self._belief
@@ -138,51 +171,61 @@ class Ground:
         for message, size_byte, stored in self._endpoint.received(self._now_ns):
             match message:
                 case Telemetry():
-                    self._journal.note(GROUND_TELEMETRY, message, publish_time_ns=message.time_ns)
                     if not stored:
                         self._plan.sized(size_byte)
-                    self._belief.learn(message, self._now_ns, stored=stored)
-                    self._desk.learn(message)
+                    self._learn(message, stored=stored)
                 case Event():
                     learned = EventLearned(message)
                     self._journal.note(GROUND_EVENT, learned, publish_time_ns=message.time_ns)
                     self._belief.tell(message, self._now_ns)
-                    if isinstance(message.what, CommandEnded):
-                        self._desk.learn_end(message.what)
+                    if isinstance(message.what, CommandReached):
+                        self._desk.learn_stage(message.what, message.time_ns, self._now_ns)
                 case Proposal():
                     self._journal.note(GROUND_PROPOSAL, message, publish_time_ns=message.time_ns)
                     self._belief.consider(message)
                     if message.veto_window_s is not None:
                         self._endpoint.send(Shown(message.number), self._now_ns)
-                case ModelUpdate():
-                    if self.shadow is not None:
-                        self.shadow.apply(message)
+                case ModelUpdate() if self.shadow is not None:
+                    self.shadow.apply(message)
         self._belief.heard_ns = self._endpoint.heard_ns or 0
         self._belief.look(self._now_ns)
+
+    def _learn(self, telemetry: Telemetry, *, stored: bool) -> None:
+        self._journal.note(GROUND_TELEMETRY, telemetry, publish_time_ns=telemetry.time_ns)
+        self._belief.learn(telemetry, self._now_ns, stored=stored)
+        self._desk.learn(telemetry, self._now_ns)
+        if telemetry is self._belief.telemetry:
+            self._outlook.learn(telemetry)
 
     def _judge_silence(self) -> None:
         if self._silence.look(self._belief.heard_ns, self._now_ns):
             self._journal.note(GROUND_SILENCE, self._silence.state)
 
     def _situation(self) -> Situation:
-        return Situation(self._now_ns, self._belief, self._desk, self._silence.state.silent)
+        silent = self._silence.state.silent
+        return Situation(self._now_ns, self._belief, self._desk, silent, self._outlook)
 
-    def _note_review(self, order: Order) -> None:
+    def _note_review(self, act: Act) -> None:
+        order = act.order if isinstance(act, Planned) else act
         if not isinstance(order, Approve | Override | Veto):
             return
         proposal = self._belief.proposal_numbered(order.proposal)
         if proposal is None:
             return
-        override = order.action if isinstance(order, Override) else None
-        review = self._situation().review(proposal)
+        match order:
+            case Approve():
+                answer, override = Answer.APPROVED, None
+            case Override():
+                answer, override = Answer.OVERRIDDEN, order.action
+            case Veto():
+                answer, override = Answer.VETOED, None
         self._journal.note(
             GROUND_REVIEW,
-            Review(proposal.number, proposal.action, _ANSWERS[type(order)], review, override),
+            Review(
+                proposal=proposal.number,
+                action=proposal.action,
+                answer=answer,
+                review=self._outlook.review(proposal, self._now_ns),
+                override=override,
+            ),
         )
-
-
-_ANSWERS = {
-    Approve: Answer.APPROVED,
-    Override: Answer.OVERRIDDEN,
-    Veto: Answer.VETOED,
-}

@@ -1,8 +1,10 @@
 """What follows from what the ground was told: where the rover is by now, and its paths."""
 
-from collections.abc import Sequence
+from typing import NamedTuple
 
 from farside.ground.belief import Belief
+from farside.ground.commands.desk import CommandDesk
+from farside.ground.downlink import GroundSilence
 from farside.ground.foresight import Foresight
 from farside.ground.moves import MoveTerms, MoveTimes
 from farside.ground.prediction import OnItsWay, Predictor
@@ -12,71 +14,107 @@ from farside.messages import Proposal, Telemetry, Tokens
 from farside.topics import PathReview, Prediction
 
 
+class RoverTerms(NamedTuple):
+    """What the ground knows of the rover beforehand.
+
+    Attributes:
+        moves: of its moves.
+        least_move_ns: what a move takes at least unless it is blocked: the rover sees to it.
+        alone_after_ns: the silence after which the failsafe leaves it to itself.
+    """
+
+    moves: MoveTerms
+    least_move_ns: int
+    alone_after_ns: int
+
+
 class Outlook:
     """Joins belief, shadow and the commands on their way to what follows from them.
 
     Args:
         belief: what the ground knows.
+        desk: the commands given so far.
+        silence: whether the rover is heard.
         shadow: the shadow of the model on board; `None` where that is not sent.
-        moves: what is known beforehand of the rover's moves.
+        times: how long moves take.
         alone_after_ns: the silence after which the failsafe leaves the rover to itself.
     """
 
     def __init__(
-        self, belief: Belief, shadow: Shadow | None, moves: MoveTerms, alone_after_ns: int
+        self,
+        belief: Belief,
+        desk: CommandDesk,
+        silence: GroundSilence,
+        *,
+        shadow: Shadow | None,
+        times: MoveTimes,
+        alone_after_ns: int,
     ) -> None:
-        self._belief, self._shadow = belief, shadow
-        self._times = MoveTimes(moves)
+        self._belief, self._desk, self._silence, self._shadow = belief, desk, silence, shadow
+        self._times = times
         self._foresight = None
         if shadow is not None:
             self._foresight = Foresight(shadow.model, lambda: (shadow.number, shadow.check))
-        self._predictor = Predictor(self._foresight, self._times, alone_after_ns)
+        self._predictor = Predictor(self._foresight, times, alone_after_ns, self._priorities)
 
     def learn(self, telemetry: Telemetry) -> None:
         """Telemetry has come straight from the rover, newer than all before it."""
         self._times.learn(telemetry)
 
-    def predicted(
-        self, coming: Sequence[OnItsWay], now_ns: int, silent_since_ns: int | None = None
-    ) -> Prediction | None:
-        """Where the rover is by now; `None` before anything was heard of it.
-
-        Args:
-            coming: the commands not known to be over, in order.
-            now_ns: the present.
-            silent_since_ns: since when nothing is heard though something was due.
-        """
+    def predicted(self, now_ns: int) -> Prediction | None:
+        """Where the rover is by now; `None` before anything was heard of it."""
         telemetry = self._belief.telemetry
         if telemetry is None:
             return None
-        return self._predictor.now(telemetry, coming, now_ns, silent_since_ns=silent_since_ns)
+        since_ns = self._silence.since_ns
+        return self._predictor.now(telemetry, self._coming, now_ns, silent_since_ns=since_ns)
 
-    def predicted_after(self, coming: Sequence[OnItsWay], now_ns: int) -> tuple[Prediction, ...]:
+    def predicted_after(self, now_ns: int) -> tuple[Prediction, ...]:
         """Where the rover will be after each command on its way that asks for an action."""
         telemetry = self._belief.telemetry
         if telemetry is None:
             return ()
-        return tuple(self._predictor.after(telemetry, coming, now_ns))
+        return tuple(self._predictor.after(telemetry, self._coming, now_ns))
 
-    def review(self, proposal: Proposal, coming: Sequence[OnItsWay], now_ns: int) -> PathReview:
+    def review(self, proposal: Proposal, now_ns: int) -> PathReview:
         """What the ground finds of a proposal."""
-        return review_proposal(proposal, self._belief, coming, self._lists, now_ns)
+        return review_proposal(proposal, self._belief, self._coming, self._lists, now_ns)
 
-    def review_path(
-        self, goal: Tokens, coming: Sequence[OnItsWay], now_ns: int
-    ) -> PathReview | None:
+    def review_path(self, goal: Tokens, now_ns: int) -> PathReview | None:
         """What the ground finds of the way to a goal from where the rover will be.
 
         That is where it most probably is after all that is on its way; `None` where that is not
         known, or the shadow knows no way from there.
         """
         lists, shadow = self._lists, self._shadow
-        predictions = self.predicted_after(coming, now_ns)
-        last = predictions[-1] if predictions else self.predicted(coming, now_ns)
+        predictions = self.predicted_after(now_ns)
+        last = predictions[-1] if predictions else self.predicted(now_ns)
         if lists is None or shadow is None or last is None or not last.likely:
             return None
         start = last.likely[0].sign[0]
         return review_path(goal, start, lists, shadow.made_ns, now_ns)
+
+    def _priorities(self) -> dict[Tokens, float]:
+        if self._shadow is None:
+            return {}
+        return {goal.tokens: goal.priority for goal in self._shadow.model.goals}
+
+    @property
+    def _coming(self) -> list[OnItsWay]:
+        """The commands not known to be over, in order."""
+        telemetry = self._belief.telemetry
+        begun = None if telemetry is None else telemetry.begun
+        foreseen = self._desk.foreseen
+        return [
+            OnItsWay(
+                life.command,
+                life.action,
+                foreseen[life.number].taken_ns,
+                begun=life.number == begun,
+            )
+            for life in self._desk.live
+            if not life.is_over
+        ]
 
     @property
     def _lists(self) -> Lists | None:

@@ -1,6 +1,7 @@
 """Where the rover is by now, and will be after every command on its way."""
 
-from collections.abc import Iterable, Iterator, Sequence
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from farside.control import Failsafe, Mode, OnLoss
@@ -16,14 +17,15 @@ from farside.messages import (
     Tokens,
     WithdrawGoal,
 )
-from farside.node import NEVER_NS
+from farside.node import NEVER_NS, to_s
 from farside.places import ON_CHARGE, is_place_token
 from farside.topics import Likely, Prediction
 
 _BRANCHES = 24
 _SHOWN = 0.01
 _MOVES = 2000  # of one branch: more than fit into any light time
-_MIDWAY = 0.6  # share of a move after which the rover is in the next cell
+_IMPROBABLE = 1e-3
+_TIMELY_SD = 3.0  # standard deviations beyond which a time is taken for sure
 
 
 class OnItsWay(NamedTuple):
@@ -33,13 +35,20 @@ class OnItsWay(NamedTuple):
         command: the command.
         action: the action that it asks for, `None` if it asks for none.
         arrives_ns: when it is, or was, due on board.
-        begun_ns: when it is known to have begun; `None` if it is not known to have.
+        begun: whether its action is the one under way, as of the newest telemetry.
     """
 
     command: Command
     action: str | None
     arrives_ns: int
-    begun_ns: int | None = None
+    begun: bool = False
+
+
+class Wanted(NamedTuple):
+    """A goal on the Goal List, with its priority as far as the ground knows it."""
+
+    tokens: Tokens
+    priority: float
 
 
 class _Branch(NamedTuple):
@@ -48,11 +57,12 @@ class _Branch(NamedTuple):
     Attributes:
         probability: of this course.
         place: where the rover is, `None` if that is not known.
-        seen: where it is at the horizon, in the middle of a move.
         facing: its last move.
-        free_ns: since when it stands.
+        free_ns: since when it stands, or is expected to.
+        variance_s2: of that time.
+        ended: the probability that it stands by the horizon.
         mode: its mode.
-        goals: its Goal List.
+        goals: its Goal List, the top-goal first.
         done: the number of the last command with an action, and whether it was done.
         stays: whether it stands to charge.
     """
@@ -62,18 +72,22 @@ class _Branch(NamedTuple):
     facing: str | None
     free_ns: int
     mode: Mode
-    goals: tuple[Tokens, ...]
+    goals: tuple[Wanted, ...]
     done: tuple[int | None, bool] = (None, True)
     stays: bool = False
+    variance_s2: float = 0.0
+    ended: float = 1.0
 
 
 class Predictor:
     """Predicts the rover from the last that was heard of it, and all that is on its way to it.
 
     It follows every course that things may take: each move leads on with the probability that the
-    shadow of the model gives it, and takes the mean time that such moves took. Commands that are
-    meant for another place are refused on that course. In autonomous mode the rover moves on by
-    the shadow's policy map.
+    shadow of the model gives it. Its duration is normally distributed, with the mean and variance
+    of such moves; that it is over by a moment is as probable as that makes it. A place is where the
+    rover last sensed itself: it changes when a move is over. Commands that are meant for another
+    place are refused on that course. In autonomous mode the rover moves on by the shadow's policy
+    map.
 
     Not predicted are exploration, the ways back along a track, faults, and the loss of frames: what
     is on its way arrives when it is due. After unexplained silence for as long as the failsafe
@@ -83,10 +97,17 @@ class Predictor:
         foresight: what the shadow's lists say; `None` without a shadow.
         times: how long moves take.
         alone_after_ns: the silence after which the failsafe leaves the rover to itself.
+        priorities: of the goals on board, as far as they are known.
     """
 
-    def __init__(self, foresight: Foresight | None, times: MoveTimes, alone_after_ns: int) -> None:
-        self._foresight, self._times = foresight, times
+    def __init__(
+        self,
+        foresight: Foresight | None,
+        times: MoveTimes,
+        alone_after_ns: int,
+        priorities: Callable[[], Mapping[Tokens, float]] = dict,
+    ) -> None:
+        self._foresight, self._times, self._priorities = foresight, times, priorities
         self._alone_after_ns = alone_after_ns
 
     def now(
@@ -118,7 +139,7 @@ class Predictor:
                 [
                     one._replace(
                         mode=Mode.AUTONOMOUS,
-                        goals=telemetry.alone_goals,
+                        goals=self._wanted(telemetry.alone_goals),
                         free_ns=max(one.free_ns, alone_ns),
                     )
                     for one in branches
@@ -148,24 +169,35 @@ class Predictor:
             facing=self._times.facing,
             free_ns=telemetry.time_ns,
             mode=telemetry.mode,
-            goals=telemetry.goals,
+            goals=self._wanted(telemetry.goals),
             stays=telemetry.action is None and telemetry.failsafe is not Failsafe.NOMINAL,
         )
         if telemetry.action is None:
             return [begin]
-        return self._move([begin], telemetry.action, telemetry.since_ns, horizon_ns, None)
+        began_ns, command = telemetry.since_ns, telemetry.begun
+        begin = begin._replace(free_ns=began_ns)
+        return self._move([begin], telemetry.action, began_ns, horizon_ns, command)
+
+    def _wanted(self, goals: Sequence[Tokens]) -> tuple[Wanted, ...]:
+        """Goals in the order that telemetry tells, which holds whatever is known of priorities."""
+        known, highest, wanted = self._priorities(), math.inf, []
+        for tokens in goals:
+            highest = min(highest, known.get(tokens, highest))
+            wanted.append(Wanted(tokens, highest))
+        return tuple(wanted)
 
     def _carry_out(self, branches: list[_Branch], one: OnItsWay, horizon_ns: int) -> list[_Branch]:
         """A command arrives, and is carried out as soon as the rover stands."""
-        if one.begun_ns is not None:  # its action is the one under way
-            return [branch._replace(done=(one.command.number, True)) for branch in branches]
-        if one.arrives_ns >= horizon_ns:
+        if one.begun or one.arrives_ns >= horizon_ns:  # that begun is the move under way
             return branches
         branches = self._go_on(branches, one.arrives_ns, horizon_ns)
         if one.action is None:
             return [_settled(branch, one) for branch in branches]
         moved: list[_Branch] = []
         for branch in branches:
+            if branch.free_ns == NEVER_NS:
+                moved.append(branch)
+                continue
             if _is_refused(branch, one.command):
                 moved.append(branch._replace(done=(one.command.number, False)))
                 continue
@@ -190,13 +222,13 @@ class Predictor:
     def _intends(self, branch: _Branch, until_ns: int) -> bool:
         if branch.mode is not Mode.AUTONOMOUS or branch.place is None or branch.stays:
             return False
-        return branch.free_ns < until_ns and self._next(branch) is not None
+        return branch.free_ns < until_ns and branch.ended > 0 and self._next(branch) is not None
 
     def _next(self, branch: _Branch) -> tuple[str, Tokens, bool] | None:
         """The rover's next move of its own, its goal, and whether it leads right to it."""
         if self._foresight is None or branch.place is None:
             return None
-        for goal in branch.goals:
+        for goal, _ in branch.goals:
             if goal == (branch.place,):
                 continue
             intent = self._foresight.intent(branch.place, goal)
@@ -209,11 +241,14 @@ class Predictor:
         assert chosen is not None  # noqa: S101 - `_intends` saw to it
         action, goal, is_last = chosen
         for one in self._move([branch], action, branch.free_ns, horizon_ns, None):
-            if is_last and one.place not in {None, branch.place}:
-                left = tuple(other for other in one.goals if other != goal)
-                yield one._replace(goals=left, stays=goal == (ON_CHARGE,))
-            else:
+            if one.place is None or one.free_ns == NEVER_NS:
                 yield one
+                continue
+            met: set[Tokens] = {(one.place,)}
+            if is_last and one.place != branch.place:
+                met.add(goal)
+            left = tuple(other for other in one.goals if other.tokens not in met)
+            yield one._replace(goals=left, stays=goal in met and goal == (ON_CHARGE,))
 
     def _move(
         self,
@@ -223,32 +258,52 @@ class Predictor:
         horizon_ns: int,
         command: int | None,
     ) -> list[_Branch]:
-        """A move, up to the horizon: who is under way there is where most of the way has led."""
+        """A move that begins at `begin_ns`; who may be under way at the horizon is seen there."""
         moved: list[_Branch] = []
         for branch in branches:
-            if begin_ns >= horizon_ns:
-                moved.append(branch)
+            then = self._ended(branch, action, begin_ns, horizon_ns)
+            over = then.ended / branch.ended if branch.ended else 0.0
+            under_way = branch.probability * (1 - over)
+            if under_way > 0:
+                moved.append(then._replace(probability=under_way, free_ns=NEVER_NS))
+            if over <= 0:
                 continue
-            lasts_ns = self._times.expected_ns(branch.facing, action)
-            then = branch._replace(facing=action, free_ns=begin_ns + lasts_ns)
-            if begin_ns + int(_MIDWAY * lasts_ns) > horizon_ns:
-                moved.append(then._replace(done=(command, True)))
-                continue
-            known = 0.0
+            share, known = branch.probability * over, 0.0
             for place, probability in self._outcomes(branch.place, action):
                 known += probability
                 done = command, place != branch.place
-                share = branch.probability * probability
-                moved.append(then._replace(place=place, probability=share, done=done))
-            left = branch.probability * (1 - known)
-            if left > 0:
+                moved.append(then._replace(place=place, probability=share * probability, done=done))
+            if known < 1:
+                left = share * (1 - known)
                 moved.append(then._replace(place=None, probability=left, done=(command, True)))
         return moved
+
+    def _ended(self, branch: _Branch, action: str, begin_ns: int, horizon_ns: int) -> _Branch:
+        """The branch with the end of a move, and how probably that comes by the horizon."""
+        time = self._times.expected(branch.facing, action)
+        spread_s = math.sqrt(branch.variance_s2)
+        # Who has waited for longer than its moves can have taken begins in time.
+        is_timely = to_s(begin_ns - branch.free_ns) > _TIMELY_SD * spread_s
+        variance_s2 = time.variance_s2 + (0.0 if is_timely else branch.variance_s2)
+        end_ns = begin_ns + time.mean_ns
+        ended = _share_by(to_s(horizon_ns - end_ns), variance_s2)
+        ended = ended if is_timely else min(ended, branch.ended)
+        return branch._replace(
+            facing=action, free_ns=end_ns, variance_s2=variance_s2, ended=max(ended, 0.0)
+        )
 
     def _outcomes(self, place: str | None, action: str) -> Sequence[tuple[str, float]]:
         if place is None or self._foresight is None:
             return ()
         return self._foresight.outcomes(place, action)
+
+
+def _share_by(late_s: float, variance_s2: float) -> float:
+    """The probability that what is due `late_s` ago has happened, if it is normally distributed."""
+    if variance_s2 <= 0:
+        return float(late_s >= 0)
+    share = 0.5 * (1 + math.erf(late_s / math.sqrt(2 * variance_s2)))
+    return 0.0 if share < _IMPROBABLE else 1.0 if share > 1 - _IMPROBABLE else share
 
 
 def _settled(branch: _Branch, one: OnItsWay) -> _Branch:
@@ -257,12 +312,13 @@ def _settled(branch: _Branch, one: OnItsWay) -> _Branch:
     match one.command.order:
         case SetMode(mode=mode):
             return ready._replace(mode=mode)
-        case SetGoal(tokens=wanted):
-            # Where it comes among the others is not known; a new goal is mostly the most wanted.
-            left = tuple(goal for goal in branch.goals if goal != wanted)
-            return ready._replace(goals=(wanted, *left))
-        case WithdrawGoal(tokens=dropped):
-            return ready._replace(goals=tuple(goal for goal in branch.goals if goal != dropped))
+        case SetGoal(tokens=tokens, priority=priority) if priority is not None:
+            others = [goal for goal in branch.goals if goal.tokens != tokens]
+            goals = sorted([*others, Wanted(tokens, priority)], key=lambda goal: -goal.priority)
+            return ready._replace(goals=tuple(goals))
+        case WithdrawGoal(tokens=tokens):
+            left = (goal for goal in branch.goals if goal.tokens != tokens)
+            return ready._replace(goals=tuple(left))
         case _:
             return branch
 

@@ -6,9 +6,11 @@ import numpy as np
 from numpy.random import Generator
 
 from farside.dem import DynamicExpectancyModel, ShadowModel
+from farside.ground.moves import MoveTerms
 from farside.ground.node import Ground
 from farside.ground.operators.built_in import built_in_operator
 from farside.ground.operators.operator import Operator
+from farside.ground.outlook import RoverTerms
 from farside.link.channel.node import Channel
 from farside.link.endpoint.endpoint import LinkTerms
 from farside.missions.extensions.finding import find_class
@@ -107,8 +109,21 @@ def build_ground(mission: MissionFile, operator: Operator) -> Ground:
     rover = mission.rover
     shadow = ShadowModel(_action_costs(rover), rover.dem) if rover.is_shadowed else None
     return Ground(
-        mission.ground, operator, tick_ns=mission.tick_ns, terms=_terms(mission), shadow=shadow
+        mission.ground,
+        operator,
+        tick_ns=mission.tick_ns,
+        terms=_terms(mission),
+        rover=rover_terms(mission),
+        shadow=shadow,
     )
+
+
+def rover_terms(mission: MissionFile) -> RoverTerms:
+    """What the ground knows of the rover beforehand."""
+    drive, failsafe = mission.rover.drive, mission.rover.failsafe
+    moves = MoveTerms(mission.world.cell_m, drive.speed_m_s, drive.turn_rate_rad_s)
+    least_ns = to_ns(drive.least_move_s(mission.world.cell_m))
+    return RoverTerms(moves, least_ns, to_ns(failsafe.lost_after_s))
 
 
 def build_operator(mission: MissionFile, extensions: Extensions = NONE) -> Operator:

@@ -5,10 +5,10 @@ from typing import NamedTuple, Protocol
 
 from farside.acts import Act
 from farside.ground.belief import Belief
-from farside.ground.commands import CommandDesk
-from farside.ground.review import review_proposal
+from farside.ground.commands.desk import CommandDesk
+from farside.ground.outlook import Outlook
 from farside.messages import Proposal, Tokens
-from farside.topics import OperatorEntry, PathReview
+from farside.topics import OperatorEntry, PathReview, Prediction
 
 
 class Situation(NamedTuple):
@@ -19,26 +19,40 @@ class Situation(NamedTuple):
         belief: what the ground knows of the rover.
         commands: the commands given so far, and what is known of each. The next order of this
             operator becomes number `commands.last_given + 1`.
-        silent: whether the rover has not been heard for too long.
+        silent: whether the rover has not been heard for too long, though something was due.
+        outlook: what follows from it: where the rover is by now, and its paths.
     """
 
     now_ns: int
     belief: Belief
     commands: CommandDesk
     silent: bool
+    outlook: Outlook
 
     @property
     def settled(self) -> bool:
         """Whether all commands given so far are known to be over."""
         return self.commands.is_settled
 
-    def review(self, proposal: Proposal) -> PathReview:
-        """The review of a proposal."""
-        return review_proposal(proposal, self.belief, (), None, self.now_ns)
+    def predicted(self) -> Prediction | None:
+        """Where the rover is by now; `None` before anything was heard of it."""
+        return self.outlook.predicted(self.now_ns)
 
-    def review_path(self, goal: Tokens) -> PathReview | None:  # noqa: ARG002 - nothing is known yet
-        """The review of the way to a goal that the ground knows; `None` where it knows none."""
-        return None
+    def predicted_after(self) -> tuple[Prediction, ...]:
+        """Where the rover will be after each command on its way that asks for an action."""
+        return self.outlook.predicted_after(self.now_ns)
+
+    def review(self, proposal: Proposal) -> PathReview:
+        """What the ground finds of a proposal."""
+        return self.outlook.review(proposal, self.now_ns)
+
+    def review_path(self, goal: Tokens) -> PathReview | None:
+        """What the ground finds of the way to a goal from where the rover will be.
+
+        That is where it most probably is after all that is on its way; `None` where that is not
+        known, or the shadow knows no way from there.
+        """
+        return self.outlook.review_path(goal, self.now_ns)
 
 
 class Operator(Protocol):

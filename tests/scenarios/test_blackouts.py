@@ -53,7 +53,7 @@ def test_the_operator_overrides_once_and_is_obeyed(mission: Callable[[str], Rehe
     overridden = [review for review in reviews if review.override]
     assert len(overridden) == 1
     assert overridden[0].override == "E" != overridden[0].action
-    assert all(review.path for review in reviews), "a policy path comes with every proposal"
+    assert all(one.review.path for one in reviews), "a policy path comes with every proposal"
 
 
 def test_it_reports_what_it_did_alone_when_the_link_is_back(

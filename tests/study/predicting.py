@@ -1,4 +1,4 @@
-"""How right the predicted rover is: against the true one, by what was stated."""
+"""How right the predicted rover is, by what was stated."""
 
 from bisect import bisect_left
 from collections import deque
@@ -9,7 +9,7 @@ from farside.node import Record
 from farside.topics import (
     GROUND_PREDICTION,
     GROUND_TELEMETRY,
-    TRUTH_POSE,
+    ROVER_CYCLE,
     Prediction,
 )
 
@@ -18,7 +18,7 @@ BINS = 10
 
 
 class Judge:
-    """Compares every prediction of where the rover is now with where it truly was.
+    """Compares every prediction of where the rover is now with where it knew itself to be then.
 
     A prediction of a rover that stands, to which nothing is on its way, is right for nothing. So
     only those count of which the rover was elsewhere than last heard, or predicted to be.
@@ -37,10 +37,10 @@ class Judge:
         self.silent = self.naive = 0
         self._open: deque[tuple[Prediction, str | None]] = deque()
         self._heard: tuple[int, str | None] = (-1, None)
-        self._poses: list[tuple[int, str]] = []
+        self._sensed: list[tuple[int, str]] = []
 
-    def add(self, records: Sequence[Record]) -> None:
-        """Take the records of a window."""
+    def add(self, records: Sequence[Record], until_ns: int) -> None:
+        """Take the records of a window that ends at `until_ns`."""
         for record in records:
             if record.topic == GROUND_TELEMETRY.name:
                 telemetry = GROUND_TELEMETRY.decode(record.payload)
@@ -51,20 +51,18 @@ class Judge:
                 prediction = GROUND_PREDICTION.decode(record.payload)
                 if prediction.command is None:
                     self._open.append((prediction, self._heard[1]))
-            elif record.topic == TRUTH_POSE.name:
-                pose = TRUTH_POSE.decode(record.payload)
-                self._poses.append((record.log_time_ns, pose.place))
-        while self._open and self._poses and self._open[0][0].at_ns <= self._poses[-1][0]:
+            elif record.topic == ROVER_CYCLE.name:
+                tokens = ROVER_CYCLE.decode(record.payload).tokens
+                place = next((token for token in tokens if token.startswith("at:")), "")
+                self._sensed.append((record.log_time_ns, place))
+        while self._open and self._open[0][0].at_ns < until_ns:
             self._judge(*self._open.popleft())
-        earliest_ns = self._open[0][0].at_ns if self._open else self._poses[-1][0]
-        keep = max(0, bisect_left(self._poses, (earliest_ns, "")) - 1)
-        del self._poses[:keep]
+        del self._sensed[:-1]
 
     def _judge(self, prediction: Prediction, heard: str | None) -> None:
-        """By the true pose that is nearest in time: there is one a second."""
-        after = bisect_left(self._poses, (prediction.at_ns, ""))
-        near = self._poses[max(0, after - 1) : after + 1]
-        _, place = min(near, key=lambda pose: abs(pose[0] - prediction.at_ns))
+        """By what the rover had last sensed at that moment."""
+        after = bisect_left(self._sensed, (prediction.at_ns, ""))
+        place = self._sensed[max(0, after - 1)][1]
         top = prediction.likely[0] if prediction.likely else None
         if heard == place and top is not None and top.sign == (place,):
             return

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.random import Generator, SeedSequence
 
 from farside.dem import DynamicExpectancyModel, Parameters, Sensed
-from farside.ground import Ground, Operator
+from farside.ground import Operator
 from farside.link.channel.node import Channel
 from farside.link.endpoint.endpoint import LinkTerms
 from farside.missions import MissionFile, load_mission
+from farside.missions.build import build_ground
 from farside.missions.crew.crew import InProcessCrew
 from farside.missions.loading import shipped_missions
 from farside.node import Direction, to_ns
@@ -212,6 +213,6 @@ def simulated(mission: MissionFile, operator: Operator, model: CountingModel) ->
         streams=RoverStreams(soil, sensors, learning),
         controller=lambda _config, _rng: model,
     )
-    ground = Ground(mission.ground, operator, tick_ns=mission.tick_ns, terms=terms)
+    ground = build_ground(mission, operator)
     channel = Channel(mission.link, {Direction.UP: up, Direction.DOWN: down})
     return Simulated(mission, InProcessCrew(rover, channel, ground))

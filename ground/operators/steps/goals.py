@@ -5,8 +5,8 @@ from collections.abc import Generator, Sequence
 from farside.acts import Act
 from farside.control import CommandStage, Mode
 from farside.ground.config import AwaitReached, Leave, Pursue, WaitUntil, WantedPlace
-from farside.ground.operators.rules import broken_rule
 from farside.ground.operators.seat import Seat, Work
+from farside.ground.rules import broken_rule
 from farside.messages import (
     Approve,
     Order,

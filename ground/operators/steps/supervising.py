@@ -5,9 +5,9 @@ from collections.abc import Generator, Sequence
 from farside.acts import Act
 from farside.control import Mode
 from farside.ground.config import Supervision, SupervisorConfig, WantedPlace
-from farside.ground.operators.rules import broken_rule
 from farside.ground.operators.seat import Seat, Work
 from farside.ground.operators.steps.goals import Pursuit, consent, send, switch, take_back
+from farside.ground.rules import broken_rule
 from farside.node import to_ns
 from farside.places import place_token
 
