@@ -222,7 +222,7 @@ class CommandDesk:
     @property
     def foreseen(self) -> dict[int, Foreseen]:
         """When those of `live` are expected to be taken, begun and done, from what is known now."""
-        return foresee(self._live.values(), self._times_of)
+        return foresee(self._live.values(), self._times_of, self._timing.round_trip_ns)
 
     # --- what is given -------------------------------------------------------------------------
 
@@ -306,7 +306,9 @@ class CommandDesk:
         action = self._action_of(order)
         life = Life(command, action, now_ns, self._timing.arrives_ns(leaves_ns), least_ns)
         self._line_ns = leaves_ns
-        foreseen = foresee([*self._live.values(), life], self._times_of)[number]
+        foreseen = foresee(
+            [*self._live.values(), life], self._times_of, self._timing.round_trip_ns
+        )[number]
         life.expect(foreseen, self._timing)
         earliest_ns = foreseen.taken_ns if when is None else foreseen.begun_ns
         expires_ns = min(NEVER_NS, earliest_ns + self._times * self._valid_ns)

@@ -63,6 +63,11 @@ class Seat:
         return self.situation.belief.telemetry
 
     @property
+    def battery(self) -> float:
+        """The newest state of charge, 1 before anything is known."""
+        return 1.0 if self.telemetry is None else self.telemetry.battery
+
+    @property
     def is_low(self) -> bool:
         """Whether the battery is known to need charging."""
         return self.telemetry is not None and BATTERY_LOW in self.telemetry.tokens

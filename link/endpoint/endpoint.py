@@ -51,7 +51,7 @@ _In = TypeVar("_In", bound=msgspec.Struct)
 _encode = msgspec.msgpack.Encoder().encode
 
 _SEGMENT = Service(reliable=True, priority=3)
-_REPORT = Service(reliable=True, priority=4)
+_REPORT = Service(reliable=True, priority=3)
 _STORED = Service(reliable=True, priority=0)
 _PLAIN = Flag(0)
 _STORED_SEGMENT, _STORED_REPORT = Flag.STORED | Flag.RELIABLE, Flag.STORED | Flag.REPORT
@@ -167,7 +167,9 @@ class Endpoint(Generic[_Out, _In]):
         self._segment_byte = transfer.segment_byte
         self._backlog: deque[bytes] = deque()
         self._wake_ns = 0
-        stored = TransferConfig(segment_byte=transfer.segment_byte, margin_s=_STORED_MARGIN_S)
+        stored = TransferConfig(
+            segment_byte=transfer.segment_byte, margin_s=_STORED_MARGIN_S, repeats=1
+        )
         self._stored = StoredStream(outgoing, terms.schedule, stored, terms.store_byte)
         self._stored_receiver = ReliableReceiver(incoming, terms.schedule, stored)
         self._telemetry_byte = 0

@@ -12,7 +12,7 @@ from farside.link.endpoint.sender import ReliableSender
 from farside.link.endpoint.store import Store
 from farside.link.endpoint.transfer import TransferConfig
 from farside.link.profile.schedule import Schedule
-from farside.node import Direction
+from farside.node import NEVER_NS, Direction
 
 
 class StoreState(NamedTuple):
@@ -53,6 +53,7 @@ class StoredStream:
         self._aside, self._aside_kind = b"", ""
         self._aside_segments: deque[range] = deque()
         self.aside_waits = False
+        self._wake_ns = 0  # until then there is nothing to send, if nothing happens
 
     @property
     def longest_byte(self) -> int:
@@ -62,6 +63,7 @@ class StoredStream:
     def keep(self, payload: bytes, made_ns: int, priority: int) -> int:
         """Put a message into the store; returns how many were dropped to make room."""
         self._kept += 1
+        self._wake_ns = 0
         return len(self._store.add(payload, made_ns, priority))
 
     def put_aside(self, payload: bytes, kind: str) -> None:
@@ -72,6 +74,7 @@ class StoredStream:
             kind: what it is, the same for all.
         """
         self._aside, self._aside_kind, self.aside_waits = payload, kind, True
+        self._wake_ns = 0
 
     @property
     def state(self) -> StoreState:
@@ -83,11 +86,12 @@ class StoredStream:
 
     def take(self, now_ns: int, until_ns: int) -> tuple[bytes, str] | None:
         """The payload to send by `until_ns`, and what it is; `None` if there is nothing."""
-        self._feed()
-        if self._sender.is_done:
+        if until_ns < self._wake_ns:
             return None
+        self._feed()
         at_ns = self._sender.next_ns(now_ns)
         if at_ns is None or at_ns > until_ns:
+            self._wake_ns = at_ns or NEVER_NS
             return None
         sending = self._sender.take(at_ns)
         if sending is None:
@@ -113,8 +117,10 @@ class StoredStream:
 
     def receive(self, report: ReceptionReport, now_ns: int) -> None:
         """Process a report; see `ReliableSender.receive`."""
+        self._wake_ns = 0
         self._sender.receive(report, now_ns)
 
     def resume(self, now_ns: int) -> None:
         """The other end was heard again; see `ReliableSender.resume`."""
+        self._wake_ns = 0
         self._sender.resume(now_ns)
