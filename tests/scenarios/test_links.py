@@ -109,8 +109,8 @@ def test_what_happened_in_a_blackout_is_told_after_it_second_by_second(
     gaps = [after - before for before, after in pairwise(late)]
     assert late == sorted(late), "the oldest first"
     assert max(gaps) < 8.1, "an action is told of when it ends"
-    stored = [e for e in events(run, GROUND_FRAME, FrameStage.USED) if e.stored]
-    assert len(stored) == len(late)
+    used = events(run, GROUND_FRAME, FrameStage.USED)
+    assert [e.what for e in used if e.stored].count("Telemetry") == len(late)
 
 
 def test_stored_telemetry_goes_below_live_and_never_holds_it_up(
@@ -130,8 +130,8 @@ def test_stored_telemetry_goes_below_live_and_never_holds_it_up(
         ("moon", (600, 1500), 2400),
         ("earth-geo", (600, 1500), 2400),
         ("tether", (600, 1500), 2400),
-        ("mars-direct", (1000, 1700), 6600),  # live telemetry alone would take 84 % of its rate
-        ("mars-direct", (1000, 2700), 8400),  # and this is more than the store holds
+        ("mars-direct", (1000, 1700), 9000),  # live telemetry alone would take 84 % of its rate
+        ("mars-direct", (1000, 2700), 10_000),  # and this is more than the store holds
     ],
 )
 def test_on_every_link_all_that_was_stored_arrives_or_is_told_to_be_given_up(
