@@ -5,7 +5,7 @@ The seed's paths (figure 2) in these words: A1 is `Drive`, A2 is `Proposal` with
 `Telemetry`.
 
 Commands, proposals and events are sent until they have arrived, in order; of heartbeats and
-telemetry only the latest counts. See `farside.link.endpoint.endpoint.SERVICES`.
+telemetry only the latest counts. See `farside.link.endpoint.services`.
 """
 
 from typing import Annotated
@@ -94,6 +94,9 @@ class SetOnLoss(_Message, frozen=True, tag="on-loss"):
 
 
 Order = Drive | Approve | Override | Veto | SetMode | SetGoal | WithdrawGoal | TakeBack | SetOnLoss
+
+ACTS = Drive | Approve | Override
+"""The orders that have the rover act; all others change a setting."""
 
 
 class Meant(_Message, frozen=True):
@@ -230,12 +233,17 @@ class GoalAside(_Message, frozen=True, tag="aside"):
     why: str | None
 
 
-class CommandEnded(_Message, frozen=True, tag="ended"):
-    """A command is over and was not done; `stage` says how it ended, `why` for what reason."""
+class CommandReached(_Message, frozen=True, tag="stage"):
+    """A command was taken, has begun, or is over: at the time of the event, to the tick.
+
+    That it was taken is told only where it reaches no other stage at that moment: any other one
+    says, unless that was told before, that it was taken then, too. That it waits is never told.
+    `why` gives the reason of an end that is not done.
+    """
 
     number: int
     stage: CommandStage
-    why: str
+    why: str | None = None
 
 
 class CommandForced(_Message, frozen=True, tag="forced"):
@@ -272,7 +280,7 @@ Happening = (
     | LinkBack
     | GoalReached
     | GoalAside
-    | CommandEnded
+    | CommandReached
     | CommandForced
     | CommandsMissing
     | BatteryChanged

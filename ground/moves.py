@@ -55,8 +55,9 @@ class _Times:
 class MoveTimes:
     """The duration of a move, mean and variance, by how far the rover has to turn for it.
 
-    It begins with what the drive is made for, which counts as two moves, and goes on with what
-    telemetry shows (project defaults).
+    It begins with what the drive is made for, which counts as two moves, and goes on with what is
+    seen: of commands by the events that tell of them, of other moves by telemetry (project
+    defaults).
 
     Args:
         terms: of the moves.
@@ -80,17 +81,22 @@ class MoveTimes:
         if before is None or before.since_ns == telemetry.since_ns:
             return
         if before.action is not None:
-            if telemetry.time_ns - before.time_ns < _SEEN_NS:
-                quarters = _quarters(self._facing, before.action)
-                self._times[quarters].add(to_s(telemetry.since_ns - before.since_ns))
+            # What a command asked for is told of exactly, by events.
+            if before.begun is None and telemetry.time_ns - before.time_ns < _SEEN_NS:
+                self.add(self._facing, before.action, telemetry.since_ns - before.since_ns)
             self._facing = before.action
 
-    def expected(self, facing: str | None, action: str) -> MoveTime:
+    def add(self, facing: str | None, action: str, duration_ns: int) -> None:
+        """A move took this long; see `expected`."""
+        self._times[_quarters(facing, action)].add(to_s(duration_ns))
+        self._facing = action
+
+    def expected(self, facing: str | None, action: str | None) -> MoveTime:
         """How long a move is expected to take.
 
         Args:
             facing: the action before, after which the rover faces that way; `None` if not known.
-            action: the move.
+            action: the move; `None` if not known.
         """
         return self._times[_quarters(facing, action)].value
 
@@ -100,9 +106,9 @@ class MoveTimes:
         return self._facing
 
 
-def _quarters(facing: str | None, action: str) -> int:
+def _quarters(facing: str | None, action: str | None) -> int:
     """By how many quarter turns the rover turns."""
-    if facing is None or facing not in _QUARTERS or action not in _QUARTERS:
+    if facing is None or action is None or facing not in _QUARTERS or action not in _QUARTERS:
         return 1
     turn = abs(_QUARTERS.index(facing) - _QUARTERS.index(action))
     return min(turn, 4 - turn)

@@ -2,12 +2,13 @@
 
 from collections.abc import Sequence
 
-from farside.acts import Act, Discard, Planned
+from farside.acts import Act, Planned
 from farside.dem import ShadowModel
 from farside.ground.belief import Belief
-from farside.ground.commands import CommandDesk
+from farside.ground.commands.desk import CommandDesk
 from farside.ground.config import GroundConfig
 from farside.ground.downlink import DownlinkPlan, GroundSilence
+from farside.ground.moves import MoveTimes
 from farside.ground.operators.operator import Operator, Situation
 from farside.ground.operators.queued import QueuedOperator, as_logged
 from farside.ground.outlook import Outlook, RoverTerms
@@ -15,7 +16,8 @@ from farside.ground.shadow import Shadow
 from farside.link.endpoint.endpoint import LinkTerms, ground_endpoint
 from farside.messages import (
     Approve,
-    CommandEnded,
+    CommandReached,
+    Drive,
     Event,
     Heartbeat,
     ModelUpdate,
@@ -28,7 +30,6 @@ from farside.messages import (
 )
 from farside.node import Frame, Journal, Step, to_ns
 from farside.topics import (
-    GROUND_COMMAND,
     GROUND_EVENT,
     GROUND_OPERATOR,
     GROUND_ORDER,
@@ -38,7 +39,6 @@ from farside.topics import (
     GROUND_SILENCE,
     GROUND_TELEMETRY,
     Answer,
-    CommandSent,
     EventLearned,
     OrderGiven,
     Review,
@@ -79,13 +79,27 @@ class Ground:
         plan = DownlinkPlan(terms)
         self._plan = plan
         self._belief = Belief(plan, self._journal)
+        times = MoveTimes(rover.moves)
         self._desk = CommandDesk(
-            terms.round_trip_ns + to_ns(config.command_lifetime_s), terms.light_time_ns
+            terms.schedule,
+            valid_ns=terms.round_trip_ns + to_ns(config.command_lifetime_s),
+            times=times,
+            least_move_ns=rover.least_move_ns,
+            action_of=self._action_of,
+            journal=self._journal,
+            queued_until_ns=self._endpoint.queued_until_ns,
         )
         self._heartbeat_ns = to_ns(config.heartbeat_s)
         self._heartbeat_at_ns = 0
         self._silence = GroundSilence(plan, to_ns(config.silent_after_s), terms.light_time_ns)
-        self._outlook = Outlook(self._belief, self._desk, self._silence, self.shadow, rover)
+        self._outlook = Outlook(
+            self._belief,
+            self._desk,
+            self._silence,
+            shadow=self.shadow,
+            times=times,
+            alone_after_ns=rover.alone_after_ns,
+        )
         self._progress = operator.progress
 
     def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
@@ -117,6 +131,8 @@ class Ground:
             self._heartbeat_at_ns = now_ns + self._heartbeat_ns
             self._endpoint.send(self._heartbeat(), now_ns)
             self._predict()
+        for command in self._desk.follow(now_ns, silent=self._silence.state.silent):
+            self._endpoint.send(command, now_ns)
         for act in self._operator.act(self._situation()):
             self._give(as_logged(act))
         if self._operator.progress != self._progress:
@@ -126,15 +142,19 @@ class Ground:
     def _give(self, act: Act) -> None:
         """Note an act as it was given, and do it."""
         self._journal.note(GROUND_ORDER, OrderGiven(act))
-        if isinstance(act, Planned | Discard):
-            raise TypeError(f"expected an order to be sent at once, found {act}")
         self._note_review(act)
-        command = self._desk.give(act, self._now_ns)
-        self._endpoint.send(command, self._now_ns)
-        self._journal.note(
-            GROUND_COMMAND,
-            CommandSent(command.number, command.order, command.expires_ns, command.meant),
-        )
+        for command in self._desk.give(act, self._now_ns):
+            self._endpoint.send(command, self._now_ns)
+
+    def _action_of(self, order: Order) -> str | None:
+        match order:
+            case Drive() | Override():
+                return order.action
+            case Approve():
+                proposal = self._belief.proposal_numbered(order.proposal)
+                return None if proposal is None else proposal.action
+            case _:
+                return None
 
     def _predict(self) -> None:
         prediction = self._outlook.predicted(self._now_ns)
@@ -158,8 +178,8 @@ class Ground:
                     learned = EventLearned(message)
                     self._journal.note(GROUND_EVENT, learned, publish_time_ns=message.time_ns)
                     self._belief.tell(message, self._now_ns)
-                    if isinstance(message.what, CommandEnded):
-                        self._desk.learn_end(message.what)
+                    if isinstance(message.what, CommandReached):
+                        self._desk.learn_stage(message.what, message.time_ns, self._now_ns)
                 case Proposal():
                     self._journal.note(GROUND_PROPOSAL, message, publish_time_ns=message.time_ns)
                     self._belief.consider(message)
@@ -173,7 +193,7 @@ class Ground:
     def _learn(self, telemetry: Telemetry, *, stored: bool) -> None:
         self._journal.note(GROUND_TELEMETRY, telemetry, publish_time_ns=telemetry.time_ns)
         self._belief.learn(telemetry, self._now_ns, stored=stored)
-        self._desk.learn(telemetry)
+        self._desk.learn(telemetry, self._now_ns)
         if telemetry is self._belief.telemetry:
             self._outlook.learn(telemetry)
 
@@ -185,7 +205,8 @@ class Ground:
         silent = self._silence.state.silent
         return Situation(self._now_ns, self._belief, self._desk, silent, self._outlook)
 
-    def _note_review(self, order: Order) -> None:
+    def _note_review(self, act: Act) -> None:
+        order = act.order if isinstance(act, Planned) else act
         if not isinstance(order, Approve | Override | Veto):
             return
         proposal = self._belief.proposal_numbered(order.proposal)

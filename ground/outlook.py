@@ -3,14 +3,14 @@
 from typing import NamedTuple
 
 from farside.ground.belief import Belief
-from farside.ground.commands import CommandDesk
+from farside.ground.commands.desk import CommandDesk
 from farside.ground.downlink import GroundSilence
 from farside.ground.foresight import Foresight
 from farside.ground.moves import MoveTerms, MoveTimes
 from farside.ground.prediction import OnItsWay, Predictor
 from farside.ground.review import Lists, review_path, review_proposal
 from farside.ground.shadow import Shadow
-from farside.messages import Approve, Drive, Order, Override, Proposal, Telemetry, Tokens
+from farside.messages import Proposal, Telemetry, Tokens
 from farside.topics import PathReview, Prediction
 
 
@@ -19,10 +19,12 @@ class RoverTerms(NamedTuple):
 
     Attributes:
         moves: of its moves.
+        least_move_ns: what a move takes at least unless it is blocked: the rover sees to it.
         alone_after_ns: the silence after which the failsafe leaves it to itself.
     """
 
     moves: MoveTerms
+    least_move_ns: int
     alone_after_ns: int
 
 
@@ -34,7 +36,8 @@ class Outlook:
         desk: the commands given so far.
         silence: whether the rover is heard.
         shadow: the shadow of the model on board; `None` where that is not sent.
-        terms: what is known of the rover beforehand.
+        times: how long moves take.
+        alone_after_ns: the silence after which the failsafe leaves the rover to itself.
     """
 
     def __init__(
@@ -42,17 +45,17 @@ class Outlook:
         belief: Belief,
         desk: CommandDesk,
         silence: GroundSilence,
+        *,
         shadow: Shadow | None,
-        terms: RoverTerms,
+        times: MoveTimes,
+        alone_after_ns: int,
     ) -> None:
         self._belief, self._desk, self._silence, self._shadow = belief, desk, silence, shadow
-        self._times = MoveTimes(terms.moves)
+        self._times = times
         self._foresight = None
         if shadow is not None:
             self._foresight = Foresight(shadow.model, lambda: (shadow.number, shadow.check))
-        self._predictor = Predictor(
-            self._foresight, self._times, terms.alone_after_ns, self._priorities
-        )
+        self._predictor = Predictor(self._foresight, times, alone_after_ns, self._priorities)
 
     def learn(self, telemetry: Telemetry) -> None:
         """Telemetry has come straight from the rover, newer than all before it."""
@@ -101,25 +104,17 @@ class Outlook:
         """The commands not known to be over, in order."""
         telemetry = self._belief.telemetry
         begun = None if telemetry is None else telemetry.begun
+        foreseen = self._desk.foreseen
         return [
             OnItsWay(
                 life.command,
-                self._action(life.command.order),
-                life.arrives_ns,
-                begun=life.command.number == begun,
+                life.action,
+                foreseen[life.number].taken_ns,
+                begun=life.number == begun,
             )
-            for life in self._desk.open
+            for life in self._desk.live
+            if not life.is_over
         ]
-
-    def _action(self, order: Order) -> str | None:
-        match order:
-            case Drive() | Override():
-                return order.action
-            case Approve():
-                proposal = self._belief.proposal_numbered(order.proposal)
-                return None if proposal is None else proposal.action
-            case _:
-                return None
 
     @property
     def _lists(self) -> Lists | None:

@@ -8,10 +8,11 @@ from farside.logs.reading import LogEntry
 from farside.messages import (
     Approve,
     BatteryChanged,
-    CommandEnded,
     CommandForced,
+    CommandReached,
     CommandsMissing,
     Drive,
+    Event,
     FailsafeChanged,
     GoalAside,
     GoalReached,
@@ -161,6 +162,8 @@ def _link_or_ground_line(entry: LogEntry) -> EventLine | None:
             text = f"command {number}: {_order(order)}"
             routine = isinstance(order, Approve) or (isinstance(order, Drive) and not order.force)
             return EventLine(t_ns, Role.GROUND, text, routine)
+        case EventLearned(event=Event(what=CommandReached(why=None))):
+            return None  # of one that is done, or begins, the order and the move say enough
         case EventLearned(event=event):
             text = f"learns of {time_text(event.time_ns)}: {_happening(event.what)}"
             return EventLine(t_ns, Role.GROUND, text)
@@ -256,9 +259,9 @@ def _happening(what: Happening) -> str:
     return text
 
 
-def _of_commands(what: CommandEnded | CommandForced | CommandsMissing) -> str:
+def _of_commands(what: CommandReached | CommandForced | CommandsMissing) -> str:
     match what:
-        case CommandEnded(number=number, stage=stage, why=reason):
+        case CommandReached(number=number, stage=stage, why=reason):
             return f"command {number} {stage}: {reason}"
         case CommandForced(number=number, why=reason):
             return f"command {number} begins although {reason}, as the operator insists"

@@ -122,7 +122,8 @@ def rover_terms(mission: MissionFile) -> RoverTerms:
     """What the ground knows of the rover beforehand."""
     drive, failsafe = mission.rover.drive, mission.rover.failsafe
     moves = MoveTerms(mission.world.cell_m, drive.speed_m_s, drive.turn_rate_rad_s)
-    return RoverTerms(moves, to_ns(failsafe.lost_after_s))
+    least_ns = to_ns(drive.least_move_s(mission.world.cell_m))
+    return RoverTerms(moves, least_ns, to_ns(failsafe.lost_after_s))
 
 
 def build_operator(mission: MissionFile, extensions: Extensions = NONE) -> Operator:

@@ -34,7 +34,7 @@ _BEFORE: dict[CommandStage, set[CommandStage | None]] = {
     CommandStage.TAKEN: {None},
     CommandStage.WAITING: {CommandStage.TAKEN},
     CommandStage.BEGUN: {CommandStage.WAITING},
-    CommandStage.DONE: {CommandStage.TAKEN, CommandStage.BEGUN},
+    CommandStage.DONE: {CommandStage.TAKEN, CommandStage.WAITING, CommandStage.BEGUN},
     CommandStage.FAILED: {CommandStage.BEGUN},
     CommandStage.REFUSED: {CommandStage.TAKEN, CommandStage.WAITING},
     CommandStage.EXPIRED: {CommandStage.TAKEN, CommandStage.WAITING},

@@ -60,6 +60,14 @@ class DriveConfig(Section, frozen=True):
     give_up_s: Positive = 20.0
     move_cost_s: Positive = 2.66
 
+    def least_move_s(self, cell_m: float) -> float:
+        """What a move takes at least, in seconds, unless it is blocked.
+
+        The rover sees to it, so that the ground can say until when what follows can be taken back:
+        from one middle to the next, less the tolerance at both, at cruising speed.
+        """
+        return max(0.0, cell_m - 2 * self.tolerance_m) / self.speed_m_s
+
 
 Deviation = Annotated[float, Meta(ge=0, le=1000)]
 """A standard deviation of sensor noise, 1000 at most (project default)."""

@@ -151,6 +151,7 @@ class Rover:
         )
         self._doing: _Doing | None = None
         self._stands_since_ns = 0
+        self._least_move_ns = to_ns(config.drive.least_move_s(chart.cell_m))
         # What to begin is asked only after something has changed, and once a second.
         self._stirred = True
 
@@ -161,6 +162,7 @@ class Rover:
             self._begin()
         while self._now_ns < until_ns:
             self._tick()
+            self._commands.tell_taken()
             for event in self._events.take():
                 self._endpoint.send(event, self._now_ns)
             self._updates.look(self._now_ns)
@@ -365,7 +367,9 @@ class Rover:
         if bump_m_s is not None:
             move.bumped()
             self._journal.note(TRUTH_BUMP, Bump(after.x_m, after.y_m, bump_m_s))
-        if move.stopping and self._world.at_rest:
+        over = move.stopping and self._world.at_rest
+        # Where a fix has it arrive sooner than the ground may count on, it stands until then.
+        if over and (move.blocked or self._now_ns - doing.began_ns >= self._least_move_ns):
             self._finish(doing)
 
     def _finish(self, doing: _Doing) -> None:

@@ -59,21 +59,22 @@ class Pilot:
     # --- what is so ----------------------------------------------------------------------------
 
     def look(self, conditions: Conditions, now_ns: int) -> bool:
-        """Follow what is so at this moment; true if the failsafe has another reason than before."""
+        """Follow what is so at this moment; true if that may change what is to begin."""
         changed = self.authority.look(conditions, now_ns)
-        self._follow_commands(now_ns)
+        changed |= self._follow_commands(now_ns)
         if self._parts.proposals.standing is not None:
             self._parts.proposals.follow(self._situation())
         return changed
 
-    def _follow_commands(self, now_ns: int) -> None:
+    def _follow_commands(self, now_ns: int) -> bool:
         commands = self._parts.commands
         commands.tell_missing(now_ns)
-        if commands.next is None:
-            return
-        commands.expire(now_ns)
+        if not commands.waits:
+            return False
+        changed = commands.expire(now_ns)
         if self._parts.battery.empty:
-            commands.drop_all(CommandStage.REFUSED, "the battery is flat")
+            commands.drop_actions(CommandStage.REFUSED, "the battery is flat")
+        return self.orders.follow(now_ns) or changed
 
     # --- what to do next -----------------------------------------------------------------------
 

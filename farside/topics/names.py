@@ -11,6 +11,8 @@ from farside.topics.ground import (
     BeliefEntry,
     CommandSent,
     EventLearned,
+    HeldEntry,
+    LifeEntry,
     OperatorEntry,
     OrderGiven,
     Prediction,
@@ -76,6 +78,8 @@ GROUND_FRAME = _topic("/ground/frame", FrameEvent)
 GROUND_TELEMETRY = _topic("/ground/telemetry", Telemetry)
 GROUND_ORDER = _topic("/ground/order", OrderGiven)
 GROUND_COMMAND = _topic("/ground/command", CommandSent)
+GROUND_LIFE = _topic("/ground/life", LifeEntry)
+GROUND_HELD = _topic("/ground/held", HeldEntry)
 GROUND_EVENT = _topic("/ground/event", EventLearned)
 GROUND_PROPOSAL = _topic("/ground/proposal", Proposal)
 GROUND_REVIEW = _topic("/ground/review", Review)

@@ -5,7 +5,7 @@ from typing import NamedTuple, Protocol
 
 from farside.acts import Act
 from farside.ground.belief import Belief
-from farside.ground.commands import CommandDesk
+from farside.ground.commands.desk import CommandDesk
 from farside.ground.outlook import Outlook
 from farside.messages import Proposal, Tokens
 from farside.topics import OperatorEntry, PathReview, Prediction

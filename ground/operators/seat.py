@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from farside.acts import Act
 from farside.ground.config import Rule
 from farside.ground.operators.operator import Situation
-from farside.messages import CommandEnded, Order, Telemetry
+from farside.messages import CommandReached, Order, Telemetry
 from farside.places import BATTERY_LOW, ON_CHARGE, Cell, Chart, place_name
 from farside.topics import OperatorEntry
 
@@ -63,6 +63,11 @@ class Seat:
         return self.situation.belief.telemetry
 
     @property
+    def battery(self) -> float:
+        """The newest state of charge, 1 before anything is known."""
+        return 1.0 if self.telemetry is None else self.telemetry.battery
+
+    @property
     def is_low(self) -> bool:
         """Whether the battery is known to need charging."""
         return self.telemetry is not None and BATTERY_LOW in self.telemetry.tokens
@@ -96,7 +101,7 @@ class Seat:
             self.wait_for("the rover to know where it is")
         return self.cell
 
-    def tell(self, order: Order) -> Generator[Sequence[Act], None, CommandEnded | None]:
+    def tell(self, order: Order) -> Generator[Sequence[Act], None, CommandReached | None]:
         """Give an order, and wait until it is known to be over.
 
         Returns:

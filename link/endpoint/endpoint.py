@@ -1,10 +1,10 @@
 """The endpoint: a node's end of the link, between its messages and the frames.
 
 A message is packed (MessagePack), cut if it is larger than a frame, numbered and sealed. Its type
-decides the service, see `SERVICES`: *expedited*, where only the latest counts and nothing is
-retransmitted, or *reliable*, in order and until it has arrived. What is made while the link is out
-can wait in a store. When the link is back it is sent by a reliable stream of its own, below
-everything else and in what that leaves of the rate.
+decides the service, see `farside.link.endpoint.services`: *expedited*, where only the latest counts
+and nothing is retransmitted, or *reliable*, in order and until it has arrived. What is made while
+the link is out can wait in a store. When the link is back it is sent by a reliable stream of its
+own, below everything else and in what that leaves of the rate.
 """
 
 import heapq
@@ -20,19 +20,14 @@ from farside.link.endpoint.keys import simulated_key
 from farside.link.endpoint.receiver import ReliableReceiver
 from farside.link.endpoint.segments import ReceptionReport, Segment, decode_part
 from farside.link.endpoint.sender import ReliableSender
+from farside.link.endpoint.services import SERVICES, Service
 from farside.link.endpoint.stored import StoredStream, StoreState
 from farside.link.endpoint.transfer import TransferConfig
 from farside.link.endpoint.wire import OVERHEAD_BYTE, Flag, FrameError, Opener, Sealer, unpack
 from farside.link.profile.config import LinkConfig
 from farside.link.profile.schedule import Schedule
 from farside.messages import (
-    Command,
     Downlink,
-    Event,
-    Heartbeat,
-    ModelUpdate,
-    Proposal,
-    Shown,
     Telemetry,
     Uplink,
 )
@@ -40,6 +35,8 @@ from farside.node import NEVER_NS, NS_PER_S, Direction, Frame, Journal, Topic
 from farside.topics import GROUND_FRAME, ROVER_FRAME
 
 _SEGMENT_OVERHEAD_BYTE = 24
+FRAMED_BYTE = OVERHEAD_BYTE + _SEGMENT_OVERHEAD_BYTE
+"""By how much the frame of a short reliable message is longer than the message, at most."""
 _REASSEMBLY_NS = 600 * NS_PER_S
 _SILENCE_NS = 10 * NS_PER_S
 _LIVE_SHARE = 0.8  # of the rate for telemetry, so that there is room for all else
@@ -53,34 +50,8 @@ _In = TypeVar("_In", bound=msgspec.Struct)
 
 _encode = msgspec.msgpack.Encoder().encode
 
-
-class Service(NamedTuple):
-    """How a type of message is carried.
-
-    Attributes:
-        reliable: in order and until it has arrived; expedited otherwise.
-        priority: of its frames in the transmit queue; the highest goes first.
-        lifetime_ns: for how long an expedited message is worth sending; `None` for ever.
-    """
-
-    reliable: bool
-    priority: int
-    lifetime_ns: int | None = None
-
-
-SERVICES: dict[type[msgspec.Struct], Service] = {
-    Command: Service(reliable=True, priority=3),
-    Heartbeat: Service(reliable=False, priority=2, lifetime_ns=10 * NS_PER_S),
-    Shown: Service(reliable=True, priority=3),
-    Event: Service(reliable=True, priority=3),
-    Proposal: Service(reliable=True, priority=3),
-    Telemetry: Service(reliable=False, priority=1, lifetime_ns=2 * NS_PER_S),
-    ModelUpdate: Service(reliable=True, priority=2),
-}
-"""The service of each message (project default)."""
-
 _SEGMENT = Service(reliable=True, priority=3)
-_REPORT = Service(reliable=True, priority=4)
+_REPORT = Service(reliable=True, priority=3)
 _STORED = Service(reliable=True, priority=0)
 _PLAIN = Flag(0)
 _STORED_SEGMENT, _STORED_REPORT = Flag.STORED | Flag.RELIABLE, Flag.STORED | Flag.REPORT
@@ -281,6 +252,15 @@ class Endpoint(Generic[_Out, _In]):
         due_ns = sender.next_ns(now_ns), receiver.next_ns(), self._stored_receiver.next_ns()
         self._wake_ns = min((due for due in due_ns if due is not None), default=NEVER_NS)
 
+    def queued_until_ns(self, now_ns: int) -> int:
+        """Until when, by plan, the transmitter sends what it was given so far, all that waits."""
+        until_ns = max(now_ns, self._busy_ns)
+        waiting = [*self._sender.waiting_byte, *map(len, self._backlog)]
+        for size_byte in waiting:
+            framed_byte = size_byte + FRAMED_BYTE
+            until_ns = self._schedule.sends_ns(self._outgoing, until_ns, framed_byte)[1]
+        return until_ns
+
     def take_sent(self) -> list[Frame]:
         """The frames sent since the last call, in order."""
         sent, self._outbox = self._outbox, []
@@ -305,7 +285,9 @@ class Endpoint(Generic[_Out, _In]):
         self._tell(frame, FrameStage.MADE, what, now_ns, flags)
         ready_ns = max(now_ns, self._busy_ns)
         if ready_ns - now_ns <= (service.lifetime_ns or NEVER_NS):  # else it expires in the queue
-            self._busy_ns = self._schedule.sends_ns(self._outgoing, ready_ns, len(wire))[1]
+            begin_ns, end_ns = self._schedule.sends_ns(self._outgoing, ready_ns, len(wire))
+            # What is sent outside contacts leaves all the same, and is lost.
+            self._busy_ns = ready_ns + end_ns - begin_ns
         if self.in_shadow:
             self._tell(frame, FrameStage.SHADOWED, what, now_ns, flags)
         else:

@@ -90,6 +90,13 @@ class ReliableSender:
         return self.offered - self._unsent
 
     @property
+    def waiting_byte(self) -> list[int]:
+        """The sizes of the segments that are to be sent, or sent again, and have not been yet."""
+        again = [number for number in self._retransmit if number in self._held]
+        numbers = [*again, *range(self._unsent, self.offered)]
+        return [len(self._held[number]) for number in numbers]
+
+    @property
     def acknowledged(self) -> int:
         """The number of the oldest segment that is not acknowledged: all below are."""
         return self._base

@@ -4,6 +4,7 @@ import math
 
 from farside.control import CommandStage, Mode
 from farside.messages import (
+    ACTS,
     Approve,
     Command,
     Drive,
@@ -54,11 +55,32 @@ class Orders:
                 # Its operator takes it for answered, so nobody would say anything again.
                 self._parts.proposals.end("the answer came too late")
             return
+        if command.when is None:
+            self._carry_out(command)
+        else:
+            commands.hold(command, is_action=isinstance(order, ACTS))
+            self.follow(now_ns)
+
+    def follow(self, now_ns: int) -> bool:
+        """Obey what waited for its time or its turn, and may begin now; whether anything did."""
+        commands, changed = self._parts.commands, False
+        while (command := commands.ripe(now_ns)) is not None:
+            changed = True
+            why = commands.never(command)
+            if why is None:
+                self._carry_out(command)
+            else:
+                commands.end(command, CommandStage.REFUSED, why)
+        return changed
+
+    def _carry_out(self, command: Command) -> None:
+        """Obey a command here and now, or refuse it."""
+        commands, order = self._parts.commands, command.order
         refused = self._contradiction(command) or self._obey(command)
         if refused is not None:
             commands.end(command, CommandStage.REFUSED, refused)
             return
-        if not isinstance(order, Drive | Approve | Override):
+        if not isinstance(order, ACTS):
             commands.end(command, CommandStage.DONE)
         if not isinstance(order, TakeBack | SetOnLoss):
             # Whatever was proposed was proposed for a situation that has just changed.
@@ -98,7 +120,9 @@ class Orders:
                 parts.proposals.veto()
             case SetMode():
                 parts.commands.drop_all(
-                    CommandStage.SUPERSEDED, f"command {command.number} changed the mode"
+                    CommandStage.SUPERSEDED,
+                    f"command {command.number} changed the mode",
+                    before=command.number,
                 )
                 self._authority.order(order.mode)
             case SetGoal() if order.priority is not None:
@@ -106,6 +130,8 @@ class Orders:
                 parts.goals.follow_aside(parts.cycle.tokens)
             case WithdrawGoal():
                 return parts.goals.withdraw(order.tokens)
+            case TakeBack(number=command.number):
+                return "it is this order itself"
             case TakeBack():
                 return parts.commands.take_back(order.number)
             case SetOnLoss():

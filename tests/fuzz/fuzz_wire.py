@@ -38,7 +38,7 @@ with atheris.instrument_imports(include=["farside.link"]):
     from farside.messages import (
         Approve,
         Command,
-        CommandEnded,
+        CommandReached,
         Downlink,
         Drive,
         Event,
@@ -73,7 +73,7 @@ _MESSAGES = [
     (_UPLINK, _encode(Command(7, 99, SetOnLoss(OnLoss.HOLD)))),
     (_UPLINK, _encode(Shown(1))),
     (_DOWNLINK, _encode(Proposal(1, 0, ("at:A",), "N", (_STEP, _STEP), veto_window_s=20.0))),
-    (_DOWNLINK, _encode(Event(1, 9, CommandEnded(1, CommandStage.EXPIRED, "late")))),
+    (_DOWNLINK, _encode(Event(1, 9, CommandReached(1, CommandStage.EXPIRED, "late")))),
     (_DOWNLINK, _encode(Event(2, 9, LinkBack(99, 3, 1, (("at:A",), ("at:B",)))))),
 ]
 _HELD_BYTE = 10_000

@@ -7,9 +7,9 @@ import numpy as np
 from farside.control import Failsafe, Mode
 from farside.dem import DynamicExpectancyModel, Parameters, ShadowModel
 from farside.ground.belief import Belief
-from farside.ground.commands import CommandDesk
+from farside.ground.commands.desk import CommandDesk
 from farside.ground.downlink import DownlinkPlan, GroundSilence
-from farside.ground.moves import MoveTerms
+from farside.ground.moves import MoveTerms, MoveTimes
 from farside.ground.outlook import Outlook, RoverTerms
 from farside.link import LinkConfig, LinkTerms, OneWay
 from farside.messages import (
@@ -21,7 +21,8 @@ from farside.places import ACTIONS, Chart
 from tests.dem.conftest import eventful, live  # noqa: F401 - fixtures here too
 
 PLACES = ("at:0", "at:1", "at:2", "at:3")
-ROVER = RoverTerms(MoveTerms(cell_m=1.0, speed_m_s=1.0, turn_rate_rad_s=1.6), to_ns(30.0))
+MOVES = MoveTerms(cell_m=1.0, speed_m_s=1.0, turn_rate_rad_s=1e12)  # 2 s each
+ROVER = RoverTerms(MOVES, least_move_ns=0, alone_after_ns=to_ns(30.0))
 CHART = Chart(("######", "#A..B#", "######"), 1.0)
 
 
@@ -52,6 +53,28 @@ def make_belief(link: LinkConfig | None = None) -> Belief:
     return Belief(DownlinkPlan(LinkTerms.simulated(link, seed=1)), Journal())
 
 
+def make_desk(
+    link: LinkConfig | None = None,
+    valid_ns: int = 1000,
+    least_s: float = 1.0,
+    journal: Journal | None = None,
+) -> CommandDesk:
+    """A desk over this link; by default one of no delay, with no limit of rate.
+
+    A move is expected to take 2 s. Nothing is ever queued but what the desk itself gives.
+    """
+    link = link or LinkConfig(up=OneWay(delay_s=0.0), down=OneWay(delay_s=0.0))
+    return CommandDesk(
+        LinkTerms.simulated(link, seed=1).schedule,
+        valid_ns=valid_ns,
+        times=MoveTimes(MOVES),
+        least_move_ns=to_ns(least_s),
+        action_of=lambda order: getattr(order, "action", None),
+        journal=journal or Journal(),
+        queued_until_ns=lambda now_ns: now_ns,
+    )
+
+
 def taught(lessons: int = 8, bumps: int = 0) -> ShadowModel:
     """The shadow of a model that was driven up and down a corridor of four places."""
     model = DynamicExpectancyModel(
@@ -76,4 +99,5 @@ def make_outlook(belief: Belief, desk: CommandDesk) -> Outlook:
     """An outlook without a shadow, on a rover that is heard."""
     link = LinkConfig(up=OneWay(delay_s=1.0), down=OneWay(delay_s=1.0))
     plan = DownlinkPlan(LinkTerms.simulated(link, seed=1))
-    return Outlook(belief, desk, GroundSilence(plan, to_ns(6.0), to_ns(1.0)), None, ROVER)
+    silence, times = GroundSilence(plan, to_ns(6.0), to_ns(1.0)), MoveTimes(MOVES)
+    return Outlook(belief, desk, silence, shadow=None, times=times, alone_after_ns=to_ns(30.0))

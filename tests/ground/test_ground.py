@@ -11,7 +11,7 @@ from farside.ground.config import (
     SwitchMode,
 )
 from farside.link import LinkConfig, LinkTerms, OneWay, rover_endpoint
-from farside.link.endpoint.endpoint import SERVICES
+from farside.link.endpoint.services import SERVICES
 from farside.logs import decode
 from farside.messages import (
     Command,

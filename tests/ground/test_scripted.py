@@ -5,7 +5,6 @@ from msgspec.structs import replace
 from farside.acts import Act
 from farside.control import CommandStage, Mode
 from farside.ground import ScriptedOperator, Situation
-from farside.ground.commands import CommandDesk
 from farside.ground.config import (
     AwaitReached,
     OverrideAt,
@@ -17,7 +16,7 @@ from farside.ground.config import (
 )
 from farside.messages import (
     Approve,
-    CommandEnded,
+    CommandReached,
     Drive,
     Event,
     GoalReached,
@@ -30,7 +29,7 @@ from farside.messages import (
 from farside.node import to_ns
 from farside.places import Chart
 from farside.topics import OperatorEntry
-from tests.ground.conftest import CHART, make_belief, make_outlook, proposal, telemetry
+from tests.ground.conftest import CHART, make_belief, make_desk, make_outlook, proposal, telemetry
 
 
 class Scene:
@@ -39,7 +38,7 @@ class Scene:
     def __init__(self, *script: ScriptStep, chart: Chart = CHART) -> None:
         self.operator = ScriptedOperator(script, chart)
         self.belief = make_belief()
-        self.desk = CommandDesk(valid_ns=10**9)
+        self.desk = make_desk(valid_ns=10**9)
         self.learn(telemetry(0.0, "nowhere"))
 
     def learn(self, telemetry: Telemetry, *, settled: bool = True) -> None:
@@ -51,7 +50,7 @@ class Scene:
 
     def end(self, stage: CommandStage) -> None:
         """The last command is known to have ended like this."""
-        self.desk.learn_end(CommandEnded(self.desk.last_given, stage, "for a reason"))
+        self.desk.learn_stage(CommandReached(self.desk.last_given, stage, "for a reason"))
 
     def act(self, t_s: float = 0.0, *, silent: bool = False) -> list[Act]:
         now_ns = to_ns(t_s)

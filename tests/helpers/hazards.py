@@ -60,7 +60,7 @@ class Hazard(NamedTuple):
 
     values: dict[str, Any]
     script: tuple[ScriptStep, ...]
-    orders: tuple[tuple[float, Order], ...]
+    orders: tuple[tuple[float, Act], ...]
     answers: tuple[str, ...]
 
 
@@ -163,10 +163,10 @@ def hazards(draw: st.DrawFn) -> Hazard:
     places = _places(rows)
     script = draw(scripts(places))
     burst_s = draw(TIMES)
-    burst: list[tuple[float, Order]] = [
+    burst: list[tuple[float, Act]] = [
         (burst_s, Drive(action)) for action in draw(st.lists(ACTIONS, max_size=6))
     ]
-    wild = draw(st.lists(st.tuples(TIMES, orders(places)), max_size=8))
+    wild: list[tuple[float, Act]] = [*draw(st.lists(st.tuples(TIMES, orders(places)), max_size=8))]
     starts = sorted(draw(st.lists(TIMES, max_size=5)))
     lengths = draw(st.lists(st.floats(1, 90), min_size=5, max_size=5))
     ways = draw(st.lists(st.sampled_from(["both", "up", "down"]), min_size=5, max_size=5))
@@ -208,8 +208,10 @@ def hazards(draw: st.DrawFn) -> Hazard:
     return Hazard(values, script, by_time, tuple(answers))
 
 
-def fly(hazard: Hazard, folder: Path | None = None) -> FinishedRun:
-    """Run it in this process; the log is in `folder`."""
+def fly(
+    hazard: Hazard, folder: Path | None = None, operator: type[Wild] | None = None
+) -> FinishedRun:
+    """Run it in this process, with that kind of operator; the log is in `folder`."""
     out = folder or Path(tempfile.gettempdir()) / "farside-hazards"
     rehearsal = Rehearsal("blackout", out, hazard.values)
-    return rehearsal.operator(type("Hazardous", (Wild,), {"hazard": hazard})).run()
+    return rehearsal.operator(type("Hazardous", (operator or Wild,), {"hazard": hazard})).run()

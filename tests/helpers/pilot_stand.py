@@ -123,11 +123,18 @@ class _Commands:
 
     next: Assignment | None = None
 
+    @property
+    def waits(self) -> bool:
+        return self.next is not None
+
+    def ripe(self, now_ns: int) -> None:
+        pass
+
     def tell_missing(self, now_ns: int) -> None:
         pass
 
-    def expire(self, now_ns: int) -> None:
-        pass
+    def expire(self, _now_ns: int) -> bool:
+        return False
 
     def begin(self, *_forced: str | None) -> None:
         self.next = None

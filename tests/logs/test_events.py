@@ -11,8 +11,8 @@ from farside.logs.events import event_line
 from farside.messages import (
     Approve,
     BatteryChanged,
-    CommandEnded,
     CommandForced,
+    CommandReached,
     CommandsMissing,
     Drive,
     Event,
@@ -187,11 +187,11 @@ def test_the_ground_gives_a_command(order: Order, text: str) -> None:
         (StuckChanged(stuck=False, moves=0), "moves again"),
         (StuckChanged(stuck=True, moves=4), "stuck: the last 4 moves were blocked"),
         (
-            CommandEnded(7, CommandStage.REFUSED, "the battery is flat"),
+            CommandReached(7, CommandStage.REFUSED, "the battery is flat"),
             "command 7 refused: the battery is flat",
         ),
         (
-            CommandEnded(7, CommandStage.SUPERSEDED, "the link was lost before it began"),
+            CommandReached(7, CommandStage.SUPERSEDED, "the link was lost before it began"),
             "command 7 superseded: the link was lost before it began",
         ),
         (
@@ -268,7 +268,7 @@ HOSTILE = "\x1b]0;you\x07\x1b[2J\u202e\n" * 99
         CommandEntry(7, CommandStage.REFUSED, Drive(HOSTILE), HOSTILE),
         ActionEnded(HOSTILE, 4.0, blocked=True),
         command_sent(7, SetGoal((HOSTILE,), 1.0)),
-        EventLearned(Event(1, 0, CommandEnded(7, CommandStage.REFUSED, HOSTILE))),
+        EventLearned(Event(1, 0, CommandReached(7, CommandStage.REFUSED, HOSTILE))),
         EventLearned(Event(1, 0, LinkBack(0, 0, 0, ((HOSTILE,),)))),
     ],
     ids=lambda message: type(message).__name__,

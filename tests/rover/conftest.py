@@ -9,11 +9,13 @@ import numpy as np
 import pytest
 from numpy.random import Generator
 
+from farside.control import CommandStage
 from farside.dem import DynamicExpectancyModel
 from farside.link import LinkConfig, LinkTerms, OneWay, ground_endpoint
 from farside.logs import LogEntry
 from farside.messages import (
     Command,
+    CommandReached,
     Drive,
     Event,
     Heartbeat,
@@ -23,6 +25,7 @@ from farside.messages import (
     Shown,
     Telemetry,
     Uplink,
+    When,
 )
 from farside.node import Frame, Journal, Topic, to_ns, to_s
 from farside.places import ACTIONS, Chart
@@ -76,10 +79,18 @@ class Bench:
         self._commands = 0
         self.run(TICK_NS)
 
-    def order(self, order: Order, *, expires_s: float = 1e6, meant: Meant | None = None) -> int:
+    def order(
+        self,
+        order: Order,
+        *,
+        expires_s: float = 1e6,
+        meant: Meant | None = None,
+        when: When | None = None,
+    ) -> int:
         """Send a command; it arrives with the next tick."""
         self._commands += 1
-        self._ground.send(Command(self._commands, to_ns(expires_s), order, meant), self.now_ns)
+        command = Command(self._commands, to_ns(expires_s), order, meant, when)
+        self._ground.send(command, self.now_ns)
         return self._commands
 
     def say(self, word: Uplink) -> None:
@@ -97,6 +108,12 @@ class Bench:
     def told(self, kind: type[Happened]) -> list[Happened]:
         """What the rover has told of this kind."""
         return [event.what for event in self.events if isinstance(event.what, kind)]
+
+    @property
+    def not_done(self) -> list[CommandReached]:
+        """What the rover has told of commands that ended without being done."""
+        ends = [one for one in self.told(CommandReached) if one.stage.is_last]
+        return [one for one in ends if one.stage is not CommandStage.DONE]
 
     def run(self, time_ns: int) -> None:
         """Live on for a while."""

@@ -6,8 +6,8 @@ import pytest
 
 from farside.control import CommandStage, Failsafe, Mode, ModeCause, OnLoss
 from farside.messages import (
-    CommandEnded,
     CommandForced,
+    CommandReached,
     CommandsMissing,
     Drive,
     Meant,
@@ -38,7 +38,8 @@ def test_taken_waiting_begun_done(bench: Callable[..., Bench]) -> None:
     assert rover.telemetry.commands_done == 0
     rover.until(lambda: rover.telemetry.commands_done == second)
     assert life(rover, first) == life(rover, second) == ["taken", "waiting", "begun", "done"]
-    assert rover.told(CommandEnded) == [], "telemetry tells of what is done"
+    told = [(one.number, one.stage.value) for one in rover.told(CommandReached)]
+    assert told == [(1, "begun"), (2, "taken"), (1, "done"), (2, "begun"), (2, "done")]
 
 
 def test_a_later_order_that_is_done_at_once_does_not_make_the_earlier_one_done(
@@ -56,9 +57,9 @@ def test_a_later_order_that_is_done_at_once_does_not_make_the_earlier_one_done(
 def test_a_blocked_move_is_a_failed_command_and_told(bench: Callable[..., Bench]) -> None:
     rover = bench()
     number = rover.order(Drive("S"))
-    rover.until(lambda: rover.told(CommandEnded))
-    failed = CommandEnded(number, CommandStage.FAILED, "its move was blocked, or given up")
-    assert rover.told(CommandEnded) == [failed]
+    rover.until(lambda: rover.not_done)
+    failed = CommandReached(number, CommandStage.FAILED, "its move was blocked, or given up")
+    assert rover.not_done == [failed]
     assert rover.telemetry.commands_done == number
 
 
@@ -96,7 +97,7 @@ def test_expiry_is_judged_when_an_order_would_begin(bench: Callable[..., Bench])
     rover.run_s(20)
     stages = [rover.end_of(number).stage for number in numbers]
     assert stages == [CommandStage.DONE] * 2 + [CommandStage.EXPIRED] * 2
-    assert {end.why for end in rover.told(CommandEnded)} == {"it came too late to begin"}
+    assert {end.why for end in rover.not_done} == {"it came too late to begin"}
 
 
 @pytest.mark.parametrize(
@@ -113,7 +114,7 @@ def test_an_order_is_refused_where_it_was_not_meant(
     rover = bench()
     number = rover.order(Drive("N"), meant=meant)
     rover.run_s(10)
-    assert rover.told(CommandEnded) == [CommandEnded(number, CommandStage.REFUSED, why)]
+    assert rover.not_done == [CommandReached(number, CommandStage.REFUSED, why)]
     assert begun(rover) == []
 
 
@@ -148,7 +149,7 @@ def test_what_would_leave_too_little_for_the_way_to_the_dock_is_refused(
 ) -> None:
     rover = bench(battery={"capacity_j": 2_500.0, "idle_w": 1.0, "low": 0.05})
     rover.do("NNEEEEE")
-    refused = rover.told(CommandEnded)[0]
+    refused = rover.not_done[0]
     assert "would not suffice for the way to the dock" in refused.why
     assert "at:B" not in rover.telemetry.tokens
     assert rover.telemetry.failsafe is Failsafe.NOMINAL, "it is only told"

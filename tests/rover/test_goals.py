@@ -6,7 +6,7 @@ from collections.abc import Callable
 import pytest
 
 from farside.control import CommandStage, Mode
-from farside.messages import CommandEnded, GoalAside, SetGoal, SetMode, WithdrawGoal
+from farside.messages import CommandReached, GoalAside, SetGoal, SetMode, WithdrawGoal
 from farside.topics import ROVER_GOAL, ROVER_MODE, GoalChange, GoalSource
 from tests.rover.conftest import Bench
 
@@ -89,7 +89,7 @@ def test_a_goal_that_is_none_is_refused_and_told(
     rover = bench()
     number = rover.order(goal)
     rover.run_s(2)
-    assert rover.told(CommandEnded) == [CommandEnded(number, CommandStage.REFUSED, why)]
+    assert rover.not_done == [CommandReached(number, CommandStage.REFUSED, why)]
     assert rover.telemetry.goals == ()
 
 

@@ -7,7 +7,7 @@ import pytest
 from farside.control import Chooser, CommandStage, Failsafe, Mode
 from farside.messages import (
     Approve,
-    CommandEnded,
+    CommandReached,
     Drive,
     GoalAside,
     GoalReached,
@@ -239,7 +239,7 @@ def test_orders_that_waited_when_the_link_was_lost_are_dropped_and_told(
     assert len(actions(rover)) == 1
     told = [event.what for event in rover.events]
     why = "the link was lost before it began"
-    assert CommandEnded(waiting, CommandStage.SUPERSEDED, why) in told
+    assert CommandReached(waiting, CommandStage.SUPERSEDED, why) in told
 
 
 def test_it_reports_what_it_did_alone_when_the_link_returns(bench: Callable[..., Bench]) -> None:

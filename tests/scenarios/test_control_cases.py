@@ -11,7 +11,7 @@ from timed import Timed
 from farside.control import Chooser, CommandStage, Failsafe, Mode, ModeCause
 from farside.messages import (
     Approve,
-    CommandEnded,
+    CommandReached,
     CommandsMissing,
     Drive,
     GoalAside,
@@ -60,6 +60,12 @@ def own(run: FinishedRun, start_s: float = 0, end_s: float = 1e9) -> list[Action
 
 def told(run: FinishedRun) -> list[Happening]:
     return [entry.event.what for _, entry in run.entries(GROUND_EVENT)]
+
+
+def not_done(run: FinishedRun) -> list[CommandReached]:
+    """What the ground has heard of commands that ended without being done."""
+    ends = [what for what in told(run) if isinstance(what, CommandReached) and what.stage.is_last]
+    return [what for what in ends if what.stage is not CommandStage.DONE]
 
 
 def ends(run: FinishedRun, stage: CommandStage) -> list[int]:
@@ -168,9 +174,7 @@ def test_drives_that_expire_in_an_outage_are_not_begun_after_it(
     run = ordered(rehearsal, [(9.9, Drive(action)) for action in "NSNSNSNS"])
     assert actions(run, 12.5 + 10) == []
     assert len(ends(run, CommandStage.EXPIRED)) >= 4
-    assert sorted(what.number for what in told(run) if isinstance(what, CommandEnded)) == sorted(
-        ends(run, CommandStage.EXPIRED)
-    )
+    assert sorted(what.number for what in not_done(run)) == sorted(ends(run, CommandStage.EXPIRED))
     assert no_surprise(run)
 
 
@@ -180,7 +184,7 @@ def test_with_a_flat_battery_orders_are_refused_and_told(
     rehearsal = mission("blackout").without_blackouts().set("duration_s", 120)
     rehearsal = rehearsal.set("rover.start", "5,4").set("rover.battery.capacity_j", 900.0)
     run = ordered(rehearsal, [(40, Drive("W")), (40, Drive("E")), (100, Drive("W"))])
-    why = [what.why for what in told(run) if isinstance(what, CommandEnded)]
+    why = [what.why for what in not_done(run)]
     assert set(why) <= {"the battery is flat", "its move was blocked, or given up"}
     assert why[-1] == "the battery is flat"
     assert run.entries(GROUND_TELEMETRY)[-1][1].waiting == ()

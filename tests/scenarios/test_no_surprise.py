@@ -8,10 +8,10 @@ from hazards import Hazard, fly, hazards
 from hypothesis import HealthCheck, given, settings
 
 from farside.control import Chooser, CommandStage
-from farside.messages import CommandEnded, Proposal
+from farside.messages import CommandReached, Proposal
 from farside.missions import FinishedRun
 from farside.missions.surprises import surprises
-from farside.node import to_s
+from farside.node import to_ns, to_s
 from farside.topics import (
     GROUND_EVENT,
     GROUND_TELEMETRY,
@@ -40,7 +40,7 @@ def test_nothing_surprises_whoever_orders_what_over_whatever_link(
     try:
         assert list(surprises(run)) == []
         telemetry_tells_of_commands_as_they_are(run)
-        what_is_refused_is_told(run)
+        every_stage_is_told(run)
         one_proposal_stands_at_a_time(run)
         nothing_explores_unless_the_mission_says_so(run, hazard)
     finally:
@@ -58,19 +58,23 @@ def telemetry_tells_of_commands_as_they_are(run: FinishedRun) -> None:
             assert ended.get(number, made_s + 1) > made_s
 
 
-def what_is_refused_is_told(run: FinishedRun) -> None:
-    """Every end that is not done is told to the ground, if the link lets it, and no other."""
+def every_stage_is_told(run: FinishedRun) -> None:
+    """Once, with the time at which it was so, if the link lets it, and nothing else."""
     told = [
-        (what.number, what.stage)
-        for what in (entry.event.what for _, entry in run.entries(GROUND_EVENT))
-        if isinstance(what, CommandEnded)
+        (entry.event.time_ns, entry.event.what.number, entry.event.what.stage)
+        for _, entry in run.entries(GROUND_EVENT)
+        if isinstance(entry.event.what, CommandReached)
     ]
-    ends = [
-        (entry.number, entry.stage)
-        for _, entry in run.command_stages
-        if entry.stage.is_last and entry.stage is not CommandStage.DONE
+    stages = [
+        (to_ns(t_s), entry.number, entry.stage)
+        for t_s, entry in run.command_stages
+        if entry.stage is not CommandStage.WAITING
     ]
-    assert told == ends[: len(told)]
+    more = {(t_ns, number) for t_ns, number, stage in stages if stage is not CommandStage.TAKEN}
+    expected = [one for one in stages if one[2] is not CommandStage.TAKEN or one[:2] not in more]
+    # At one moment what was only taken is told last.
+    expected.sort(key=lambda one: (one[0], one[2] is CommandStage.TAKEN))
+    assert told == expected[: len(told)]
 
 
 def one_proposal_stands_at_a_time(run: FinishedRun) -> None:

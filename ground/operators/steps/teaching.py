@@ -1,5 +1,6 @@
 """A tour that teaches the rover all that can be reached."""
 
+import math
 from collections.abc import Sequence
 
 from farside.acts import Planned
@@ -9,6 +10,12 @@ from farside.ground.operators.lessons import Lessons, Move
 from farside.ground.operators.seat import Seat, Work
 from farside.messages import Drive, StuckChanged
 from farside.places import Cell
+
+_RESERVE = 2
+_CHARGED = 0.9
+_REMEMBERED = 4
+"""So many times the charge that the way to the dock takes is kept in reserve; up to this state the
+rover is charged; over so many times what moves take is averaged (project defaults)."""
 
 
 def teach(seat: Seat, config: GuideConfig) -> Work:
@@ -24,8 +31,8 @@ def teach(seat: Seat, config: GuideConfig) -> Work:
         if _is_unsafe(seat):
             seat.wait_for("the rover to be safe to drive")
             yield ()
-        elif seat.is_low and (moves := tour.way_to_dock(cell)) is not None:
-            yield from tour.charge(moves)
+        elif (way := tour.way_to_charge(cell)) is not None:
+            yield from tour.charge(way)
         elif moves := tour.lessons.plan(cell, config.ahead, tour.heading):
             lessons = tour.lessons
             seat.wait_for(f"every move to be made, as {lessons.made} of {lessons.of} are")
@@ -55,15 +62,24 @@ class _Tour:
         self._seat, self._ahead = seat, config.ahead
         self.lessons = Lessons(seat.chart, start, config.times)
         self.heading: str | None = None
+        self._taken = 0.0  # of the charge, by moves that were sent together
         self._insist_on: Move | None = None  # if it is sent again right now
 
-    def way_to_dock(self, cell: Cell) -> list[Move] | None:
-        """The way to the dock; `None` without one."""
+    def way_to_charge(self, cell: Cell) -> list[Move] | None:
+        """The way to the dock where it is time to go there; `None` otherwise, or without one.
+
+        It is when the battery is low, or when what is left is not twice what the way there takes:
+        behind a long delay most of the charge goes while the rover waits for the next word.
+        """
         dock = self._seat.chart.dock
         if dock is None:
             return None
         way = self.lessons.way_to(cell, dock)
-        return way if way or cell == dock else None
+        if not way and cell != dock:
+            return None
+        rounds = math.ceil(len(way) / self._ahead) + 1
+        enough = _RESERVE * rounds * self._taken
+        return way if self._seat.is_low or self._seat.battery < enough else None
 
     def charge(self, way: list[Move]) -> Work:
         """Go on along the way to the dock, or wait there until the rover is charged."""
@@ -71,7 +87,7 @@ class _Tour:
             self._seat.wait_for("the rover to be at the dock")
             yield from self.make(way[: self._ahead])
             return
-        while self._seat.is_low:
+        while self._seat.is_low or self._seat.battery < _CHARGED:
             self._seat.wait_for("the rover to be charged")
             yield ()
 
@@ -79,6 +95,7 @@ class _Tour:
         """Send moves, each to be begun once the one before is done, and learn what came of them."""
         first = self._seat.situation.commands.last_given + 1
         force = moves[0] == self._insist_on
+        before = self._seat.battery
         drives = [Drive(move.action) for move in moves[1:]]
         yield [
             Drive(moves[0].action, force=force),
@@ -90,6 +107,9 @@ class _Tour:
             self._seat.wait_for("the rover to know where it is")
             yield ()
         self._learn(moves, first)
+        # The mean of the last few times, so that no outage counts for ever.
+        taken = max(0.0, before - self._seat.battery)
+        self._taken += (taken - self._taken) / _REMEMBERED if self._taken else taken
 
     def _learn(self, moves: Sequence[Move], first: int) -> None:
         """What became of moves, the first of them by the command of this number."""
