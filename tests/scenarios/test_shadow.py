@@ -6,8 +6,9 @@ import pytest
 from nodes import flown
 from restless import lists
 
+from farside.dem import Choice
 from farside.frames import Fate
-from farside.link.endpoint.endpoint import SERVICES
+from farside.link.endpoint.services import SERVICES
 from farside.messages import Proposal
 from farside.missions import load_mission
 from farside.missions.testing.rehearsal import Rehearsal
@@ -19,6 +20,13 @@ from farside.topics import (
     ROVER_CYCLE,
     ROVER_MODEL,
 )
+
+
+class Still(PlainController):
+    """A controller of one's own, which never begins anything."""
+
+    def choose(self, *, explore: bool = True) -> Choice | None:
+        return None
 
 
 @pytest.mark.parametrize("name", ["blackout", "mars-relay", "shadow", "tether"])
@@ -82,9 +90,9 @@ def test_where_there_is_no_shadow_nothing_is_said_of_one(
     if why == "not wanted":
         run = rehearsal.set("rover.shadow", False).run()
     else:
-        run = rehearsal.controller(PlainController).run()
+        run = rehearsal.controller(Still).run()
     assert run.result.shadow is None
-    assert run.entries(ROVER_MODEL) == run.entries(GROUND_SHADOW) == ()
+    assert [*run.each(ROVER_MODEL), *run.each(GROUND_SHADOW)] == []
     assert {entry.model_check for _, entry in run.entries(GROUND_PROPOSAL)} <= {None}
 
 

@@ -13,12 +13,13 @@ from farside.dem import Parameters
 from farside.frames import OutageReason
 from farside.link import LinkConfig, OneWay
 from farside.link.profile.config import Blackout
-from farside.link.profile.loss import GilbertElliott
+from farside.link.profile.impairments import GilbertElliott
 from farside.node import Record, to_ns
 from farside.topics import GROUND_SHADOW
 from tests.dem.conftest import Event
 
 HOUR_S = 3600.0
+LOSSES: list[float | GilbertElliott] = [0.0, 0.02, 0.3, GilbertElliott(p=0.05, r=0.3)]
 MOON = OneWay(delay_s=1.2, rate_bit_s=64_000)
 STREAM: list[Event] = [
     ([token for n, token in enumerate("abcdef") if (k * k + 3 * k) >> n & 1], action, goal)
@@ -33,7 +34,7 @@ def ways(draw: st.DrawFn) -> OneWay:
     return OneWay(
         delay_s=draw(st.sampled_from([0.2, 1.4, 9.8])),
         rate_bit_s=draw(st.sampled_from([None, 300, 2_000, 64_000])),
-        loss=draw(st.sampled_from([0.0, 0.02, 0.3, GilbertElliott(p=0.05, r=0.3)])),
+        loss=draw(st.sampled_from(LOSSES)),
         duplicate=draw(st.sampled_from([0.0, 0.2])),
         queue_byte=65_536,
     )
