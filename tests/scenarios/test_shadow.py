@@ -26,7 +26,7 @@ from farside.topics import (
 class Still(PlainController):
     """A controller of one's own, which never begins anything."""
 
-    def choose(self, *, explore: bool = True) -> Choice | None:  # noqa: ARG002
+    def choose(self, *, explore: bool = True) -> Choice | None:  # noqa: ARG002 - as all do
         return None
 
 
