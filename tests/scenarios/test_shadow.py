@@ -11,6 +11,7 @@ from farside.frames import Fate
 from farside.link.endpoint.services import SERVICES
 from farside.messages import Proposal
 from farside.missions import load_mission
+from farside.missions.loading import shipped_missions
 from farside.missions.testing.rehearsal import Rehearsal
 from farside.node import Direction
 from farside.rover import PlainController
@@ -29,7 +30,7 @@ class Still(PlainController):
         return None
 
 
-@pytest.mark.parametrize("name", ["blackout", "mars-relay", "shadow", "tether"])
+@pytest.mark.parametrize("name", shipped_missions())
 def test_at_the_end_of_a_shipped_mission_the_ground_has_the_model(name: str) -> None:
     flight = flown(load_mission(name).mission)
     shadow = flight.shadow

@@ -15,9 +15,10 @@ from noting import view_of
 from farside.dem import DynamicExpectancyModel
 from farside.logs import RunView
 from farside.missions import load_mission
+from farside.missions.loading import shipped_missions
 from farside.topics import GROUND_SHADOW, ROVER_MODEL
 
-MISSIONS = ("blackout", "mars-relay", "shadow", "tether")
+MISSIONS = tuple(shipped_missions())
 OUTAGE_S = 60.0
 """How long an outage is at least for the time to catch up after it to count."""
 
