@@ -366,7 +366,7 @@ def test_in_autonomous_mode_a_goal_is_sent_if_the_way_to_it_meets_the_rules() ->
     ground.reviews.costs[("at:A",)] = 9.0
     ground.reach("B")
     assert ground.act() == [SetGoal(("at:A",), 2.0)], "it was put aside, and is tried again"
-    assert ground.operator.progress.left == ()
+    assert not ground.operator.progress.left
     settle(ground, Mode.AUTONOMOUS)
     ground.reach("A")
     assert ground.act() == []
