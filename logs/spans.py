@@ -54,6 +54,7 @@ class OperatorSpan(NamedTuple):
     step: int
     of: int
     waiting_for: str | None
+    left: tuple[str, ...] = ()
 
 
 class LeastCharge(NamedTuple):

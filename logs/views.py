@@ -255,7 +255,7 @@ class RunView:
         if last is None:
             return None
         t_s, operator = last
-        return OperatorSpan(t_s, operator.step, operator.of, operator.waiting_for)
+        return OperatorSpan(t_s, operator.step, operator.of, operator.waiting_for, operator.left)
 
     def _last(self, topic: Topic[T]) -> tuple[float, T] | None:
         """The last message of a topic, with its log time in seconds; `None` if there is none."""

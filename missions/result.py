@@ -122,13 +122,14 @@ class OperatorResult(msgspec.Struct, frozen=True):
     """Where the operator got to: at `step` of `of`, waiting since `since_s`.
 
     A run without a script has none of this. `waiting_for` says for what, in words, and is `None`
-    when the script is over. See `farside.topics.OperatorEntry`.
+    when the script is over; `left` what was given up. See `farside.topics.OperatorEntry`.
     """
 
     step: int
     of: int
     waiting_for: str | None
     since_s: float
+    left: tuple[str, ...] = ()
 
 
 class LostProcessResult(msgspec.Struct, frozen=True):

@@ -314,7 +314,7 @@ def _rover(view: RunView) -> RoverResult:
 
 def _operator(view: RunView) -> OperatorResult | None:
     last = view.operator
-    return OperatorResult(last.step, last.of, last.waiting_for, last.t_s) if last else None
+    return last and OperatorResult(last.step, last.of, last.waiting_for, last.t_s, last.left)
 
 
 def _outcome(judgements: Sequence[Judgement], *, aborted: bool) -> Outcome:

@@ -1,6 +1,7 @@
 """What Farside brings keeps to the contracts that it asks of others."""
 
 from collections.abc import Mapping
+from typing import ClassVar
 
 from numpy.random import Generator
 
@@ -20,6 +21,47 @@ class TestTheScriptedOperator(OperatorContract):
 
     operator = "scripted"
     duration_s = 300.0
+
+
+class TestTheGuide(OperatorContract):
+    """The tour that teaches."""
+
+    operator = "guide"
+
+
+class TestTheSupervisor(OperatorContract):
+    """Goals and rules, in a yard that the rover does not know yet."""
+
+    operator = "supervisor"
+    given: ClassVar = {
+        "ground.supervisor.goals": [{"place": "A"}, {"place": "B"}],
+        "ground.supervisor.patience_s": 20.0,
+        "ground.rules": [{"rule": "cost", "below": 100.0}, {"rule": "age", "below_s": 60.0}],
+    }
+
+
+class TestNobody(OperatorContract):
+    """Nobody at the ground."""
+
+    operator = "absent"
+
+
+class TestAQueue(OperatorContract):
+    """Orders from outside, of which there are none."""
+
+    operator = "queued"
+
+
+class TestARecord(OperatorContract):
+    """Orders of a log, whatever the rover does."""
+
+    operator = "recorded"
+    given: ClassVar = {
+        "ground.recorded.orders": [
+            {"time_ns": 10**9, "json": '{"act":{"type":"drive","action":"N"}}'},
+            {"time_ns": 9**10, "json": '{"act":{"type":"goal","tokens":["at:A"],"priority":2}}'},
+        ]
+    }
 
 
 class Wanderer(PlainController):

@@ -142,6 +142,47 @@ def test_of_an_operator_of_ones_own_nothing_is_known() -> None:
     ]
 
 
+def test_what_the_operator_does_not_read_is_warned_of() -> None:
+    rule = {"rule": "cost", "below": 9.0}
+    found = {
+        "ground.operator": "absent",
+        "ground.guide.times": 2,
+        "ground.supervisor.goals": [{"place": "A"}],
+        "ground.recorded.log": "some.mcap",
+        "ground.rules": [rule],
+        "expect": [],
+    }
+    told = [
+        f'ground.{table}: {word} not read: ground.operator is "absent"'
+        for table, word in (
+            ("script", "is"),
+            ("guide", "is"),
+            ("supervisor", "is"),
+            ("recorded", "is"),
+            ("rules", "are"),
+        )
+    ]
+    mission = load_mission("blackout", found).mission
+    assert [f"{dotted(key)}: {text}" for key, text in warnings(mission)] == told
+
+
+def test_rules_that_no_step_goes_by_are_warned_of(tmp_path: Path) -> None:
+    rules = '[[ground.rules]]\nrule = "cost"\nbelow = 9\n'
+    assert warned(tmp_path, rules, '[[ground.script]]\ndo = "teach"\n') == [
+        "ground.rules: are not read: no step answers proposals or supervises"
+    ]
+    assert warned(tmp_path, rules, mode("shared"), GUIDED_GOAL) == []
+
+
+def test_goals_that_a_supervisor_or_a_last_word_sets_may_be_waited_for(tmp_path: Path) -> None:
+    leave = '[[ground.script]]\ndo = "leave"\ngoals = [{ place = "B" }]\n'
+    assert warned(tmp_path, leave, AWAIT) == []
+    assert warned(tmp_path, leave.replace("leave", "supervise"), AWAIT) == []
+    assert warned(tmp_path, '[[ground.script]]\ndo = "supervise"\n') == [
+        "ground.script.0.goals: there is no goal: nothing is done"
+    ]
+
+
 def test_the_shipped_missions_are_not_warned_of() -> None:
     assert list(warnings(load_mission("blackout").mission)) == []
 

@@ -281,7 +281,13 @@ def test_missions_lists_what_ships_with_its_length_and_purpose(
     about = "The operator drives, then consents, then is cut off; the rover goes on alone."
     lines = out.splitlines()
     assert lines[0] == f"blackout     1200 s  {about}"
-    assert [line.split()[0] for line in lines] == ["blackout", "mars-relay", "shadow", "tether"]
+    assert [line.split()[0] for line in lines] == [
+        "blackout",
+        "mars-relay",
+        "shadow",
+        "teach",
+        "tether",
+    ]
     assert len({line.index(" s  ") for line in lines}) == 1, "lengths stand in a column"
 
 

@@ -20,7 +20,7 @@ from farside.topics import (
     TRUTH_POSE,
 )
 
-MISSIONS = ("mars-relay", "shadow", "tether")
+MISSIONS = ("mars-relay", "shadow", "teach", "tether")
 SEEDS = range(1, 6)
 
 
@@ -56,7 +56,7 @@ def test_a_mission_ships_and_nothing_in_it_needs_advice(name: str) -> None:
 @pytest.mark.parametrize(
     ("name", "seed"),
     [
-        *((name, seed) for name in ("shadow", "tether") for seed in SEEDS),
+        *((name, seed) for name in ("shadow", "teach", "tether") for seed in SEEDS),
         ("mars-relay", 2),  # eight seconds each, as it lasts for four hours
     ],
 )
@@ -110,6 +110,26 @@ def test_a_pass_in_which_nothing_is_heard_is_not_planned_and_alarms(
     assert 7320 < held_s < 7350
     lost_s = next(t for t, e in run.entries(ROVER_FAILSAFE) if Cause.LOST in e.causes)
     assert 7350 < lost_s < 7400
+
+
+# --- teach ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("seed", SEEDS)
+def test_once_it_is_left_alone_not_a_word_is_said_and_it_knows_every_way(
+    mission: Callable[[str], Rehearsal], seed: int
+) -> None:
+    run = mission("teach").with_seed(seed).run()
+    chart = load_mission("teach").mission.world.chart()
+    every = sum(1 for cell in chart.tokens for _ in chart.neighbours(cell))
+    driven = actions(run, {Chooser.GUIDED})
+    assert len(driven) == every == 82, "each move once"
+    assert [sent for t_s, sent in run.commands_sent if t_s > 300][4:] == []
+    alone = actions(run, {Chooser.GOAL_DIRECTED})
+    assert min(t_s for t_s, _ in alone) > 300
+    assert len(alone) == len(actions(run, set(Chooser), 300)), "no step that it had to look for"
+    places = (goal.reached_s for goal in run.goals)
+    assert all(reached_s is not None and 310 < reached_s < 500 for reached_s in places)
 
 
 # --- tether ---------------------------------------------------------------------------------------

@@ -78,7 +78,7 @@ class _Tour:
         if not way and cell != dock:
             return None
         rounds = math.ceil(len(way) / self._ahead) + 1
-        enough = _RESERVE * rounds * self._taken
+        enough = min(_CHARGED, _RESERVE * rounds * self._taken)
         return way if self._seat.is_low or self._seat.battery < enough else None
 
     def charge(self, way: list[Move]) -> Work:

@@ -61,11 +61,12 @@ def _operator(operator: OperatorResult | None) -> str:
     """Where the operator got to, where there was a script."""
     if operator is None:
         return ""
+    left = "".join(f"operator: gave up {printable(one)}\n" for one in operator.left)
     if operator.waiting_for is None:
-        return f"operator: all {operator.of} steps done at {operator.since_s:.1f} s\n"
+        return f"operator: all {operator.of} steps done at {operator.since_s:.1f} s\n{left}"
     return (
         f"operator: at step {operator.step} of {operator.of}, waiting since "
-        f"{operator.since_s:.1f} s for {printable(operator.waiting_for)}\n"
+        f"{operator.since_s:.1f} s for {printable(operator.waiting_for)}\n{left}"
     )
 
 

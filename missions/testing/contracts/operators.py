@@ -54,12 +54,14 @@ class OperatorContract:
     Attributes:
         operator: the class, or the name of one as a mission has it.
         options: what it is made with beside the chart and `rng`.
+        given: values of the mission, by dotted key, for an operator that is built in.
         mission: path or name of the mission.
         duration_s: for how long it is asked each time, in simulated time.
     """
 
     operator: ClassVar[type[Operator] | str]
     options: ClassVar[Mapping[str, Plain | Sequence[Plain]]] = {}
+    given: ClassVar[Mapping[str, object]] = {}
     mission: ClassVar[str | Path] = "blackout"
     duration_s: ClassVar[float] = 120.0
 
@@ -112,7 +114,12 @@ class OperatorContract:
         assert (random.getstate(), repr(np.random.get_state())) == states  # noqa: NPY002
 
     def _loaded(self, changes: Mapping[str, object]) -> LoadedMission:
-        given = {"duration_s": self.duration_s, "ground.operator_options": self.options, **changes}
+        given = {
+            "duration_s": self.duration_s,
+            "ground.operator_options": self.options,
+            **self.given,
+            **changes,
+        }
         if isinstance(self.operator, str):
             return load_mission(self.mission, given | {"ground.operator": self.operator})
         return load_mission(self.mission, given, operator=self.operator)
