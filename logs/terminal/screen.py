@@ -35,7 +35,7 @@ _COMMANDS_MIN, _COMMANDS_MAX = 2, 6
 _EVENTS_MIN = 3
 _TALL, _WIDE = 20, 76  # rows and columns from which nothing has to give way
 _BATTERY_WIDTH = 16
-_ORDER_WIDTH = 24
+_ORDER_SHARE = 0.3  # of the width; the rest is for what is known of it
 
 _DIM, _GOOD, _FAIR, _BAD = "bright_black", "green", "yellow", "bold red"
 _MODE_STYLES = {Mode.GUIDED: "blue", Mode.SHARED: "cyan", Mode.AUTONOMOUS: "yellow"}
@@ -100,7 +100,7 @@ def screen(
     else:
         panels = [yard_panel]
     if tall:
-        panels.append(_commands(picture.commands, now_ns, commands))
+        panels.append(_commands(picture.commands, now_ns, commands, int(_ORDER_SHARE * width)))
     events = height - 1 - body_height - below - (commands + 2 if tall else 0) - 2
     return Group(
         _header(picture, now_ns, title, end_ns, wide=width >= _WIDE),
@@ -109,11 +109,10 @@ def screen(
     )
 
 
-def _commands(commands: KnownCommands, now_ns: int, rows: int) -> Panel:
+def _commands(commands: KnownCommands, now_ns: int, rows: int, order_width: int) -> Panel:
     shown = command_rows(commands, now_ns, rows)
-    # A long order gives way to what is known of it.
     for _, order, _ in shown:
-        order.truncate(_ORDER_WIDTH, overflow="ellipsis")
+        order.truncate(order_width, overflow="ellipsis")
     return _panel(commands_title(commands), _grid(shown), height=rows + 2)
 
 

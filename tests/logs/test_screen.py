@@ -122,7 +122,8 @@ def test_the_commands_on_their_way_are_shown_at_usual_sizes(
     assert lines[title].startswith("╭─ commands, 1 on the way, 1 overdue ─")
     assert lines[title + 1].startswith("│ 2 drive E")
     assert "overdue: should have begun 32.5" in lines[title + 1]
-    assert lines[title + 2].startswith("│ 1 goal at:B, priority 1 took effect 34.5")
+    assert lines[title + 2].startswith("│ 1 goal at:B, prior")
+    assert " took effect 34.5 s ago, told 34.5 " in lines[title + 2]
 
 
 def test_in_a_low_terminal_the_commands_give_way_to_the_map(lost: Any) -> None:
