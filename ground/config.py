@@ -131,7 +131,7 @@ class GuideConfig(Section, frozen=True):
     """
 
     times: Annotated[int, Meta(ge=1, le=1000)] = 1
-    ahead: Annotated[int, Meta(ge=1, le=100)] = 1
+    ahead: Annotated[int, Meta(ge=1, le=100)] = 8
 
 
 class Teach(GuideConfig, frozen=True, tag="teach", tag_field="do"):

@@ -250,7 +250,7 @@ class CommandDesk:
         return tuple(trial._reviewed(command, now_ns) for command in commands)  # noqa: SLF001
 
     def _reviewed(self, command: Command, now_ns: int) -> Reviewed:
-        chance, until_ns = self._chance(self._live[command.number], now_ns)
+        chance, until_ns = self._chance(self._live[command.number], self._ready_ns(now_ns))
         dues = self._live[command.number].dues
         number, expires_ns = command.number, command.expires_ns
         return Reviewed(number, command.order, command.when, expires_ns, dues, chance, until_ns)
@@ -335,12 +335,12 @@ class CommandDesk:
         if life is None:
             chance = TakeBackChance.HERE if number > self.last_given else TakeBackChance.TOO_LATE
             return chance, None
-        return self._chance(life, now_ns)
+        return self._chance(life, self._ready_ns(now_ns))
 
-    def _chance(self, life: Life, now_ns: int) -> tuple[TakeBackChance, int | None]:
+    def _chance(self, life: Life, ready_ns: int) -> tuple[TakeBackChance, int | None]:
         if life.has_begun:
             return TakeBackChance.TOO_LATE, None
-        until_ns = self._timing.withdraw_until_ns(self._ready_ns(now_ns), life.begins_ns)
+        until_ns = self._timing.withdraw_until_ns(ready_ns, life.begins_ns)
         if until_ns is None:
             return TakeBackChance.OPEN, None
         return TakeBackChance.SURE, until_ns
@@ -365,9 +365,10 @@ class CommandDesk:
     def _judge(self, now_ns: int) -> None:
         """Note the verdicts and chances that are new."""
         self._wake_ns = NEVER_NS
+        ready_ns = self._ready_ns(now_ns)
         for life in self._live.values():
             life.begins_ns = bound(life, self.life, self._least_move_ns)
-            before, life.take_back = life.take_back, self._chance(life, now_ns)
+            before, life.take_back = life.take_back, self._chance(life, ready_ns)
             entries = list(life.judge(now_ns))
             if not entries and life.take_back != before:
                 chance, until_ns = life.take_back

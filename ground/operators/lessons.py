@@ -24,6 +24,10 @@ class Move(NamedTuple):
         return self.cell.beside(self.action)
 
 
+_Wanted = Callable[[Move, int], bool]
+"""Whether a move is looked for, where ways lead by moves that were blocked at most so often."""
+
+
 class Lessons:
     """The moves that are still to be made, and which to make next.
 
@@ -103,7 +107,7 @@ class Lessons:
         planned: list[Move] = []
         ahead: Counter[Move] = Counter()
 
-        def wanted(move: Move) -> bool:
+        def wanted(move: Move, _blocked: int) -> bool:
             return self._left.get(move, 0) > ahead[move]
 
         while len(planned) < most:
@@ -119,9 +123,13 @@ class Lessons:
         """The moves of a way to a place, past those that were blocked; none if there is none."""
         if cell == target:
             return []
-        return self._way(cell, lambda move: move.to == target, None)
 
-    def _way(self, cell: Cell, wanted: Callable[[Move], bool], heading: str | None) -> list[Move]:
+        def wanted(move: Move, blocked: int) -> bool:
+            return move.to == target and self._blocked[move] <= blocked
+
+        return self._way(cell, wanted, None)
+
+    def _way(self, cell: Cell, wanted: _Wanted, heading: str | None) -> list[Move]:
         """The way to the nearest move that is wanted, by moves that were blocked least."""
         for blocked in sorted({0, *(self._blocked.values())}):
             if blocked < _TRIES and (way := self._nearest(cell, wanted, heading, blocked)):
@@ -129,7 +137,7 @@ class Lessons:
         return []
 
     def _nearest(
-        self, start: Cell, wanted: Callable[[Move], bool], heading: str | None, blocked: int
+        self, start: Cell, wanted: _Wanted, heading: str | None, blocked: int
     ) -> list[Move]:
         came_by: dict[Cell, Move | None] = {start: None}
         frontier = deque([start])
@@ -137,7 +145,7 @@ class Lessons:
             cell = frontier.popleft()
             before = came_by[cell]
             moves = [move for move in self._moves(cell) if self._blocked[move] < _TRIES]
-            if choices := [move for move in moves if wanted(move)]:
+            if choices := [move for move in moves if wanted(move, blocked)]:
                 facing = heading if before is None else before.action
                 way = [min(choices, key=lambda move: self._rank(move, facing))]
                 while before is not None:

@@ -202,17 +202,13 @@ class Endpoint(Generic[_Out, _In]):
         """What has become of the messages that were stored."""
         return self._stored.state
 
-    def send_aside(self, message: _Out) -> bool:
+    def send_aside(self, message: _Out, now_ns: int) -> bool:
         """Have `message` sent by `forward` before what is stored; false if it is too long.
 
         For what can be made anew at any time: it takes the place of the last one if that has not
         begun to be sent, and none of the store. It has arrived once the other end says so.
         """
-        payload = _encode(message)
-        if len(payload) > self._stored.longest_byte:
-            return False
-        self._stored.put_aside(payload, type(message).__name__)
-        return True
+        return self._stored.put_aside(_encode(message), type(message).__name__, now_ns)
 
     @property
     def aside_waits(self) -> bool:
@@ -287,11 +283,11 @@ class Endpoint(Generic[_Out, _In]):
         wire = self._sealer.seal(body, flags)
         frame = Frame(self._outgoing, sequence, now_ns, wire, service.priority, service.lifetime_ns)
         self._tell(frame, FrameStage.MADE, what, now_ns, flags)
-        begin_ns, end_ns = self._schedule.sends_ns(
-            self._outgoing, max(now_ns, self._busy_ns), len(wire)
-        )
-        # What is sent outside contacts leaves all the same, and is lost.
-        self._busy_ns = max(now_ns, self._busy_ns) + end_ns - begin_ns
+        ready_ns = max(now_ns, self._busy_ns)
+        if ready_ns - now_ns <= (service.lifetime_ns or NEVER_NS):  # else it expires in the queue
+            begin_ns, end_ns = self._schedule.sends_ns(self._outgoing, ready_ns, len(wire))
+            # What is sent outside contacts leaves all the same, and is lost.
+            self._busy_ns = ready_ns + end_ns - begin_ns
         if self.in_shadow:
             self._tell(frame, FrameStage.SHADOWED, what, now_ns, flags)
         else:

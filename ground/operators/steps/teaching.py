@@ -101,36 +101,31 @@ class _Tour:
             Drive(moves[0].action, force=force),
             *(Planned(drive, follows=True) for drive in drives),
         ]
-        while not self._seat.situation.settled:
-            yield ()
-        while self._seat.cell is None:
-            self._seat.wait_for("the rover to know where it is")
+        while not (self._seat.situation.settled and self._are_known(first, len(moves))):
             yield ()
         self._learn(moves, first)
         # The mean of the last few times, so that no outage counts for ever.
         taken = max(0.0, before - self._seat.battery)
         self._taken += (taken - self._taken) / _REMEMBERED if self._taken else taken
 
+    def _are_known(self, first: int, count: int) -> bool:
+        """Whether it is known how so many commands ended; word of it may be behind telemetry."""
+        lives = map(self._seat.situation.commands.life, range(first, first + count))
+        return all(life is None or life.end is not None for life in lives)
+
     def _learn(self, moves: Sequence[Move], first: int) -> None:
         """What became of moves, the first of them by the command of this number."""
-        commands, cell = self._seat.situation.commands, self._seat.cell
-        ends = [commands.end_of(first + number) for number in range(len(moves))]
-        # Word of how a command ended may come after telemetry that says that it is over. Then the
-        # place tells how far the rover came.
-        done = next((number for number, end in enumerate(ends) if end is not None), len(moves))
-        places = [moves[0].cell, *(move.to for move in moves)]
-        if done == len(moves) and places[-1] != cell:
-            done = max((n for n, place in enumerate(places) if place == cell), default=0)
-        for move in moves[:done]:
+        self._insist_on = None
+        for number, move in enumerate(moves, start=first):
+            end = self._seat.situation.commands.end_of(number)
+            if end is not None:
+                if end.stage is CommandStage.FAILED:
+                    self.lessons.note_blocked(move)
+                if end.stage in {CommandStage.FAILED, CommandStage.REFUSED}:
+                    self._insist_on = move  # which is refused where it was blocked just now
+                return
             self.lessons.note_made(move)
             self.heading = move.action
-        end = ends[done] if done < len(moves) else None
-        stage = None if end is None else end.stage
-        self._insist_on = None
-        if stage is CommandStage.FAILED:
-            self.lessons.note_blocked(moves[done])
-        if stage in {CommandStage.FAILED, CommandStage.REFUSED}:
-            self._insist_on = moves[done]  # which is refused where it was blocked just now
 
 
 def _is_unsafe(seat: Seat) -> bool:
