@@ -236,7 +236,9 @@ def _verdict(life: LifeEntry) -> str:
         case Verdict.ON_TIME:
             return f"{happened} on time after all"
         case Verdict.LATE if so_ns is not None:
-            return f"{happened} late, {to_s(so_ns - due_ns):.1f} s after it was due"
+            late_s = to_s(so_ns - due_ns)
+            by = f"{late_s:.1f} s" if late_s >= 0.1 else "less than 0.1 s"
+            return f"{happened} late, {by} after it was due"
         case Verdict.OVERDUE:
             missed = MISSED.get(stage, str(stage))
             return f"command {life.number} overdue: {missed} by {time_text(due_ns)}, no word"

@@ -154,6 +154,10 @@ def reviewed(*conflicts: str) -> PathReview:
             "ground: command 7 began late, 2.5 s after it was due",
         ),
         (
+            said_of(7, CommandStage.DONE, Verdict.LATE, due_s=4.0, so_s=4.04),
+            "ground: command 7 done late, less than 0.1 s after it was due",
+        ),
+        (
             said_of(7, CommandStage.DONE, Verdict.OVERDUE, due_s=4.0),
             "ground: command 7 overdue: should have been done by 4.0 s, no word",
         ),
