@@ -69,7 +69,7 @@ class Belief:
 
     def __init__(self, plan: DownlinkPlan, journal: Journal) -> None:
         self._plan, self._journal = plan, journal
-        self.now = BeliefEntry()
+        self.now = BeliefEntry(())
         self.telemetry: Telemetry | None = None
         self.unbroken_ns = -1
         self._interval_ns = 0
@@ -110,6 +110,7 @@ class Belief:
         place = next(filter(is_place_token, telemetry.tokens), None)
         so_ns, by = telemetry.time_ns, LearnedBy.TELEMETRY
         now = BeliefEntry(
+            stale=self.now.stale,
             place=Known(place, so_ns, now_ns, by),
             pose=Known(
                 Estimate(telemetry.x_m, telemetry.y_m, telemetry.heading_rad), so_ns, now_ns, by

@@ -232,6 +232,7 @@ class BeliefEntry(msgspec.Struct, frozen=True, omit_defaults=True):
     """What the ground believes of the rover, from now on; `None` for what it never learned.
 
     Attributes:
+        stale: the items of which something newer was due.
         place: the Token of the place where the rover believes to be, `None` if it does not know.
         pose: the estimate on board.
         battery: state of charge, 0 to 1.
@@ -242,9 +243,9 @@ class BeliefEntry(msgspec.Struct, frozen=True, omit_defaults=True):
         proposal: number of the proposal that stands.
         on_loss: what the rover will do when the link is lost.
         alone_goals: the goals that it will pursue then.
-        stale: the items of which something newer was due.
     """
 
+    stale: tuple[BeliefItem, ...]
     place: Known[str | None] | None = None
     pose: Known[Estimate] | None = None
     battery: Known[float] | None = None
@@ -256,7 +257,6 @@ class BeliefEntry(msgspec.Struct, frozen=True, omit_defaults=True):
     proposal: Known[int | None] | None = None
     on_loss: Known[OnLoss] | None = None
     alone_goals: Known[tuple[Tokens, ...]] | None = None
-    stale: tuple[BeliefItem, ...] = ()
 
 
 class Likely(msgspec.Struct, frozen=True):
