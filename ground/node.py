@@ -44,6 +44,8 @@ from farside.topics import (
     Review,
 )
 
+_AGE_SHARE = 8  # a prediction is noted again when what it is made from is so much older
+
 
 class Ground:
     """The ground station, stepped tick by tick; a `Node`.
@@ -90,7 +92,7 @@ class Ground:
             queued_until_ns=self._endpoint.queued_until_ns,
         )
         self._heartbeat_ns = to_ns(config.heartbeat_s)
-        self._heartbeat_at_ns = 0
+        self._heartbeat_at_ns = self._predict_at_ns = 0
         self._silence = GroundSilence(plan, to_ns(config.silent_after_s), terms.light_time_ns)
         self._outlook = Outlook(
             self._belief,
@@ -157,8 +159,12 @@ class Ground:
                 return None
 
     def _predict(self) -> None:
-        prediction = self._outlook.predicted(self._now_ns)
+        """Note where the rover is by now; the older what is known, the less often."""
+        prediction = None
+        if self._now_ns >= self._predict_at_ns:
+            prediction = self._outlook.predicted(self._now_ns)
         if prediction is not None:
+            self._predict_at_ns = self._now_ns + (self._now_ns - prediction.from_ns) // _AGE_SHARE
             self._journal.note(GROUND_PREDICTION, prediction)
 
     def _heartbeat(self) -> Heartbeat:

@@ -191,6 +191,8 @@ class Predictor:
         if one.begun or one.arrives_ns >= horizon_ns:  # that begun is the move under way
             return branches
         branches = self._go_on(branches, one.arrives_ns, horizon_ns)
+        if one.arrives_ns > one.command.expires_ns:
+            return [branch._replace(done=(one.command.number, False)) for branch in branches]
         if one.action is None:
             return [_settled(branch, one) for branch in branches]
         moved: list[_Branch] = []

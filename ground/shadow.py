@@ -100,6 +100,7 @@ class Shadow:
                 hypotheses=self.model.hypothesis_count,
                 cycles=covered,
             ),
+            publish_time_ns=update.time_ns,
         )
 
     def _remember(self, check: int) -> None:

@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from farside.control import BatteryState, CommandStage, Failsafe
+from farside.control import BatteryState, CommandStage, Failsafe, Verdict
 from farside.frames import LinkOutage, OutageReason
 from farside.logs.reading import LogEntry
 from farside.messages import (
@@ -28,12 +28,18 @@ from farside.messages import (
     TakeBack,
     Tokens,
     Veto,
+    When,
     WithdrawGoal,
 )
 from farside.node import Direction, Role, Topic, to_s
 from farside.topics import (
     GROUND_COMMAND,
     GROUND_EVENT,
+    GROUND_HELD,
+    GROUND_LIFE,
+    GROUND_OPERATOR,
+    GROUND_REVIEW,
+    GROUND_SHADOW,
     GROUND_SILENCE,
     LINK_OUTAGE,
     ROVER_ACTION_ENDED,
@@ -44,6 +50,7 @@ from farside.topics import (
     ROVER_MODE,
     ROVER_STUCK,
     ActionEnded,
+    Answer,
     BatteryEntry,
     CommandEntry,
     CommandSent,
@@ -51,7 +58,13 @@ from farside.topics import (
     FailsafeEntry,
     GoalChange,
     GoalEntry,
+    HeldEntry,
+    HeldFate,
+    LifeEntry,
     ModeEntry,
+    OperatorEntry,
+    Review,
+    ShadowEntry,
     Silence,
     StuckEntry,
 )
@@ -87,9 +100,29 @@ EVENT_TOPICS: tuple[Topic[Any], ...] = (
     LINK_OUTAGE,
     GROUND_COMMAND,
     GROUND_EVENT,
+    GROUND_HELD,
+    GROUND_LIFE,
+    GROUND_OPERATOR,
+    GROUND_REVIEW,
+    GROUND_SHADOW,
     GROUND_SILENCE,
 )
 """The topics with event lines; see `event_line`."""
+
+
+HAPPENED = {
+    CommandStage.TAKEN: "arrived",
+    CommandStage.BEGUN: "began",
+    CommandStage.DONE: "done",
+}
+"""What is said of a command that came to a stage."""
+
+MISSED = {
+    CommandStage.TAKEN: "should have arrived",
+    CommandStage.BEGUN: "should have begun",
+    CommandStage.DONE: "should have been done",
+}
+"""What is said of a command that is not heard to have come to a stage."""
 
 
 def time_text(t_ns: int) -> str:
@@ -125,7 +158,7 @@ def _line(entry: LogEntry) -> EventLine | None:
             routine = stage is CommandStage.FAILED  # the blocked move has a line of its own
             return EventLine(t_ns, Role.ROVER, _command(command), routine)
         case _:
-            return _condition_line(entry) or _link_or_ground_line(entry)
+            return _condition_line(entry) or _link_or_ground_line(entry) or _known_line(entry)
 
 
 def _condition_line(entry: LogEntry) -> EventLine | None:
@@ -158,8 +191,8 @@ def _link_or_ground_line(entry: LogEntry) -> EventLine | None:
             way = "uplink" if direction is Direction.UP else "downlink"
             text = f"{way}: {_OUTAGES[reason]} {'begins' if down else 'ends'}"
             return EventLine(t_ns, Role.LINK, text)
-        case CommandSent(number=number, order=order):
-            text = f"command {number}: {_order(order)}"
+        case CommandSent(number=number, order=order, when=when):
+            text = f"command {number}: {order_text(order)}{when_text(when)}"
             routine = isinstance(order, Approve) or (isinstance(order, Drive) and not order.force)
             return EventLine(t_ns, Role.GROUND, text, routine)
         case EventLearned(event=Event(what=CommandReached(why=None))):
@@ -174,6 +207,71 @@ def _link_or_ground_line(entry: LogEntry) -> EventLine | None:
             return None
 
 
+def _known_line(entry: LogEntry) -> EventLine | None:
+    """The line for what the ground concludes from what it heard, or did not hear."""
+    match entry.message:
+        case LifeEntry() as life:
+            text = _verdict(life)
+        case HeldEntry() as held:
+            text = _held(held)
+        case ShadowEntry(in_step=in_step, why=why):
+            text = "the shadow of the model is in step"
+            if not in_step:
+                text = f"the shadow of the model is out of step: {why}"
+        case Review(review=review) as answered if review.conflicts:
+            text = _review(answered)
+        case OperatorEntry(left=(*_, left)):
+            text = f"gives up {left}"
+        case _:
+            return None
+    return EventLine(entry.log_time_ns, Role.GROUND, text) if text else None
+
+
+def _verdict(life: LifeEntry) -> str:
+    stage, due_ns, so_ns = life.stage, life.due_ns, life.so_ns
+    if stage is None or due_ns is None:
+        return ""
+    happened = f"command {life.number} {HAPPENED.get(stage, stage)}"
+    match life.verdict:
+        case Verdict.ON_TIME:
+            return f"{happened} on time after all"
+        case Verdict.LATE if so_ns is not None:
+            late_s = to_s(so_ns - due_ns)
+            by = f"{late_s:.1f} s" if late_s >= 0.1 else "less than 0.1 s"
+            return f"{happened} late, {by} after it was due"
+        case Verdict.OVERDUE:
+            missed = MISSED.get(stage, str(stage))
+            return f"command {life.number} overdue: {missed} by {time_text(due_ns)}, no word"
+        case _:
+            return ""
+
+
+def _held(held: HeldEntry) -> str:
+    orders = ", then ".join(map(order_text, held.orders))
+    match held.fate:
+        case HeldFate.HELD:
+            text = f"holds until the link is up: {orders}"
+        case HeldFate.RELEASED:
+            numbers = ", ".join(map(str, held.commands))
+            plural = "s" if len(held.commands) != 1 else ""
+            text = f"sends what it held, as command{plural} {numbers}: {orders}"
+        case HeldFate.GIVEN_UP:
+            text = f"gives up what it held: {orders}"
+    return text
+
+
+_ANSWERS = {
+    Answer.APPROVED: "approves proposal {} ({}), although",
+    Answer.OVERRIDDEN: "overrides proposal {} ({}):",
+    Answer.VETOED: "vetoes proposal {} ({}):",
+}
+
+
+def _review(review: Review) -> str:
+    answer = _ANSWERS[review.answer].format(review.proposal, review.action)
+    return f"{answer} {'; '.join(review.review.conflicts)}"
+
+
 def _failsafe(state: Failsafe, why: str, silence_s: float) -> str:
     text = f"failsafe {state}: {why}"
     if state in {Failsafe.HOLD, Failsafe.ALONE} and silence_s >= 1:
@@ -182,7 +280,7 @@ def _failsafe(state: Failsafe, why: str, silence_s: float) -> str:
 
 
 def _command(entry: CommandEntry) -> str:
-    text = f"command {entry.number} ({_order(entry.order)})"
+    text = f"command {entry.number} ({order_text(entry.order)})"
     if entry.stage is CommandStage.BEGUN:
         return f"{text} begins although {entry.why}, as the operator insists"
     return f"{text} {entry.stage}: {entry.why}"
@@ -209,7 +307,8 @@ def _goal(goal: GoalEntry) -> str:
     return text
 
 
-def _order(order: Order) -> str:
+def order_text(order: Order) -> str:
+    """An order for people, such as `drive N` or `approve proposal 14`."""
     match order:
         case Drive(action=action, force=force):
             text = f"drive {action}{_forced(force=force)}"
@@ -230,6 +329,16 @@ def _order(order: Order) -> str:
             text = f"goal {sign_text(tokens)}, priority {worth}"
         case WithdrawGoal(tokens=tokens):
             text = f"withdraw goal {sign_text(tokens)}"
+    return text
+
+
+def when_text(when: When | None) -> str:
+    """What a command waits for on board, to follow its order; nothing if it waits for nothing."""
+    text = ""
+    if when is not None and when.after is not None:
+        text += f", after command {when.after}"
+    if when is not None and when.at_ns is not None:
+        text += f", not before {time_text(when.at_ns)}"
     return text
 
 

@@ -10,11 +10,16 @@ import msgspec
 from farside.control import Failsafe, Mode
 from farside.frames import Fate, FrameFate, LinkOutage
 from farside.logs.events import EVENT_TOPICS, EventLine, event_line
+from farside.logs.known import COMMAND_TOPICS, KnownCommands
 from farside.logs.reading import LogEntry, LogFile
 from farside.messages import Proposal, Telemetry, Tokens
 from farside.node import Direction, Topic
 from farside.places import Chart
 from farside.topics import (
+    GROUND_BELIEF,
+    GROUND_OPERATOR,
+    GROUND_PREDICTION,
+    GROUND_SHADOW,
     GROUND_SILENCE,
     GROUND_TELEMETRY,
     LINK_FRAME,
@@ -31,13 +36,18 @@ from farside.topics import (
     TRUTH_YARD,
     ActionEnded,
     ActionStarted,
+    BeliefEntry,
     Cycle,
     FailsafeEntry,
     GoalChange,
     GoalEntry,
+    LifeEntry,
     ModeEntry,
+    OperatorEntry,
     Pose,
+    Prediction,
     ProposalEnded,
+    ShadowEntry,
     Silence,
     Yard,
 )
@@ -77,6 +87,11 @@ class Picture:
         proposal: the DEM's proposal that stands, until it ends or its goal leaves the Goal List.
         telemetry: the latest that the ground has received, by the time it was measured.
         silent: whether the rover counts as silent at the ground.
+        commands: those on their way and the last that ended, as the ground knows them.
+        belief: what the ground believes of the rover, as it was noted last.
+        prediction: where the ground predicts the rover to be by now.
+        shadow: the shadow of the model on board.
+        operator: how far the operator is.
         link: the two directions.
         lines: the last 100 events, newest last.
     """
@@ -92,6 +107,11 @@ class Picture:
     proposal: Proposal | None = None
     telemetry: Telemetry | None = None
     silent: bool = False
+    commands: KnownCommands = field(default_factory=KnownCommands)
+    belief: BeliefEntry | None = None
+    prediction: Prediction | None = None
+    shadow: ShadowEntry | None = None
+    operator: OperatorEntry | None = None
     link: dict[Direction, LinkPicture] = field(
         default_factory=lambda: {direction: LinkPicture() for direction in Direction}
     )
@@ -99,20 +119,28 @@ class Picture:
 
     def apply(self, entry: LogEntry) -> EventLine | None:
         """Update the state with the next entry of the log; returns its event line, if any."""
-        line = None if self._only_changes_priority(entry.message) else event_line(entry)
+        line = event_line(entry) if self._is_news(entry.message) else None
         if line is not None:
             self.lines.append(line)
         if (update := _UPDATE_OF.get(entry.topic)) is not None:
             update(self, entry.message)
+        self.commands.apply(entry.message, entry.log_time_ns)
         return line
 
-    def _only_changes_priority(self, message: msgspec.Struct) -> bool:
-        """Whether a goal on the list is set again: the battery's is, whenever its charge falls."""
-        return (
-            isinstance(message, GoalEntry)
-            and message.change is GoalChange.SET
-            and message.tokens in self.goals
-        )
+    def _is_news(self, message: msgspec.Struct) -> bool:
+        """Whether a message says more than what was so before."""
+        match message:
+            case GoalEntry(tokens=tokens, change=GoalChange.SET):
+                # A goal on the list is set again: the battery's is, whenever its charge falls.
+                return tokens not in self.goals
+            case LifeEntry():
+                return self.commands.says_news(message)
+            case ShadowEntry(in_step=in_step):
+                return in_step != (self.shadow is None or self.shadow.in_step)
+            case OperatorEntry(left=(*_, last)):
+                return self.operator is None or last not in self.operator.left
+            case _:
+                return True
 
 
 # --- how a message of each topic updates the picture ------------------------------------------
@@ -177,6 +205,22 @@ def _silence(picture: Picture, message: Silence) -> None:
     picture.silent = message.silent
 
 
+def _belief(picture: Picture, message: BeliefEntry) -> None:
+    picture.belief = message
+
+
+def _prediction(picture: Picture, message: Prediction) -> None:
+    picture.prediction = message
+
+
+def _shadow(picture: Picture, message: ShadowEntry) -> None:
+    picture.shadow = message
+
+
+def _operator(picture: Picture, message: OperatorEntry) -> None:
+    picture.operator = message
+
+
 def _frame_fate(picture: Picture, message: FrameFate) -> None:
     side = picture.link[message.direction]
     if message.copy:
@@ -204,16 +248,22 @@ _UPDATES: dict[Topic[Any], Callable[[Picture, Any], None]] = {
     ROVER_PROPOSAL_ENDED: _proposal_ended,
     GROUND_TELEMETRY: _telemetry,
     GROUND_SILENCE: _silence,
+    GROUND_BELIEF: _belief,
+    GROUND_PREDICTION: _prediction,
+    GROUND_SHADOW: _shadow,
+    GROUND_OPERATOR: _operator,
     LINK_FRAME: _frame_fate,
     LINK_OUTAGE: _link_outage,
 }
 _UPDATE_OF = {topic.name: update for topic, update in _UPDATES.items()}
 
-PICTURE_TOPICS: tuple[Topic[Any], ...] = tuple(dict.fromkeys((*_UPDATES, *EVENT_TOPICS)))
+PICTURE_TOPICS: tuple[Topic[Any], ...] = tuple(
+    dict.fromkeys((*_UPDATES, *COMMAND_TOPICS, *EVENT_TOPICS))
+)
 """The topics that a picture is made from."""
 
 # Of these only the last message matters, and there are many.
-_OVERWRITTEN = (ROVER_CYCLE, GROUND_TELEMETRY)
+_OVERWRITTEN = (ROVER_CYCLE, GROUND_PREDICTION)
 
 
 def picture_at(log: LogFile, time_ns: int) -> Picture:

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import msgspec
 
 from farside.control import Mode, ModeCause
-from farside.frames import Fate, FrameFate, FrameStage, OutageReason
-from farside.messages import Tokens
+from farside.frames import Fate, FrameEvent, FrameFate, FrameStage, OutageReason
+from farside.messages import ModelUpdate, Tokens
 from farside.node import Direction, to_s
 from farside.topics import GoalSource
 
@@ -62,6 +62,29 @@ class LeastCharge(NamedTuple):
 
     t_s: float
     charge: float
+
+
+class ShadowPrice(NamedTuple):
+    """What the shadow of the model at the ground took of the link.
+
+    Attributes:
+        updates: how many updates were made on board.
+        wholes: how many of them were all lists, and not their changes.
+        cycles: how many cycles of the model they cover.
+        downlink_byte: length of the frames that carried them, repeated ones included.
+        downlink_share: their share of all bytes that the rover sent, 0 to 1.
+        report_byte: length of the reports of them on the uplink. Stored telemetry is reported in
+            the same way: a report counts if the last of both that had arrived was an update.
+        in_step: whether the ground held the lists as they were after its newest update, at the end.
+    """
+
+    updates: int
+    wholes: int
+    cycles: int
+    downlink_byte: int
+    downlink_share: float
+    report_byte: int
+    in_step: bool
 
 
 class LinkCounters(msgspec.Struct, frozen=True):
@@ -136,3 +159,29 @@ class LinkTally:
             bytes=self._bytes,
             delay_s=to_s(self._delay_ns) / delivered if delivered else None,
         )
+
+
+class ShadowTally:
+    """Counts what the shadow of the model takes of the link; see `ShadowPrice`.
+
+    Attributes:
+        sent_byte: length of all frames that the rover made.
+        downlink_byte: of those that carry updates of the model.
+        report_byte: of the reports of them.
+    """
+
+    def __init__(self) -> None:
+        self.sent_byte = self.downlink_byte = self.report_byte = 0
+        self._arrived = ""
+
+    def add(self, event: FrameEvent) -> None:
+        """Count what an endpoint did with a frame; those of the ground in order."""
+        is_made, is_down = event.stage is FrameStage.MADE, event.direction is Direction.DOWN
+        if is_made and is_down:
+            self.sent_byte += event.size_byte
+            if event.what.startswith(ModelUpdate.__name__):
+                self.downlink_byte += event.size_byte
+        elif event.stored and is_made and self._arrived == ModelUpdate.__name__:
+            self.report_byte += event.size_byte
+        elif event.stored and is_down and event.what != "segment":
+            self._arrived = event.what.rpartition(", ")[2]

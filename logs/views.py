@@ -19,6 +19,8 @@ from farside.logs.spans import (
     ModeSpan,
     OperatorSpan,
     OutageSpan,
+    ShadowPrice,
+    ShadowTally,
 )
 from farside.messages import Tokens
 from farside.node import Direction, Topic, to_ns, to_s
@@ -34,6 +36,7 @@ from farside.topics import (
     GROUND_COMMAND,
     GROUND_FRAME,
     GROUND_OPERATOR,
+    GROUND_SHADOW,
     LINK_FRAME,
     LINK_OUTAGE,
     ROVER_BATTERY,
@@ -43,6 +46,7 @@ from farside.topics import (
     ROVER_FRAME,
     ROVER_GOAL,
     ROVER_MODE,
+    ROVER_MODEL,
     ROVER_STORE,
     ROVER_STUCK,
     TOPICS,
@@ -332,17 +336,35 @@ class RunView:
 
     def link_counters(self, direction: Direction) -> LinkCounters:
         """Counts of the frames of one direction."""
-        return self._counters[direction]
+        return self._counters[0][direction]
+
+    @property
+    def shadow(self) -> ShadowPrice | None:
+        """What the shadow of the model took of the link; `None` if no update was made."""
+        sent = [entry for _, entry in self.each(ROVER_MODEL)]
+        if not sent:
+            return None
+        tally, last = self._counters[1], self._last(GROUND_SHADOW)
+        return ShadowPrice(
+            updates=len(sent),
+            wholes=sum(update.whole for update in sent),
+            cycles=sum(update.cycles for update in sent),
+            downlink_byte=tally.downlink_byte,
+            downlink_share=tally.downlink_byte / (tally.sent_byte or 1),
+            report_byte=tally.report_byte,
+            in_step=last is not None and last[1].in_step,
+        )
 
     @cached_property
-    def _counters(self) -> dict[Direction, LinkCounters]:
-        tallies = {direction: LinkTally() for direction in Direction}
+    def _counters(self) -> tuple[dict[Direction, LinkCounters], ShadowTally]:
+        tallies, shadow = {direction: LinkTally() for direction in Direction}, ShadowTally()
         for frame in self.each_frame():
             tallies[frame.direction].add(frame)
         for end in (ROVER_FRAME, GROUND_FRAME):
             for _, event in self.each(end):
                 tallies[event.direction].stages[event.stage] += 1
-        return {direction: tally.counters() for direction, tally in tallies.items()}
+                shadow.add(event)
+        return {direction: tally.counters() for direction, tally in tallies.items()}, shadow
 
     @property
     def outages(self) -> tuple[OutageSpan, ...]:

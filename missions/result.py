@@ -70,6 +70,30 @@ class StoreResult(msgspec.Struct, frozen=True):
     waiting: int
 
 
+class ShadowResult(msgspec.Struct, frozen=True):
+    """The price of the shadow of the model at the ground: see `farside.logs.spans.ShadowPrice`.
+
+    Attributes:
+        updates: how many updates were made on board.
+        wholes: how many of them were all lists.
+        cycles: how many cycles of the model they cover.
+        downlink_bytes: of the frames that carried them, repeated ones included.
+        downlink_share: their share of all bytes that the rover sent, 0 to 1.
+        report_bytes: of the reports of them on the uplink.
+        bits_per_cycle: of both together; `None` without a cycle.
+        in_step: whether the ground's lists were, at the end, those after its newest update.
+    """
+
+    updates: int
+    wholes: int
+    cycles: int
+    downlink_bytes: int
+    downlink_share: float
+    report_bytes: int
+    bits_per_cycle: float | None
+    in_step: bool
+
+
 class DemResult(msgspec.Struct, frozen=True):
     """The DEM's lists at the end: number of Signs and hypotheses, and mean C_m."""
 
@@ -133,6 +157,7 @@ class RunResult(msgspec.Struct, frozen=True, kw_only=True):
         modes: the rover's modes in order.
         link: counters of the frames.
         dem: the DEM's lists at the end.
+        shadow: what the shadow of them took of the link; `None` without one.
         lost_processes: processes that ended before the run, in order of loss.
     """
 
@@ -152,4 +177,5 @@ class RunResult(msgspec.Struct, frozen=True, kw_only=True):
     dem: DemResult
     rover: RoverResult
     operator: OperatorResult | None
+    shadow: ShadowResult | None = None
     lost_processes: tuple[LostProcessResult, ...] = ()

@@ -39,6 +39,7 @@ from farside.missions.result import (
     Outcome,
     RoverResult,
     RunResult,
+    ShadowResult,
     StoreResult,
 )
 from farside.missions.schema import MissionFile
@@ -270,6 +271,7 @@ def _result(
         rover=_rover(view),
         operator=_operator(view),
         dem=DemResult(dem.signs, dem.hypotheses, dem.mean_cm) if dem else DemResult(0, 0, 0.0),
+        shadow=_shadow(view),
         lost_processes=tuple(
             LostProcessResult(lost.role, lost.how, to_s(lost.time_ns))
             for lost in end.lost_processes
@@ -281,6 +283,23 @@ def _store_result(view: RunView) -> StoreResult:
     store = view.store
     arrived = store.kept - store.given_up - store.waiting
     return StoreResult(store.kept, arrived, store.given_up, store.waiting)
+
+
+def _shadow(view: RunView) -> ShadowResult | None:
+    price = view.shadow
+    if price is None:
+        return None
+    bits = 8 * (price.downlink_byte + price.report_byte)
+    return ShadowResult(
+        updates=price.updates,
+        wholes=price.wholes,
+        cycles=price.cycles,
+        downlink_bytes=price.downlink_byte,
+        downlink_share=price.downlink_share,
+        report_bytes=price.report_byte,
+        bits_per_cycle=bits / price.cycles if price.cycles else None,
+        in_step=price.in_step,
+    )
 
 
 def _rover(view: RunView) -> RoverResult:

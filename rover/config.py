@@ -262,8 +262,8 @@ class RoverConfig(Section, frozen=True):
         controller_options: what a controller other than `dem` is made with.
         dem: parameters of the Dynamic Expectancy Model.
         shadow: whether the ground holds a shadow of that model: its lists, fed over the downlink,
-            with every map and path. Changes are sent in what all else leaves of the rate, some 200
-            bytes a cycle; the summary of a run states the price.
+            with every map and path. Changes are sent in what all else leaves of the rate, some 130
+            bytes an update with its frame; the summary of a run states the price.
     """
 
     start: PlaceName

@@ -222,7 +222,7 @@ class CommandDesk:
     @property
     def foreseen(self) -> dict[int, Foreseen]:
         """When those of `live` are expected to be taken, begun and done, from what is known now."""
-        return foresee(self._live.values(), self._times_of)
+        return foresee(self._live.values(), self._times_of, self._timing.round_trip_ns)
 
     # --- what is given -------------------------------------------------------------------------
 
@@ -250,7 +250,7 @@ class CommandDesk:
         return tuple(trial._reviewed(command, now_ns) for command in commands)  # noqa: SLF001
 
     def _reviewed(self, command: Command, now_ns: int) -> Reviewed:
-        chance, until_ns = self._chance(self._live[command.number], now_ns)
+        chance, until_ns = self._chance(self._live[command.number], self._ready_ns(now_ns))
         dues = self._live[command.number].dues
         number, expires_ns = command.number, command.expires_ns
         return Reviewed(number, command.order, command.when, expires_ns, dues, chance, until_ns)
@@ -306,7 +306,9 @@ class CommandDesk:
         action = self._action_of(order)
         life = Life(command, action, now_ns, self._timing.arrives_ns(leaves_ns), least_ns)
         self._line_ns = leaves_ns
-        foreseen = foresee([*self._live.values(), life], self._times_of)[number]
+        foreseen = foresee(
+            [*self._live.values(), life], self._times_of, self._timing.round_trip_ns
+        )[number]
         life.expect(foreseen, self._timing)
         earliest_ns = foreseen.taken_ns if when is None else foreseen.begun_ns
         expires_ns = min(NEVER_NS, earliest_ns + self._times * self._valid_ns)
@@ -333,12 +335,12 @@ class CommandDesk:
         if life is None:
             chance = TakeBackChance.HERE if number > self.last_given else TakeBackChance.TOO_LATE
             return chance, None
-        return self._chance(life, now_ns)
+        return self._chance(life, self._ready_ns(now_ns))
 
-    def _chance(self, life: Life, now_ns: int) -> tuple[TakeBackChance, int | None]:
+    def _chance(self, life: Life, ready_ns: int) -> tuple[TakeBackChance, int | None]:
         if life.has_begun:
             return TakeBackChance.TOO_LATE, None
-        until_ns = self._timing.withdraw_until_ns(self._ready_ns(now_ns), life.begins_ns)
+        until_ns = self._timing.withdraw_until_ns(ready_ns, life.begins_ns)
         if until_ns is None:
             return TakeBackChance.OPEN, None
         return TakeBackChance.SURE, until_ns
@@ -363,9 +365,10 @@ class CommandDesk:
     def _judge(self, now_ns: int) -> None:
         """Note the verdicts and chances that are new."""
         self._wake_ns = NEVER_NS
+        ready_ns = self._ready_ns(now_ns)
         for life in self._live.values():
             life.begins_ns = bound(life, self.life, self._least_move_ns)
-            before, life.take_back = life.take_back, self._chance(life, now_ns)
+            before, life.take_back = life.take_back, self._chance(life, ready_ns)
             entries = list(life.judge(now_ns))
             if not entries and life.take_back != before:
                 chance, until_ns = life.take_back

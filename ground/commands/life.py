@@ -95,6 +95,7 @@ class Life:
         end: how it ended; `None` while that is not known.
         over_by_ns: by when it is known to have been over.
         waited_ns: until when it is known not to have begun.
+        absent_ns: until when it is known not to have been on board, though it was due.
         begins_ns: before this it cannot begin, by plan and by what is known.
         take_back: whether it can be taken back, and until when, as told last.
     """
@@ -107,7 +108,7 @@ class Life:
         self.stages: dict[CommandStage, Stage] = {}
         self.end: CommandReached | None = None
         self.over_by_ns: int | None = None
-        self.waited_ns = 0
+        self.waited_ns = self.absent_ns = 0
         self.arrives_ns, self.begins_ns = arrives_ns, begins_ns
         self.take_back: tuple[TakeBackChance, int | None] = (TakeBackChance.OPEN, None)
 
@@ -170,6 +171,7 @@ class Life:
         elif self.number == telemetry.begun:
             self.stages[CommandStage.BEGUN].learn_by(made_ns, now_ns)
         else:
+            self.absent_ns = max(self.absent_ns, made_ns)
             return False
         self.stages[CommandStage.TAKEN].learn_by(made_ns, now_ns)
         return before != (self.is_over, self.has_begun, self._is_taken)
@@ -210,8 +212,11 @@ class Life:
         return min(stage.wakes_ns(now_ns) for stage in self.stages.values())
 
 
-def foresee(lives: Iterable[Life], times: MoveTimes) -> dict[int, Foreseen]:
+def foresee(lives: Iterable[Life], times: MoveTimes, round_trip_ns: int) -> dict[int, Foreseen]:
     """When commands not known to be over are expected to be done, moves in the usual time.
+
+    What is known not to have been on board when it was due was lost, and comes again a round trip
+    later, or several.
 
     Actions follow one another; what has a `when` waits for that.
     """
@@ -219,7 +224,10 @@ def foresee(lives: Iterable[Life], times: MoveTimes) -> dict[int, Foreseen]:
     free_ns, facing = 0, times.facing
     for life in lives:
         taken_ns = life.stages[CommandStage.TAKEN].so_ns if life.stages else None
-        taken_ns = life.arrives_ns if taken_ns is None else taken_ns
+        if taken_ns is None:
+            late_ns = max(0, life.absent_ns - life.arrives_ns)
+            again_ns = round_trip_ns + 2 * MARGIN_NS
+            taken_ns = life.arrives_ns + -(-late_ns // again_ns) * again_ns
         begun_ns = max(taken_ns, life.waited_ns)
         when = life.command.when
         if when is not None:

@@ -23,6 +23,12 @@ class Timing:
     def __init__(self, schedule: Schedule) -> None:
         self._schedule = schedule
 
+    @property
+    def round_trip_ns(self) -> int:
+        """The light time both ways at the start of the run."""
+        up, down = (self._schedule.delay_ns(way, 0) for way in Direction)
+        return up + down
+
     def is_open(self, now_ns: int) -> bool:
         """Whether by plan what is sent up now arrives."""
         return self._schedule.opens_ns(Direction.UP, now_ns) == now_ns

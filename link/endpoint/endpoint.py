@@ -51,7 +51,7 @@ _In = TypeVar("_In", bound=msgspec.Struct)
 _encode = msgspec.msgpack.Encoder().encode
 
 _SEGMENT = Service(reliable=True, priority=3)
-_REPORT = Service(reliable=True, priority=4)
+_REPORT = Service(reliable=True, priority=3)
 _STORED = Service(reliable=True, priority=0)
 _PLAIN = Flag(0)
 _STORED_SEGMENT, _STORED_REPORT = Flag.STORED | Flag.RELIABLE, Flag.STORED | Flag.REPORT
@@ -167,7 +167,9 @@ class Endpoint(Generic[_Out, _In]):
         self._segment_byte = transfer.segment_byte
         self._backlog: deque[bytes] = deque()
         self._wake_ns = 0
-        stored = TransferConfig(segment_byte=transfer.segment_byte, margin_s=_STORED_MARGIN_S)
+        stored = TransferConfig(
+            segment_byte=transfer.segment_byte, margin_s=_STORED_MARGIN_S, repeats=1
+        )
         self._stored = StoredStream(outgoing, terms.schedule, stored, terms.store_byte)
         self._stored_receiver = ReliableReceiver(incoming, terms.schedule, stored)
         self._telemetry_byte = 0
@@ -200,17 +202,13 @@ class Endpoint(Generic[_Out, _In]):
         """What has become of the messages that were stored."""
         return self._stored.state
 
-    def send_aside(self, message: _Out) -> bool:
+    def send_aside(self, message: _Out, now_ns: int) -> bool:
         """Have `message` sent by `forward` before what is stored; false if it is too long.
 
         For what can be made anew at any time: it takes the place of the last one if that has not
         begun to be sent, and none of the store. It has arrived once the other end says so.
         """
-        payload = _encode(message)
-        if len(payload) > self._stored.longest_byte:
-            return False
-        self._stored.put_aside(payload, type(message).__name__)
-        return True
+        return self._stored.put_aside(_encode(message), type(message).__name__, now_ns)
 
     @property
     def aside_waits(self) -> bool:
@@ -285,11 +283,11 @@ class Endpoint(Generic[_Out, _In]):
         wire = self._sealer.seal(body, flags)
         frame = Frame(self._outgoing, sequence, now_ns, wire, service.priority, service.lifetime_ns)
         self._tell(frame, FrameStage.MADE, what, now_ns, flags)
-        begin_ns, end_ns = self._schedule.sends_ns(
-            self._outgoing, max(now_ns, self._busy_ns), len(wire)
-        )
-        # What is sent outside contacts leaves all the same, and is lost.
-        self._busy_ns = max(now_ns, self._busy_ns) + end_ns - begin_ns
+        ready_ns = max(now_ns, self._busy_ns)
+        if ready_ns - now_ns <= (service.lifetime_ns or NEVER_NS):  # else it expires in the queue
+            begin_ns, end_ns = self._schedule.sends_ns(self._outgoing, ready_ns, len(wire))
+            # What is sent outside contacts leaves all the same, and is lost.
+            self._busy_ns = ready_ns + end_ns - begin_ns
         if self.in_shadow:
             self._tell(frame, FrameStage.SHADOWED, what, now_ns, flags)
         else:

@@ -7,15 +7,13 @@ from farside.link.endpoint.wire import FrameError
 from farside.link.profile.schedule import Schedule
 from farside.node import NEVER_NS, Direction
 
-_REPEATS = 3
-
 
 class ReliableReceiver:
     """Reassembles messages, and reports which segments have arrived.
 
     It reports as soon as anything arrives, but once an interval at most. That includes duplicates,
     since a duplicate shows that the sender does not know. In case the report is lost, it repeats it
-    three times at intervals that double, counted in open time. After a duplicate, it goes on as
+    some times at intervals that double, counted in open time. After a duplicate, it goes on as
     sparsely as a sender probes, and for as long again as what arrived has been reported already.
 
     Args:
@@ -101,7 +99,7 @@ class ReliableReceiver:
         return encoded
 
     def _repeat_ns(self, now_ns: int, size_byte: int) -> int:
-        if self._repeats < _REPEATS:
+        if self._repeats < self._config.repeats:
             return self._times.repeat_ns(now_ns, 2**self._repeats)
         if now_ns >= self._unheard_ns:
             return NEVER_NS

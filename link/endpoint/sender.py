@@ -106,13 +106,17 @@ class ReliableSender:
         """Whether all segments offered are acknowledged."""
         return not self._held
 
-    def offer(self, message: bytes) -> range:
+    def offer(self, message: bytes, most_byte: int | None = None) -> range:
         """Accept a message to send; returns the numbers of its segments.
+
+        Args:
+            message: the message.
+            most_byte: the most data in each segment, where that is to be less than usual.
 
         Raises:
             TransferFullError: if it has more segments than there is `room` for.
         """
-        size = self._config.segment_byte
+        size = min(most_byte or self._config.segment_byte, self._config.segment_byte)
         count = max(1, -(-len(message) // size))
         if count > self.room:
             raise TransferFullError(

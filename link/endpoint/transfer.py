@@ -41,6 +41,7 @@ class TransferConfig(Section, frozen=True):
             messages, which may get through though replies do not; off, nothing new is risked.
         spare: extra copies allowed, as a share of all segments, where another loss would cost
             another contact (project default: 0.3).
+        repeats: how often a report is repeated, lest it was lost (project default: 3).
     """
 
     segment_byte: Annotated[int, Meta(ge=64)] = 1000
@@ -48,3 +49,4 @@ class TransferConfig(Section, frozen=True):
     margin_s: NonNegative = 1.0
     spare: NonNegative = 0.3
     keeps_on: bool = False
+    repeats: Count = 3

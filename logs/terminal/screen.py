@@ -13,23 +13,29 @@ from rich.text import Text
 from farside.control import Failsafe, Mode
 from farside.escaping import printable
 from farside.logs.events import EventLine, sign_text, time_text
+from farside.logs.known import KnownCommands
 from farside.logs.picture import Picture
-from farside.logs.terminal.yard import DrawnMap, draw_yard
+from farside.logs.terminal.commands import command_rows, commands_title
+from farside.logs.terminal.yard import DrawnMap, draw_yard, foreseen_place
+from farside.messages import Tokens
 from farside.node import Direction, Role, to_s
-from farside.topics import ActionStarted
+from farside.places import is_place_token, place_name
+from farside.topics import ActionStarted, BeliefItem, Prediction
 
 _DIRECTION_LABELS = {Direction.UP: "↑ up", Direction.DOWN: "↓ down"}
 
-_LEGEND = "[magenta]◇[/] for the ground  [cyan]•[/] proposed"
+_LEGEND = "[magenta]◇[/] heard  [magenta]◌[/] by now  [cyan]•[/] proposed"
 
 _MAP_WIDTH_MIN, _MAP_HEIGHT_MIN = 30, 8
 _INSTRUMENTS_WIDTH_MIN = 40
 _BESIDE = 6  # columns of frames about a map and the instruments beside it
 _BODY_HEIGHT_MIN = 14
-_LINK_HEIGHT = 5
+_LINK_HEIGHT = 6
+_COMMANDS_MIN, _COMMANDS_MAX = 2, 6
 _EVENTS_MIN = 3
 _TALL, _WIDE = 20, 76  # rows and columns from which nothing has to give way
 _BATTERY_WIDTH = 16
+_ORDER_SHARE = 0.3  # of the width; the rest is for what is known of it
 
 _DIM, _GOOD, _FAIR, _BAD = "bright_black", "green", "yellow", "bold red"
 _MODE_STYLES = {Mode.GUIDED: "blue", Mode.SHARED: "cyan", Mode.AUTONOMOUS: "yellow"}
@@ -58,7 +64,8 @@ def screen(
     Clock, modes and events always have their place. A map that is larger than its own shows the
     part about the rover; dashes for an edge, and an arrow in the title, say where it goes on. The
     instruments stand beside the map, in a narrow terminal below it, and give way where there is
-    room for neither.
+    room for neither. The commands on their way stand over the events, in a terminal that is not
+    low.
 
     It reads without colours too: every state has its own word or character.
 
@@ -71,14 +78,16 @@ def screen(
         end_ns: simulated time at which the run ends, if known.
     """
     beside = width >= _MAP_WIDTH_MIN + _INSTRUMENTS_WIDTH_MIN + _BESIDE
-    events_min = _EVENTS_MIN if height >= _TALL else 1
-    room = height - 1 - (events_min + 2)
+    tall = height >= _TALL
+    least = _EVENTS_MIN + 2 + _COMMANDS_MIN + 2 if tall else 1 + 2
+    room = height - 1 - least
     map_width = (width - _INSTRUMENTS_WIDTH_MIN - 2 if beside else width) - 4
     stacked = not beside and room >= _BODY_HEIGHT_MIN + _MAP_HEIGHT_MIN
     below = _BODY_HEIGHT_MIN if stacked else 0
     yard = draw_yard(picture, map_width, room - below - 2)
     body_height = min(max(2 + len(yard.rows), _BODY_HEIGHT_MIN if beside else 0), room - below)
-    events = room - body_height - below + events_min
+    free = room - body_height - below
+    commands = min(_COMMANDS_MIN + free // 3, _COMMANDS_MAX) if tall else 0
     yard_panel = _yard_panel(yard, body_height)
     if beside:
         body = Table.grid(expand=True)
@@ -90,11 +99,21 @@ def screen(
         panels = [yard_panel, _instruments(picture, now_ns, below)]
     else:
         panels = [yard_panel]
+    if tall:
+        panels.append(_commands(picture.commands, now_ns, commands, int(_ORDER_SHARE * width)))
+    events = height - 1 - body_height - below - (commands + 2 if tall else 0) - 2
     return Group(
         _header(picture, now_ns, title, end_ns, wide=width >= _WIDE),
         *panels,
         _panel("events", _events(list(picture.lines)[-events:]), height=events + 2),
     )
+
+
+def _commands(commands: KnownCommands, now_ns: int, rows: int, order_width: int) -> Panel:
+    shown = command_rows(commands, now_ns, rows)
+    for _, order, _ in shown:
+        order.truncate(order_width, overflow="ellipsis")
+    return _panel(commands_title(commands), _grid(shown), height=rows + 2)
 
 
 def _yard_panel(yard: DrawnMap, height: int) -> Panel:
@@ -113,12 +132,16 @@ def _yard_panel(yard: DrawnMap, height: int) -> Panel:
 
 
 def _instruments(picture: Picture, now_ns: int, height: int) -> RenderableType:
-    """The rover's and the link's panels; the rover's alone where there is no room for both."""
+    """The rover's panel, and that of link and ground where there is room for both."""
     if height < _BODY_HEIGHT_MIN // 2 + _LINK_HEIGHT:
         return _panel("rover", _rover(picture), height=height)
     return Group(
         _panel("rover", _rover(picture), height=height - _LINK_HEIGHT),
-        _panel("link", _link(picture, now_ns), height=_LINK_HEIGHT),
+        _panel(
+            "link and ground",
+            Group(_link(picture), _ground(picture, now_ns)),
+            height=_LINK_HEIGHT,
+        ),
     )
 
 
@@ -145,7 +168,6 @@ def _header(
     if not wide:
         return state
     header = _grid([(state, Text(f"{printable(title)}  ", style=_DIM))])
-    header.expand = True
     header.columns[1].justify = "right"
     return header
 
@@ -164,10 +186,10 @@ def _grid(rows: Sequence[Sequence[str | Text]]) -> Table:
     grid = Table.grid(padding=(0, 1, 0, 0))
     for row in rows:
         grid.add_row(*(Text(printable(cell)) if isinstance(cell, str) else cell for cell in row))
-    for index, column in enumerate(grid.columns):
+    for column in grid.columns:
         column.no_wrap = True
-        if index < len(grid.columns) - 1:
-            column.min_width = max(len(row[index]) for row in rows)
+    if grid.columns:
+        grid.columns[-1].ratio, grid.expand = 1, True
     return grid
 
 
@@ -177,7 +199,7 @@ def _grid(rows: Sequence[Sequence[str | Text]]) -> Table:
 def _rover(picture: Picture) -> Table:
     pose, cycle, proposal = picture.pose, picture.cycle, picture.proposal
     rows: dict[str, str | Text] = dict.fromkeys(
-        ("at", "battery", "action", "goals", "proposal", "DEM", "mean C_m"), "none"
+        ("at", "battery", "action", "goals", "proposal", "DEM"), "none"
     )
     if pose is not None:
         rows["at"] = f"{pose.place}, {pose.speed_m_s:.2f} m/s"
@@ -192,8 +214,8 @@ def _rover(picture: Picture) -> Table:
             f"{proposal.number}: {proposal.action}, to {sign_text(proposal.goal)}, {steps}"
         )
     if cycle is not None:
-        rows["DEM"] = f"{cycle.signs} Signs, {cycle.hypotheses} hypotheses"
-        rows["mean C_m"] = f"{cycle.mean_cm:.2f}"
+        sizes = f"{cycle.signs} Signs, {cycle.hypotheses} hyp."
+        rows["DEM"] = f"{sizes}, C_m {cycle.mean_cm:.2f}"
     return _grid([(Text(label, style=_DIM), value) for label, value in rows.items()])
 
 
@@ -212,25 +234,56 @@ def _action(action: ActionStarted | None) -> str:
     return f"{action.action}, {action.chooser}{goal}"
 
 
-def _link(picture: Picture, now_ns: int) -> Table:
+def _link(picture: Picture) -> Table:
     rows: list[tuple[Text, Text, str, str]] = []
     for direction, side in picture.link.items():
-        state = _lamp("outage" if side.down else "ok", good=not side.down)
+        state = _lamp("outage" if side.down else "ok", _BAD if side.down else _GOOD)
         label = Text(_DIRECTION_LABELS[direction], style=_DIM)
         rows.append((label, state, f"{side.delivered} delivered", f"{side.lost} lost"))
-    hears = _lamp("silence" if picture.silent else "hears", good=not picture.silent)
-    rows.append((Text("ground", style=_DIM), hears, "telemetry", _age(picture, now_ns)))
     return _grid(rows)
 
 
-def _lamp(word: str, *, good: bool) -> Text:
-    return Text(f"{word:<7}", style=_GOOD if good else _BAD)
+def _ground(picture: Picture, now_ns: int) -> Table:
+    """What the ground believes: where the rover was, how old that is, and where it is by now."""
+    belief, shadow = picture.belief, picture.shadow
+    hears = _lamp("hears", _GOOD)
+    if picture.silent:
+        hears = _lamp("silence", _BAD)
+    elif belief is not None and BeliefItem.PLACE in belief.stale:
+        hears = _lamp("stale", _FAIR)
+    step = _lamp("none", "")
+    if shadow is not None:
+        step = _lamp("in step", _GOOD) if shadow.in_step else _lamp("out of step", _FAIR)
+    return _grid(
+        [
+            (Text("ground", style=_DIM), hears, _heard(picture, now_ns)),
+            (Text("shadow", style=_DIM), step, _by_now(picture.prediction)),
+        ]
+    )
 
 
-def _age(picture: Picture, now_ns: int) -> str:
+def _lamp(word: str, style: str) -> Text:
+    return Text(f"{word:<7}", style=style)
+
+
+def _heard(picture: Picture, now_ns: int) -> str:
     if picture.telemetry is None:
-        return "none yet"
-    return f"{to_s(now_ns - picture.telemetry.time_ns):.1f} s old"
+        return "nothing yet"
+    age = f"{to_s(now_ns - picture.telemetry.time_ns):.1f} s old"
+    place = next(filter(is_place_token, picture.telemetry.tokens), "no place")
+    return f"{place}, {age}"
+
+
+def _by_now(prediction: Prediction | None) -> str:
+    if prediction is None:
+        return "now unknown"
+    likely = [f"{_place(one.sign)} ({one.probability:.0%})" for one in prediction.likely]
+    shown = likely[:1] if foreseen_place(prediction) is not None else likely[:2]
+    return f"now at {' or '.join(shown)}" if shown else "now anywhere"
+
+
+def _place(sign: Tokens) -> str:
+    return sign_text(tuple(place_name(token) if is_place_token(token) else token for token in sign))
 
 
 def _events(lines: Sequence[EventLine]) -> Table:

@@ -8,9 +8,11 @@ from rich.text import Text
 
 from farside.logs.picture import Picture
 from farside.places import ROCK, SHADOW, WALL, Cell, Chart, place_name
+from farside.topics import Prediction
 
 _HEADINGS = "→↗↑↖←↙↓↘"
 _DIM, _FAIR = "bright_black", "yellow"
+_SURE = 0.5  # below this no single place can stand for a prediction (project default)
 
 _Mark = tuple[str, str]
 """A character of the map and its style."""
@@ -114,7 +116,7 @@ def _drawn(chart: Chart, cell: Cell, marks: dict[Cell, _Mark], columns: int) -> 
 
 
 def _marks(picture: Picture, chart: Chart) -> dict[Cell, _Mark]:
-    """The mark of each place; the rover covers the ground's fix of it, which covers the rest."""
+    """The mark of each place; the rover covers the ground's fix of it, then its prediction."""
     proposed = {
         token for step in (picture.proposal.path if picture.proposal else ()) for token in step.sign
     }
@@ -128,12 +130,23 @@ def _marks(picture: Picture, chart: Chart) -> dict[Cell, _Mark]:
         )
         for token, cell in chart.cells.items()
     }
+    foreseen = foreseen_place(picture.prediction)
+    if foreseen in chart.cells:
+        marks[chart.cells[foreseen]] = ("◌", "magenta")
     if picture.telemetry is not None:
         marks[chart.cell_at(picture.telemetry.x_m, picture.telemetry.y_m)] = ("◇", "bold magenta")
     if picture.pose is not None:
         heading = _HEADINGS[round(picture.pose.heading_rad % math.tau / (math.pi / 4)) % 8]
         marks[chart.cell_at(picture.pose.x_m, picture.pose.y_m)] = (heading, "bold green")
     return marks
+
+
+def foreseen_place(prediction: Prediction | None) -> str | None:
+    """The Token of the place where the rover is predicted to be with at least 50 %, if any."""
+    if prediction is None or not prediction.likely:
+        return None
+    first = prediction.likely[0]
+    return first.sign[0] if first.probability >= _SURE and first.sign else None
 
 
 def _place_mark(place: str, *, visited: bool, proposed: bool, goal: bool) -> _Mark:

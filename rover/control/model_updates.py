@@ -92,7 +92,7 @@ class ModelUpdates:
             self._wants_whole, self._last_whole = False, number
             self._whole_at_ns = now_ns + self._patience_ns
             self._patience_ns *= 2
-        if not self._endpoint.send_aside(update):
+        if not self._endpoint.send_aside(update, now_ns):
             return  # longer than a message may be: the ground will miss it, and ask for a whole
         self._sent[number] = check
         if len(self._sent) > _REMEMBERED:

@@ -96,6 +96,22 @@ def mission_speed(*, in_process: bool) -> float:
     return run.result.speedup
 
 
+def shadow_share() -> float:
+    """Share of the processor's time of `blackout` in one process that its shadow takes, in %.
+
+    A run with it and one without, one after the other.
+    """
+    taken = []
+    for shadow in (True, False):
+        with tempfile.TemporaryDirectory() as out:
+            began = time.process_time()
+            run_mission(
+                load_mission("blackout", {"rover.shadow": shadow}), in_process=True, out=Path(out)
+            )
+            taken.append(time.process_time() - began)
+    return 100 * (1 - taken[1] / taken[0])
+
+
 def main() -> None:
     """Measure, and print the table."""
     measures: dict[str, Callable[[], float]] = {
@@ -103,13 +119,15 @@ def main() -> None:
         "bare Zenoh, two processes (round trips/s)": bare_zenoh,
         "blackout, one process (x real time)": lambda: mission_speed(in_process=True),
         "blackout, four processes (x real time)": lambda: mission_speed(in_process=False),
+        "shadow, share of a run in one process (%)": shadow_share,
     }
     figures: dict[str, list[float]] = {name: [] for name in measures}
     console = Console()
     for _ in track(range(ROUNDS), "measuring", console=console):
         for name, measure in measures.items():
             figures[name].append(measure())
-    pymunk_x, zenoh_hz, single_x, four_x = (statistics.median(runs) for runs in figures.values())
+    medians = [statistics.median(runs) for runs in figures.values()]
+    pymunk_x, zenoh_hz, single_x, four_x, _ = medians
     table = Table("what", "median", "least", "most", "at least", "beside the reference")
     notes = {
         "blackout, one process (x real time)": (

@@ -18,6 +18,7 @@ from farside.messages import (
 )
 from farside.node import Journal, to_ns
 from farside.places import ACTIONS, Chart
+from tests.dem.conftest import eventful, live  # noqa: F401 - fixtures here too
 
 PLACES = ("at:0", "at:1", "at:2", "at:3")
 MOVES = MoveTerms(cell_m=1.0, speed_m_s=1.0, turn_rate_rad_s=1e12)  # 2 s each

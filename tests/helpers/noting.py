@@ -9,11 +9,11 @@ from pathlib import Path
 
 import msgspec
 
-from farside.control import Cause, Failsafe
+from farside.control import Cause, CommandStage, Failsafe, TakeBackChance, Verdict
 from farside.logs import LogEntry, LogFile, Recorder, RunView
-from farside.messages import Meant, Order
+from farside.messages import Meant, Order, When
 from farside.node import Journal, Record, Topic, to_ns
-from farside.topics import TOPICS, CommandSent, FailsafeEntry
+from farside.topics import TOPICS, CommandSent, FailsafeEntry, LifeEntry, StageDue
 
 WHY = {
     Failsafe.NOMINAL: "the link is up",
@@ -56,10 +56,42 @@ def failsafe_entry(
 
 
 def command_sent(
-    number: int, order: Order, *, expires_s: float = 1000.0, meant: Meant | None = None
+    number: int,
+    order: Order,
+    *,
+    expires_s: float = 1000.0,
+    meant: Meant | None = None,
+    when: When | None = None,
+    due_s: dict[CommandStage, float] | None = None,
 ) -> CommandSent:
-    """A command as the ground notes it, good for the whole of a short run."""
-    return CommandSent(number, order, to_ns(expires_s), meant)
+    """A command as the ground notes it, good for the whole of a short run.
+
+    Each stage is due a second after `due_s`, and word of it seven seconds after.
+    """
+    dues = (
+        StageDue(stage, to_ns(t_s), to_ns(t_s + 1), to_ns(t_s + 7))
+        for stage, t_s in (due_s or {}).items()
+    )
+    return CommandSent(number, order, to_ns(expires_s), meant, when, tuple(dues))
+
+
+def said_of(
+    number: int,
+    stage: CommandStage | None = None,
+    verdict: Verdict | None = None,
+    *,
+    due_s: float | None = None,
+    so_s: float | None = None,
+    take_back: TakeBackChance = TakeBackChance.TOO_LATE,
+    until_s: float | None = None,
+    why: str | None = None,
+) -> LifeEntry:
+    """What the ground says of a command, with times in seconds."""
+
+    def ns(t_s: float | None) -> int | None:
+        return None if t_s is None else to_ns(t_s)
+
+    return LifeEntry(number, stage, verdict, ns(due_s), None, ns(so_s), take_back, ns(until_s), why)
 
 
 @contextmanager

@@ -21,6 +21,7 @@ from farside.messages import (
     Event,
     GoalReached,
     Heartbeat,
+    ModelUpdate,
     Proposal,
     ProposedStep,
     SetGoal,
@@ -237,6 +238,60 @@ def test_stored_messages_take_only_what_live_ones_leave_of_the_rate() -> None:
     assert [frame.priority for frame in sent] == [1], "the transmitter is busy with the live one"
     interval_ns = pair.rover.telemetry_interval_ns(0)
     assert interval_ns == pytest.approx(2 * 8 * len(sent[0].payload) / 2000 * 1e9, rel=0.05)
+
+
+def test_what_expires_in_the_transmit_queue_holds_up_nothing() -> None:
+    """In silence, telemetry is made faster than this link could ever send it."""
+    pair = Pair(rate_bit_s=300)
+    pair.rover.store(telemetry(7), 7)
+    for _ in range(60):
+        pair.rover.send(telemetry(), pair.now_ns)
+        pair.live(1, loses=lambda _: True)
+    pair.live(20)
+    pair.rover.forward(pair.now_ns)
+    assert [frame.priority for frame in pair.rover.take_sent()] == [0]
+
+
+def update(number: int, size_byte: int = 10) -> ModelUpdate:
+    return ModelUpdate(number, 0, 1, 99, bytes(size_byte))
+
+
+def test_what_is_sent_aside_goes_before_what_is_stored_and_takes_none_of_the_store() -> None:
+    pair = Pair()
+    for number in range(3):
+        pair.rover.store(telemetry(number), number)
+    state = pair.rover.store_state
+    assert pair.rover.send_aside(update(1), 0)
+    assert pair.rover.send_aside(update(2, 3000), 0), "in place of the first, which has not begun"
+    assert pair.rover.aside_waits
+    for _ in range(10):
+        pair.rover.forward(pair.now_ns)
+        pair.live(0.1)
+    assert not pair.rover.aside_waits
+    assert (state, pair.rover.store_state) == (StoreState(3, 0, 3), StoreState(3, 0, 3))
+    pair.live(10)
+    assert pair.at_ground == [update(2, 3000), *(telemetry(number) for number in range(3))]
+    assert pair.rover.store_state == StoreState(3, 0, 0)
+    made = [e.what for e in pair.events if e.stage is FrameStage.MADE and e.stored]
+    assert made[:4] == ["ModelUpdate segment"] * 4
+    assert made.count("ModelUpdate segment") == 4
+
+
+def test_what_is_longer_than_any_message_may_be_is_not_taken() -> None:
+    pair = Pair()
+    assert not pair.rover.send_aside(update(1, 5_000_000), 0)
+    assert not pair.rover.aside_waits
+    assert pair.rover.send_aside(update(2, 3_000_000), 0)
+
+
+def test_updates_of_the_model_leave_telemetry_its_share_of_the_rate() -> None:
+    pair = Pair(rate_bit_s=2000)
+    pair.rover.send(telemetry(), 0)
+    alone_ns = pair.rover.telemetry_interval_ns(0)
+    pair.live(5)
+    pair.rover.send_aside(update(1), 0)
+    pair.rover.forward(pair.now_ns)
+    assert pair.rover.telemetry_interval_ns(pair.now_ns) == alone_ns
 
 
 def test_in_terrain_shadow_nothing_goes_out_and_nothing_comes_in() -> None:

@@ -2,9 +2,18 @@
 
 import msgspec
 import pytest
-from noting import command_sent, failsafe_entry, logged
+from noting import command_sent, failsafe_entry, logged, said_of
 
-from farside.control import BatteryState, Cause, CommandStage, Failsafe, Mode, ModeCause, OnLoss
+from farside.control import (
+    BatteryState,
+    Cause,
+    CommandStage,
+    Failsafe,
+    Mode,
+    ModeCause,
+    OnLoss,
+    Verdict,
+)
 from farside.frames import LinkOutage, OutageReason
 from farside.logs import time_text
 from farside.logs.events import event_line
@@ -30,11 +39,13 @@ from farside.messages import (
     StuckChanged,
     TakeBack,
     Veto,
+    When,
     WithdrawGoal,
 )
 from farside.node import Direction, to_ns
 from farside.topics import (
     ActionEnded,
+    Answer,
     BatteryEntry,
     CommandEntry,
     EventLearned,
@@ -42,11 +53,21 @@ from farside.topics import (
     GoalChange,
     GoalEntry,
     GoalSource,
+    HeldEntry,
+    HeldFate,
     ModeEntry,
+    OperatorEntry,
+    PathReview,
     Pose,
+    Review,
+    ShadowEntry,
     Silence,
     StuckEntry,
 )
+
+
+def reviewed(*conflicts: str) -> PathReview:
+    return PathReview(("at:B",), "E", (), 1.0, 9.0, conflicts=conflicts)
 
 
 @pytest.mark.parametrize(
@@ -128,6 +149,55 @@ from farside.topics import (
         ),
         (Silence(silent=True), "ground: hears nothing from the rover"),
         (Silence(silent=False), "ground: hears the rover"),
+        (
+            said_of(7, CommandStage.BEGUN, Verdict.LATE, due_s=4.0, so_s=6.5),
+            "ground: command 7 began late, 2.5 s after it was due",
+        ),
+        (
+            said_of(7, CommandStage.DONE, Verdict.LATE, due_s=4.0, so_s=4.04),
+            "ground: command 7 done late, less than 0.1 s after it was due",
+        ),
+        (
+            said_of(7, CommandStage.DONE, Verdict.OVERDUE, due_s=4.0),
+            "ground: command 7 overdue: should have been done by 4.0 s, no word",
+        ),
+        (
+            HeldEntry(1, (Drive("E"), Drive("N")), HeldFate.HELD),
+            "ground: holds until the link is up: drive E, then drive N",
+        ),
+        (
+            HeldEntry(1, (Drive("E"), Drive("N")), HeldFate.RELEASED, (7, 8)),
+            "ground: sends what it held, as commands 7, 8: drive E, then drive N",
+        ),
+        (
+            HeldEntry(1, (Drive("E"),), HeldFate.RELEASED, (7,)),
+            "ground: sends what it held, as command 7: drive E",
+        ),
+        (
+            HeldEntry(1, (Drive("E"),), HeldFate.GIVEN_UP),
+            "ground: gives up what it held: drive E",
+        ),
+        (
+            ShadowEntry(4, 1, in_step=False, why="update 3 is missing", signs=1, hypotheses=1,
+                        cycles=0),
+            "ground: the shadow of the model is out of step: update 3 is missing",
+        ),
+        (
+            ShadowEntry(4, 1, in_step=True, why=None, signs=1, hypotheses=1, cycles=0),
+            "ground: the shadow of the model is in step",
+        ),
+        (
+            Review(14, "E", Answer.APPROVED, reviewed("the rover is elsewhere by now")),
+            "ground: approves proposal 14 (E), although the rover is elsewhere by now",
+        ),
+        (
+            Review(14, "E", Answer.VETOED, reviewed("it is old", "it is dear")),
+            "ground: vetoes proposal 14 (E): it is old; it is dear",
+        ),
+        (
+            OperatorEntry(1, 3, "x", ("goal B: nothing was proposed", "goal A: its cost is high")),
+            "ground: gives up goal A: its cost is high",
+        ),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
 )  # fmt: skip
@@ -160,6 +230,21 @@ def test_the_ground_gives_a_command(order: Order, text: str) -> None:
 
     assert event is not None
     assert f"{event.role}: {event.text}" == f"ground: command 7: {text}"
+
+
+@pytest.mark.parametrize(
+    ("when", "text"),
+    [
+        (When(after=6), "drive N, after command 6"),
+        (When(at_ns=to_ns(60)), "drive N, not before 60.0 s"),
+        (When(6, to_ns(60)), "drive N, after command 6, not before 60.0 s"),
+    ],
+)
+def test_a_command_says_what_it_waits_for(when: When, text: str) -> None:
+    event = event_line(logged(0, command_sent(7, Drive("N"), when=when)))
+
+    assert event is not None
+    assert event.text == f"command 7: {text}"
 
 
 @pytest.mark.parametrize(
@@ -222,8 +307,23 @@ def test_the_ground_learns_of_an_event_with_its_time(what: Happening, text: str)
         CommandEntry(7, CommandStage.DONE, Drive("N")),
         ActionEnded("E", 4.0, blocked=False),
         Pose(0.0, 0.0, 0.0, 0.0, "at:A", 1.0),
+        said_of(7, CommandStage.BEGUN, Verdict.UNKNOWN, due_s=4.0),
+        said_of(7),
+        Review(14, "E", Answer.APPROVED, reviewed()),
+        OperatorEntry(1, 3, "goal B"),
     ],
-    ids=["taken", "waiting", "begun", "done", "an action that ended well", "a measurement"],
+    ids=[
+        "taken",
+        "waiting",
+        "begun",
+        "done",
+        "an action that ended well",
+        "a measurement",
+        "a verdict that says nothing",
+        "a chance to take back",
+        "a proposal that nothing speaks against",
+        "an operator who gives nothing up",
+    ],
 )
 def test_no_line_for(message: msgspec.Struct) -> None:
     assert event_line(logged(0, message)) is None
@@ -270,6 +370,9 @@ HOSTILE = "\x1b]0;you\x07\x1b[2J\u202e\n" * 99
         command_sent(7, SetGoal((HOSTILE,), 1.0)),
         EventLearned(Event(1, 0, CommandReached(7, CommandStage.REFUSED, HOSTILE))),
         EventLearned(Event(1, 0, LinkBack(0, 0, 0, ((HOSTILE,),)))),
+        HeldEntry(1, (Drive(HOSTILE),), HeldFate.HELD),
+        Review(14, HOSTILE, Answer.VETOED, reviewed(HOSTILE)),
+        OperatorEntry(1, 3, None, (HOSTILE,)),
     ],
     ids=lambda message: type(message).__name__,
 )

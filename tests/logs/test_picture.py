@@ -4,23 +4,39 @@ from typing import Any
 
 from hypothesis import given
 from hypothesis import strategies as st
-from noting import log_of, records_of
+from noting import command_sent, log_of, records_of, said_of
 
-from farside.control import Chooser, Mode, ModeCause
+from farside.control import (
+    Chooser,
+    CommandStage,
+    Failsafe,
+    Mode,
+    ModeCause,
+    TakeBackChance,
+    Verdict,
+)
 from farside.frames import Fate, LinkOutage, OutageReason
 from farside.logs import LinkPicture, LogEntry, Picture, picture_at
-from farside.messages import Proposal
+from farside.messages import Drive, Proposal, Telemetry
 from farside.node import Direction, to_ns
 from farside.topics import (
     ActionEnded,
     ActionStarted,
+    BeliefEntry,
+    BeliefItem,
     Cycle,
     GoalChange,
     GoalEntry,
     GoalSource,
+    HeldEntry,
+    HeldFate,
+    Likely,
     ModeEntry,
+    OperatorEntry,
     Pose,
+    Prediction,
     ProposalEnded,
+    ShadowEntry,
     Silence,
 )
 
@@ -104,8 +120,49 @@ def test_a_new_priority_for_a_goal_on_the_list_is_no_event(run: Any) -> None:
     ]
 
 
+def test_the_shadow_is_told_of_when_it_falls_out_of_step_and_when_it_is_back(run: Any) -> None:
+    def shadow(number: int, why: str | None) -> ShadowEntry:
+        return ShadowEntry(number, 1, why is None, why, 5, 9, 1)
+
+    run.note(1, shadow(1, None)).note(2, shadow(2, None), shadow(2, "update 3 is missing"))
+    run.note(3, shadow(2, "update 4 is missing")).note(4, shadow(5, None), shadow(6, None))
+
+    assert [line.text for line in picture_of(run).lines] == [
+        "the shadow of the model is out of step: update 3 is missing",
+        "the shadow of the model is in step",
+    ]
+
+
+def test_what_the_operator_gives_up_is_told_once(run: Any) -> None:
+    first, second = "goal A: nothing was proposed", "goal B: no way there is known"
+    run.note(1, OperatorEntry(1, 3, "goal A")).note(2, OperatorEntry(1, 3, "goal A", (first,)))
+    run.note(3, OperatorEntry(2, 3, "goal B", (first,)))
+    run.note(4, OperatorEntry(2, 3, "goal B", (first, second)))
+
+    assert [line.text for line in picture_of(run).lines] == [
+        f"gives up {first}",
+        f"gives up {second}",
+    ]
+
+
+def test_stored_telemetry_that_comes_later_does_not_make_the_picture_older(run: Any) -> None:
+    run.start().hear(50, "at:C", since_s=49).hear(51, "at:A", since_s=10)
+
+    with log_of(run.records) as log:
+        telemetry = picture_at(log, to_ns(60)).telemetry
+    assert telemetry is not None
+    assert telemetry.tokens == ("at:C",)
+
+
+def telemetry_of(time_s: float, commands_done: int) -> Telemetry:
+    return Telemetry(
+        to_ns(time_s), ("at:A",), 1.5, 2.5, 0.0, 1.0, Mode.GUIDED, Failsafe.NOMINAL, None, (),
+        commands_done,
+    )  # fmt: skip
+
+
 @given(
-    moments=st.lists(st.tuples(st.integers(0, 40), st.integers(0, 9)), max_size=30),
+    moments=st.lists(st.tuples(st.integers(0, 40), st.integers(0, 24)), max_size=30),
     at=st.integers(0, 40),
 )
 def test_a_picture_made_from_the_index_is_that_of_everything_before(
@@ -122,7 +179,25 @@ def test_a_picture_made_from_the_index_is_that_of_everything_before(
         Cycle((), (), (), 0, 0, 0, 1, 0, 0.0),
         LinkOutage(Direction.UP, down=True, reason=OutageReason.BLACKOUT),
         Silence(silent=True),
+        command_sent(1, Drive("E"), due_s={CommandStage.BEGUN: 3.0, CommandStage.DONE: 6.0}),
+        command_sent(2, Drive("N"), due_s={CommandStage.BEGUN: 6.0, CommandStage.DONE: 9.0}),
+        said_of(1, take_back=TakeBackChance.SURE, until_s=2.0),
+        said_of(1, CommandStage.BEGUN, Verdict.OVERDUE, due_s=4.0),
+        said_of(1, CommandStage.BEGUN, Verdict.ON_TIME, due_s=4.0, so_s=3.0),
+        said_of(1, CommandStage.DONE, Verdict.LATE, due_s=7.0, so_s=9.0),
+        said_of(2, CommandStage.DONE, Verdict.LATE, due_s=10.0, so_s=12.0),
+        telemetry_of(5.0, 0),
+        telemetry_of(3.0, 2),
+        HeldEntry(1, (Drive("E"),), HeldFate.HELD),
+        HeldEntry(1, (Drive("E"),), HeldFate.RELEASED, (3,)),
+        BeliefEntry(stale=(BeliefItem.PLACE,)),
+        Prediction(0, 0, (Likely(("at:A",), 0.9),), 0.1),
+        ShadowEntry(
+            2, 1, in_step=False, why="update 3 is missing", signs=1, hypotheses=0, cycles=0
+        ),
+        OperatorEntry(1, 2, None, ("goal A: nothing was proposed",)),
     ]
+    assert len(happenings) == 25
     records = records_of((t_s, happenings[which]) for t_s, which in sorted(moments))
     everything = Picture()
     for record in records:

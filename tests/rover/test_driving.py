@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from farside.places import Chart
-from farside.rover.config import BodyConfig
+from farside.rover.config import BodyConfig, DriveConfig, RoverConfig
 from farside.rover.world.body import TruePose, World
 from farside.topics import ROVER_ACTION_ENDED, TRUTH_BUMP, TRUTH_POSE
 from tests.rover.conftest import Bench
@@ -113,3 +113,17 @@ def test_no_command_drives_it_through_a_wall(commands: Sequence[tuple[float, flo
             rover.step(wheel_m_s, yaw_rad_s)
     assert 1.0 < rover.pose.x_m < 4.0
     assert 1.0 < rover.pose.y_m < 3.0
+
+
+def test_no_move_that_is_done_is_over_sooner_than_the_ground_may_count_on(
+    bench: Callable[..., Bench], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Should a fix have the rover believe that it is there already, it stands until then."""
+    assert RoverConfig(start="D").drive.least_move_s(1.0) == pytest.approx(1.0)
+    monkeypatch.setattr(DriveConfig, "least_move_s", lambda *_: 9.0)
+    rover = bench()
+    rover.do("NSS")
+    ended = rover.of(ROVER_ACTION_ENDED)
+    assert [one.duration_s for one in ended if not one.blocked] == [9.0, 9.0]
+    assert ended[-1].blocked
+    assert ended[-1].duration_s < 9, "a bump is a bump"

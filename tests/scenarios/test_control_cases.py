@@ -6,6 +6,7 @@ Found by trying operational scenarios on `blackout` as operations people would.
 from collections.abc import Callable, Sequence
 
 import pytest
+from numpy.random import Generator
 from timed import Timed
 
 from farside.control import Chooser, CommandStage, Failsafe, Mode, ModeCause
@@ -25,6 +26,7 @@ from farside.messages import (
 )
 from farside.missions import FinishedRun, Rehearsal
 from farside.missions.surprises import surprises
+from farside.places import Chart
 from farside.topics import (
     GROUND_EVENT,
     GROUND_REVIEW,
@@ -39,13 +41,15 @@ Ordered = Callable[[Rehearsal, Sequence[tuple[float, Order]]], FinishedRun]
 
 
 @pytest.fixture
-def ordered(monkeypatch: pytest.MonkeyPatch) -> Ordered:
+def ordered() -> Ordered:
     """Runs a rehearsal with orders given by the clock."""
 
     def run(rehearsal: Rehearsal, orders: Sequence[tuple[float, Order]]) -> FinishedRun:
-        with monkeypatch.context() as patch:
-            patch.setattr("farside.missions.build.ScriptedOperator", lambda *_: Timed(orders))
-            return rehearsal.set("expect", [{"what": "obedience"}]).run()
+        class ByTheClock(Timed):
+            def __init__(self, _chart: Chart, *, rng: Generator) -> None:  # noqa: ARG002 - as all
+                super().__init__(orders)
+
+        return rehearsal.set("expect", [{"what": "obedience"}]).operator(ByTheClock).run()
 
     return run
 

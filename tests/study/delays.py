@@ -1,11 +1,12 @@
 """The fourth study: does autonomy pay? Goals an hour, by round trip and way to work."""
 
 from collections.abc import Iterator, Sequence
+from functools import cache
 from typing import Any
 
 from predicting import Judge
-from working import memory, shuffled
-from yards import CountingModel, mission_with, simulated
+from working import shuffled
+from yards import CountingModel, mission_with, simulated, taught
 
 from farside.acts import Act, Planned
 from farside.control import Mode
@@ -18,10 +19,15 @@ from farside.topics import ROVER_ACTION_STARTED, ROVER_CYCLE, OperatorEntry
 ROUND_TRIPS_S = (0.2, 2.56, 10.0, 60.0, 480.0, 1200.0, 2400.0)
 """From the next room to the far side of the Sun."""
 
+LESSONS = 3
+"""The model was led three times over every arc, where nothing else is said."""
+
+LESSON_TRIPS_S, LESSON_ROUNDS = (2.56, 60.0), (0.0, 0.25, 0.5, 1.0)
+
 WAYS = ("wait", "consent", "trust", "goals")
 TARGETS = 30
-LEAST_S, ROUND_TRIPS = 3600.0, 20
-"""A run lasts an hour, or twenty round trips."""
+LEAST_S, ROUND_TRIPS = 3600.0, 12
+"""A run lasts an hour, or twelve round trips, or until all targets are reached."""
 
 SURE = 0.5
 """Who trusts a prediction goes on from it as long as it is more probable than not."""
@@ -105,6 +111,7 @@ class Trusting:
     def __init__(self, targets: Sequence[str]) -> None:
         self._visits = Visits(targets)
         self._sent: set[str] = set()
+        self._looked_ns = -1
         self.progress = OperatorEntry(0, 1, None)
 
     def act(self, situation: Situation) -> Sequence[Act]:
@@ -113,8 +120,10 @@ class Trusting:
         if situation.settled:
             self._sent.clear()
         left = [target for target in self._visits.left if target not in self._sent]
-        if situation.belief.telemetry is None or not left:
+        telemetry = situation.belief.telemetry
+        if telemetry is None or not left or telemetry.time_ns == self._looked_ns:
             return ()
+        self._looked_ns = telemetry.time_ns  # without news there is nothing new to predict
         if not situation.settled:
             ahead = situation.predicted_after()
             if not ahead or not ahead[-1].likely or ahead[-1].likely[0].probability < SURE:
@@ -197,8 +206,15 @@ class Tally:
                     self.began_ns = record.log_time_ns
 
 
-def delayed(way: str, round_trip_s: float, seed: int) -> dict[str, Any]:
-    """One run: goals and moves, and how the predicted rover compared with the true one."""
+def delayed(way: str, round_trip_s: float, seed: int, lessons: float = LESSONS) -> dict[str, Any]:
+    """One run: goals and moves, and how the predicted rover compared with the true one.
+
+    Args:
+        way: one of `WAYS`.
+        round_trip_s: light time both ways.
+        seed: of the run.
+        lessons: how often the model was led over every arc of the yard before.
+    """
     duration_s = max(LEAST_S, ROUND_TRIPS * round_trip_s)
     mission = mission_with(
         seed,
@@ -208,7 +224,7 @@ def delayed(way: str, round_trip_s: float, seed: int) -> dict[str, Any]:
     )
     chart = mission.world.chart()
     targets = shuffled(chart, seed)[:TARGETS]
-    model = CountingModel.load(memory(mission.world.map))
+    model = CountingModel.load(lesson(mission.world.map, lessons))
     assert isinstance(model, CountingModel)
     model.watch(chart)
     run = simulated(mission, operator(way, targets, chart), model)
@@ -224,6 +240,7 @@ def delayed(way: str, round_trip_s: float, seed: int) -> dict[str, Any]:
         "way": way,
         "round_trip_s": round_trip_s,
         "seed": seed,
+        "lessons": lessons,
         "hours": round((now_ns - (tally.began_ns or 0)) / 3.6e12, 4),
         "goals": TARGETS - len(tally.left),
         "moves": tally.moves,
@@ -231,8 +248,21 @@ def delayed(way: str, round_trip_s: float, seed: int) -> dict[str, Any]:
     }
 
 
+@cache
+def lesson(drawing: str, rounds: float) -> bytes:
+    """What a model remembers that was led over a yard's arcs so many times, or a part of them."""
+    return taught(mission_with(0, world__map=drawing).world.chart(), rounds)
+
+
 def delay_cases(seeds: Sequence[int]) -> Iterator[tuple[str, float, int]]:
-    """Every run of the study, the longest first."""
+    """Every run of the study of delays, the longest first."""
     for round_trip_s in ROUND_TRIPS_S[::-1]:
         for way in WAYS:
             yield from ((way, round_trip_s, seed) for seed in seeds)
+
+
+def lesson_cases(seeds: Sequence[int]) -> Iterator[tuple[str, float, int, float]]:
+    """Every run of the study of how well the model was taught, beside those of `delay_cases`."""
+    for round_trip_s in LESSON_TRIPS_S[::-1]:
+        for rounds in LESSON_ROUNDS:
+            yield from (("wait", round_trip_s, seed, rounds) for seed in seeds)

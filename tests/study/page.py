@@ -6,13 +6,13 @@ from pathlib import Path
 from textwrap import fill
 from typing import Any
 
-import numpy as np
 from drawing import COLOURS, Axis, Estimate, Picture, apart
+from ground_page import ground_pictures, ground_words
+from numbers_told import estimate, table, told
 
 Result = dict[str, Any]
 Rows = list[dict[str, Any]]
 
-RESAMPLES = 10_000
 SECTION = Path(__file__).with_name("page.md")
 WAY_COLOURS = {"guided": "blue", "curious": "green", "random": "orange"}
 POLICIES = {
@@ -27,27 +27,6 @@ WORK = {
     ("hold", "long"): ("hold, long outages", "orange", False),
     ("hold", "short"): ("hold, short outages", "orange", True),
 }
-
-
-def estimate(values: Sequence[float]) -> Estimate:
-    """The mean with its 95 % interval, by percentile bootstrap over the runs."""
-    found = np.asarray(values, float)
-    rng = np.random.default_rng(0)
-    means = found[rng.integers(len(found), size=(RESAMPLES, len(found)))].mean(axis=1)
-    low, high = np.percentile(means, [2.5, 97.5])
-    return Estimate(float(found.mean()), float(low), float(high))
-
-
-def told(value: Estimate, digits: int = 0) -> str:
-    """An estimate in words: mean, and interval."""
-    mean, low, high = (f"{number:,.{digits}f}" for number in value)
-    return f"{mean} ({low} to {high})"
-
-
-def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A table in Markdown; all columns but the first to the right."""
-    lines = [head, ["---", *["---:"] * (len(head) - 1)], *rows]
-    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
 
 
 # --- exploring ------------------------------------------------------------------------------------
@@ -371,6 +350,7 @@ def written(results: Result, folder: Path) -> None:
         **working.words(),
         **shadow.words(),
         **Surprises(results).words(),
+        **ground_words(results),
     }
     page = SECTION.read_text(encoding="utf-8")
     for name, value in words.items():
@@ -379,6 +359,7 @@ def written(results: Result, folder: Path) -> None:
         "exploring": exploring.picture,
         "working": working.picture,
         "shadow": shadow.picture,
+        **ground_pictures(results),
     }
     (folder / "study").mkdir(parents=True, exist_ok=True)
     (folder / "study.md").write_text(_wrapped(page), encoding="utf-8")

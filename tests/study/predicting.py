@@ -13,6 +13,9 @@ from farside.topics import (
     Prediction,
 )
 
+SURE = 0.9995
+"""Stated for a rover that stands."""
+
 BINS = 10
 """Of stated probability, for the reliability diagram."""
 
@@ -21,7 +24,7 @@ class Judge:
     """Compares every prediction of where the rover is now with where it knew itself to be then.
 
     A prediction of a rover that stands, to which nothing is on its way, is right for nothing. So
-    only those count of which the rover was elsewhere than last heard, or predicted to be.
+    those that are sure of where it was last heard do not count, unless they are wrong.
 
     Attributes:
         stated, cases, right: per bin of the probability stated for the most probable place: the
@@ -64,7 +67,7 @@ class Judge:
         after = bisect_left(self._sensed, (prediction.at_ns, ""))
         place = self._sensed[max(0, after - 1)][1]
         top = prediction.likely[0] if prediction.likely else None
-        if heard == place and top is not None and top.sign == (place,):
+        if heard == place and top is not None and top.sign == (place,) and top.probability > SURE:
             return
         self.naive += heard == place
         if top is None:

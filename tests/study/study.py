@@ -1,6 +1,6 @@
 """`make study`: runs the studies and writes docs/study.md, its pictures and its results.
 
-    python tests/study/study.py [--seeds N] [--only shadowed,working,exploring,surprises]
+    python tests/study/study.py [--seeds N] [--only shadowed,working,...]
     python tests/study/study.py --render [FOLDER]
 
 The page and the pictures are made from docs/study/results.json alone: with `--render` they are
@@ -16,15 +16,22 @@ from multiprocessing import Pool
 from pathlib import Path
 from typing import Any
 
+from delays import delay_cases, delayed, lesson_cases
 from exploring import GRID, WAYS, explored
 from page import written
 from rich.progress import track
+from shadow_price import MISSIONS, priced
+from supervising import supervised, supervision_cases
 from surprises import PARTS, surprised
 from working import cases, shadowed, worked
 from yards import arcs_of, mission_with, shadowed_map
 
 DOCS = Path(__file__).parents[2] / "docs"
 RESULTS = DOCS / "study/results.json"
+FEW = 5
+"""Seeds of the supervisor's runs, which are long."""
+
+PARTS_OF_STUDY = "shadowed,working,exploring,delays,lessons,price,supervised,surprises"
 POLICIES = ("signal", "track", "none", "hold")
 
 Result = dict[str, Any]
@@ -43,6 +50,10 @@ def studies(seeds: Iterable[int]) -> dict[str, list[Run]]:
         "exploring": [partial(explored, way, seed) for way in WAYS[::-1] for seed in seeds],
         "working": [partial(worked, *case) for case in cases(seeds)],
         "shadowed": [partial(shadowed, policy, seed) for policy in POLICIES for seed in seeds],
+        "delays": [partial(delayed, *case) for case in delay_cases(seeds)],
+        "lessons": [partial(delayed, *case) for case in lesson_cases(seeds)],
+        "price": [partial(priced, name, seed) for name in MISSIONS for seed in seeds],
+        "supervised": [partial(supervised, *case) for case in supervision_cases(seeds[:FEW])],
         "surprises": [partial(surprised, part) for part in range(1, PARTS + 1)],
     }
 
@@ -76,7 +87,7 @@ def main() -> None:
     """Run, or render."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seeds", type=int, default=30)
-    parser.add_argument("--only", default="shadowed,working,exploring,surprises")
+    parser.add_argument("--only", default=PARTS_OF_STUDY)
     parser.add_argument("--render", nargs="?", const=DOCS, type=Path)
     asked = parser.parse_args()
     if asked.render is None:

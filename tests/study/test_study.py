@@ -8,7 +8,8 @@ from typing import Any
 
 import pytest
 from exploring import explored
-from page import Exploring, Shadowed, Surprises, Working, estimate, written
+from numbers_told import estimate
+from page import Exploring, Shadowed, Surprises, Working, written
 from surprises import surprised
 from working import BEGIN_S, LENGTHS_S, WORK_S, outages, shadowed, worked
 from yards import arcs_of, circuit, mission_with, random_stream

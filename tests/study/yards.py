@@ -1,5 +1,6 @@
 """What the studies run in: yards, ways over all of their arcs, and models that were taught them."""
 
+import math
 import tomllib
 from collections.abc import Iterable
 from typing import NamedTuple
@@ -140,8 +141,10 @@ class CountingModel(DynamicExpectancyModel):
         }
 
 
-def taught(chart: Chart, rounds: int = 3) -> bytes:
+def taught(chart: Chart, rounds: float = 3) -> bytes:
     """The memory of a model that was led over every arc of a yard, several times, to the dock.
+
+    With a part of a round it was led over as many of the arcs.
 
     It senses what the rover's senses would give it without noise.
     """
@@ -152,8 +155,9 @@ def taught(chart: Chart, rounds: int = 3) -> bytes:
         rng=random_stream(2),
     )
     assert chart.dock is not None
-    for _ in range(rounds):
+    for number in range(math.ceil(rounds)):
         walk = circuit(chart, chart.dock, rng)
+        walk = walk[: math.ceil(min(1.0, rounds - number) * len(walk))]
         for cell, beside in zip(walk, [*walk[1:], None], strict=True):
             model.sense(tokens_at(chart, cell))
             model.perform(None if beside is None else action_between(chart, cell, beside))

@@ -7,7 +7,14 @@ from rich.table import Table
 from rich.text import Text
 
 from farside.escaping import printable
-from farside.missions.result import OperatorResult, Outcome, RoverResult, RunResult, StoreResult
+from farside.missions.result import (
+    OperatorResult,
+    Outcome,
+    RoverResult,
+    RunResult,
+    ShadowResult,
+    StoreResult,
+)
 
 _STYLE = {Outcome.SUCCESS: "bold green", Outcome.FAILURE: "bold red", Outcome.ABORTED: "bold red"}
 
@@ -19,6 +26,8 @@ def show_summary(result: RunResult, console: Console) -> None:
         if table.row_count:
             console.print(table)
             console.print()
+    if result.shadow is not None:
+        console.print(_shadow(result.shadow))
     if result.store.kept:
         console.print(_store(result.store))
     console.print(_text(f"log     {result.log}"), soft_wrap=True)
@@ -102,6 +111,19 @@ def _link(result: RunResult) -> Table:
         delay = "" if counters.delay_s is None else f"{counters.delay_s:.2f} s"
         table.add_row(name, *map(str, counts), delay)
     return table
+
+
+def _shadow(shadow: ShadowResult) -> Text:
+    text = (
+        f"shadow of the model: {shadow.updates} updates of {shadow.cycles} cycles\n"
+        f"took {shadow.downlink_bytes} bytes of the downlink, {shadow.downlink_share:.1%} of all, "
+        f"and {shadow.report_bytes} of the uplink"
+    )
+    if shadow.bits_per_cycle is not None:
+        text += f",\n{shadow.bits_per_cycle:.0f} bits a cycle"
+    if not shadow.in_step:
+        text += "; at the end it was out of step"
+    return Text(f"{text}\n")
 
 
 def _store(store: StoreResult) -> Text:
