@@ -3,99 +3,33 @@
 import math
 
 import pytest
-from msgspec.structs import replace
+from operator_stand import Ground
 
-from farside.acts import Act, Planned
+from farside.acts import Planned
 from farside.control import CommandStage, Failsafe, Mode
-from farside.ground import Operator, Situation
 from farside.ground.config import (
-    CostRule,
     GroundConfig,
     GuideConfig,
     Leave,
-    Pursue,
     RecordedConfig,
     RecordedLine,
-    Supervision,
-    SupervisorConfig,
     WantedPlace,
 )
-from farside.ground.operators.built_in import built_in_operator
 from farside.ground.operators.queued import QueuedOperator, as_logged
 from farside.ground.operators.recorded import RecordedOperator
 from farside.messages import (
-    Approve,
-    CommandReached,
     Drive,
-    Event,
-    GoalReached,
-    Proposal,
     SetGoal,
     SetMode,
-    Tokens,
     Veto,
-    WithdrawGoal,
 )
 from farside.node import to_ns
 from farside.places import Chart
-from farside.topics import OperatorEntry, PathReview
-from tests.ground.conftest import CHART, make_belief, make_desk, proposal, telemetry
+from farside.topics import OperatorEntry
+from tests.ground.conftest import proposal
 
 ROOM = Chart(("#####", "#A.B#", "#####"), 1.0)
 SHARED, ALONE = SetMode(Mode.SHARED), SetMode(Mode.AUTONOMOUS)
-
-
-class Reviews:
-    """Reviews in place of those of an outlook: every way costs the same, by what was said."""
-
-    def __init__(self) -> None:
-        self.costs: dict[Tokens, float] = {}
-
-    def review(self, proposal: Proposal, _now_ns: int) -> PathReview:
-        cost = self.costs.get(proposal.goal, 1.0)
-        return PathReview(proposal.goal, proposal.action, (), 0.0, cost)
-
-    def review_path(self, goal: Tokens, _now_ns: int) -> PathReview | None:
-        return PathReview(goal, "E", (), 0.0, self.costs[goal]) if goal in self.costs else None
-
-
-class Ground:
-    """An operator, and what it is shown."""
-
-    def __init__(self, config: GroundConfig, chart: Chart = CHART) -> None:
-        self.operator: Operator = built_in_operator(config, chart)
-        self.belief, self.desk, self.reviews = make_belief(), make_desk(), Reviews()
-        self.events = 0
-        self.t_s = 0.0
-
-    def learn(self, place: str = "A", **changes: object) -> None:
-        """Telemetry says that the rover stands here, and that all commands are over."""
-        self.t_s += 1.0
-        said = telemetry(self.t_s, place, **{"commands_done": self.desk.last_given, **changes})
-        self.belief.learn(said, said.time_ns)
-        self.desk.learn(said)
-
-    def end(self, stage: CommandStage, number: int | None = None) -> None:
-        """The rover says how a command ended, by default the last one."""
-        number = number or self.desk.last_given
-        self.desk.learn_stage(CommandReached(number, stage, "for a reason"))
-
-    def reach(self, place: str) -> None:
-        """The rover says that it has reached a goal."""
-        self.events += 1
-        self.belief.tell(Event(self.events, 0, GoalReached((f"at:{place}",))), 0)
-
-    def act(self, t_s: float | None = None, *, silent: bool = False) -> list[Act]:
-        now_ns = to_ns(self.t_s if t_s is None else t_s)
-        situation = Situation(now_ns, self.belief, self.desk, silent, self.reviews)  # type: ignore[arg-type]
-        acts = list(self.operator.act(situation))
-        for act in acts:
-            self.desk.give(act, now_ns)
-        return acts
-
-    @property
-    def waits_for(self) -> str | None:
-        return self.operator.progress.waiting_for
 
 
 # --- absent, queued, recorded ---------------------------------------------------------------------
@@ -288,134 +222,3 @@ def test_the_rover_is_left_with_mode_and_goals_at_once_and_nothing_is_said_after
     ground.belief.consider(proposal(1))
     assert ground.act() == []
     assert ground.operator.progress == OperatorEntry(1, 1, None)
-
-
-# --- supervisor, and rules ------------------------------------------------------------------------
-
-CHEAP = (CostRule(below=10.0),)
-
-
-def supervisor(mode: str = "shared", *places: str, patience_s: float = 60.0) -> Ground:
-    goals = tuple(WantedPlace(place=place) for place in places or ("A", "B"))
-    config = SupervisorConfig(goals=goals, mode=Supervision(mode), patience_s=patience_s)
-    return Ground(GroundConfig(operator="supervisor", supervisor=config, rules=CHEAP))
-
-
-def settle(ground: Ground, mode: Mode, place: str = "2,1") -> None:
-    ground.end(CommandStage.DONE)
-    ground.learn(place, mode=mode)
-
-
-def test_in_shared_mode_it_approves_what_meets_the_rules_goal_by_goal() -> None:
-    ground = supervisor()
-    assert ground.act() == [SHARED]
-    settle(ground, Mode.SHARED)
-    assert ground.act() == [SetGoal(("at:A",), 2.0)]
-    ground.belief.consider(replace(proposal(1), goal=("at:A",)))
-    assert ground.act() == [Approve(1)]
-    assert ground.act() == [], "each is answered once"
-    ground.reach("A")
-    assert ground.act() == [SetGoal(("at:B",), 2.0)]
-    ground.reach("B")
-    assert ground.act() == []
-    assert ground.operator.progress == OperatorEntry(1, 1, None)
-
-
-def test_what_breaks_a_rule_is_vetoed_and_its_goal_tried_once_more_in_the_end() -> None:
-    ground = supervisor()
-    ground.reviews.costs[("at:A",)] = 12.0
-    ground.act()
-    settle(ground, Mode.SHARED)
-    ground.act()
-    for number in (1, 2):
-        ground.belief.consider(replace(proposal(number), goal=("at:A",)))
-        assert ground.act() == [Veto(number)]
-        assert ground.act() == [WithdrawGoal(("at:A",))]
-        settle(ground, Mode.SHARED)
-        if number == 1:
-            assert ground.act() == [SetGoal(("at:B",), 2.0)]
-            ground.reach("B")
-            assert ground.act() == [SetGoal(("at:A",), 2.0)]
-    assert ground.act() == []
-    assert ground.operator.progress == OperatorEntry(
-        1, 1, None, left=("goal A: vetoed proposal 2, its cost 12.0 is not below 10",)
-    )
-
-
-def test_where_nothing_is_proposed_for_long_it_goes_on_but_not_while_the_rover_is_silent() -> None:
-    ground = supervisor("shared", "A", patience_s=5.0)
-    ground.act()
-    settle(ground, Mode.SHARED)
-    ground.act()
-    settle(ground, Mode.SHARED)
-    assert ground.act(10.0) == []
-    assert ground.act(14.9) == []
-    assert ground.act(20.0, silent=True) == [], "it would not be heard"
-    assert ground.act(21.0) == []
-    assert ground.act(26.0) == [WithdrawGoal(("at:A",))]
-
-
-def test_in_autonomous_mode_a_goal_is_sent_if_the_way_to_it_meets_the_rules() -> None:
-    ground = supervisor("autonomous", "A", "B")
-    ground.reviews.costs = {("at:A",): 12.0, ("at:B",): 8.0}
-    assert ground.act() == [ALONE]
-    settle(ground, Mode.AUTONOMOUS)
-    assert ground.act() == [SetGoal(("at:B",), 2.0)]
-    assert ground.operator.progress.left == ("goal A: its cost 12.0 is not below 10",)
-    settle(ground, Mode.AUTONOMOUS)
-    ground.reviews.costs[("at:A",)] = 9.0
-    ground.reach("B")
-    assert ground.act() == [SetGoal(("at:A",), 2.0)], "it was put aside, and is tried again"
-    assert not ground.operator.progress.left
-    settle(ground, Mode.AUTONOMOUS)
-    ground.reach("A")
-    assert ground.act() == []
-    assert ground.operator.progress == OperatorEntry(1, 1, None)
-
-
-def test_alone_the_rover_has_three_times_the_cost_of_the_way_and_the_patience_on_top() -> None:
-    ground = supervisor("autonomous", "A", patience_s=5.0)
-    ground.reviews.costs[("at:A",)] = 4.0
-    ground.act()
-    settle(ground, Mode.AUTONOMOUS)
-    ground.act()
-    settle(ground, Mode.AUTONOMOUS)
-    assert ground.act(100.0) == []
-    assert ground.act(110.0) == []
-    assert ground.act(115.0, silent=True) == []
-    assert ground.act(116.0, silent=True) == []
-    assert ground.act(122.9) == [], "six seconds of silence do not count"
-    assert ground.act(123.1) == [WithdrawGoal(("at:A",))]
-
-
-def test_where_no_way_is_known_no_goal_is_sent() -> None:
-    ground = supervisor("autonomous", "A")
-    ground.act()
-    settle(ground, Mode.AUTONOMOUS)
-    assert ground.act() == []
-    assert ground.operator.progress.left == ("goal A: no way there is known",)
-
-
-def test_a_rover_that_took_over_meanwhile_is_told_the_mode_again() -> None:
-    ground = supervisor("shared")
-    ground.act()
-    settle(ground, Mode.SHARED)
-    ground.act()
-    ground.end(CommandStage.DONE)
-    ground.learn("A", mode=Mode.AUTONOMOUS)
-    ground.reach("A")
-    assert ground.act() == [SHARED]
-
-
-def test_the_script_answers_by_the_rules_too() -> None:
-    ground = Ground(GroundConfig(script=(Pursue(place="B"),), rules=CHEAP))
-    ground.reviews.costs[("at:B",)] = 99.0
-    assert ground.act() == [SetGoal(("at:B",), 2.0)]
-    ground.belief.consider(proposal(1))
-    assert ground.act() == [Veto(1)]
-    assert ground.act() == [WithdrawGoal(("at:B",))]
-    settle(ground, Mode.SHARED)
-    ground.act()
-    assert ground.operator.progress.left == (
-        "goal B: vetoed proposal 1, its cost 99.0 is not below 10",
-    )
