@@ -317,6 +317,7 @@ class Proposal(_Message, frozen=True, tag="proposal"):
             waits before it acts; `None` with consent by approval.
         model_check: CRC-32 of the lists that it was computed from; `None` where the model is not
             sent to the ground.
+        last_command: number of the newest command that had been received.
     """
 
     number: int
@@ -326,6 +327,7 @@ class Proposal(_Message, frozen=True, tag="proposal"):
     path: tuple[ProposedStep, ...]
     veto_window_s: float | None = None
     model_check: int | None = None
+    last_command: int = 0
 
 
 class Telemetry(_Message, frozen=True, tag="telemetry"):

@@ -139,7 +139,7 @@ def _conflicts(
     yield from _learned(proposal, belief)
     for one in coming:
         order = one.command.order
-        if one.arrives_ns > proposal.time_ns and isinstance(
+        if one.command.number > proposal.last_command and isinstance(
             order, Drive | SetMode | SetGoal | WithdrawGoal
         ):
             yield f"command {one.command.number} was sent, which it did not count on"

@@ -234,6 +234,7 @@ class Pilot:
             parts.cycle.path() if choice.chooser is Chooser.GOAL_DIRECTED else (),
             by_approval=self.authority.mode is not Mode.SHARED,
             model_check=parts.cycle.lists_check,
+            last_command=parts.commands.last_taken,
         )
         parts.cycle.decided(
             choice.chooser, choice.action, goal=choice.goal, proposal=proposal.number

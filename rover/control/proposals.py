@@ -68,8 +68,12 @@ class Proposals:
         *,
         by_approval: bool,
         model_check: int | None = None,
+        last_command: int = 0,
     ) -> Proposal:
-        """Make the proposal that stands from now on; `by_approval` in any case if so said."""
+        """Make the proposal that stands from now on; see `Proposal` for what it says.
+
+        `by_approval`: whatever the mission says of consent.
+        """
         self._last += 1
         window_ns = None if by_approval else self._window_ns
         self._situation, self._vetoed = situation, None
@@ -82,6 +86,7 @@ class Proposals:
             path=path,
             veto_window_s=None if window_ns is None else to_s(window_ns),
             model_check=model_check,
+            last_command=last_command,
         )
         self._journal.note(ROVER_PROPOSAL, self.standing)
         return self.standing

@@ -27,7 +27,7 @@ from tests.ground.conftest import make_belief, taught, telemetry
 MODEL = taught()
 LISTS = Lists(MODEL, Foresight(MODEL, lambda: 0), check=7)
 PATH = (ProposedStep(("at:1",), "E", 3.0), ProposedStep(("at:2",), "E", 1.5))
-OFFER = Proposal(4, to_ns(10.0), ("at:3",), "E", PATH, model_check=7)
+OFFER = Proposal(4, to_ns(10.0), ("at:3",), "E", PATH, model_check=7, last_command=8)
 STANDS = {"mode": Mode.SHARED, "goals": (("at:3",),), "proposal": 4}
 
 
@@ -48,8 +48,8 @@ def review(
     return review_proposal(offer, belief, coming, lists, to_ns(now_s))
 
 
-def sent(order: Order, arrives_s: float) -> OnItsWay:
-    return OnItsWay(Command(9, 10**18, order), None, to_ns(arrives_s))
+def sent(order: Order, number: int = 9) -> OnItsWay:
+    return OnItsWay(Command(number, 10**18, order), None, to_ns(12.0))
 
 
 def test_a_review_says_how_old_how_dear_and_how_sure_the_path_is() -> None:
@@ -113,10 +113,10 @@ def test_a_newer_proposal_is_a_conflict() -> None:
 
 def test_what_was_sent_since_is_a_conflict_but_not_the_answer_itself() -> None:
     for order in (Drive("N"), SetGoal(("at:0",), 1.0)):
-        (text,) = review(coming=[sent(order, 12.0)]).conflicts
+        (text,) = review(coming=[sent(order)]).conflicts
         assert text == "command 9 was sent, which it did not count on"
-        assert review(coming=[sent(order, 9.0)]).conflicts == ()
-    assert review(coming=[sent(Approve(4), 12.0)]).conflicts == ()
+        assert review(coming=[sent(order, number=8)]).conflicts == ()
+    assert review(coming=[sent(Approve(4))]).conflicts == ()
 
 
 def test_that_the_model_knows_a_better_action_now_is_a_conflict() -> None:
