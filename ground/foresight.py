@@ -8,6 +8,7 @@ from farside.messages import Tokens
 from farside.places import is_place_token
 
 _PRIOR = 2.0
+_PRIOR_TRUE, _PRIOR_CASES = 9, 10
 
 
 class Outcome(NamedTuple):
@@ -30,7 +31,8 @@ class Foresight:
     A probability is the share of cases in which the outcome followed, counted from when the
     hypothesis was created. The most credible outcome counts for two cases more, at the share in
     which most credible outcomes follow on all lists: so a move that was made once is held for as
-    sure as such moves have turned out to be (empirical Bayes; project default).
+    sure as such moves have turned out to be (empirical Bayes). That share begins as if nine of ten
+    had followed (project defaults).
 
     Args:
         model: the shadow's lists.
@@ -42,7 +44,7 @@ class Foresight:
         self._of: object = None
         self._outcomes: dict[tuple[str, str], tuple[Outcome, ...]] = {}
         self._intents: dict[tuple[str, Tokens], Intent | None] = {}
-        self._usual = 0.5
+        self._usual = _PRIOR_TRUE / _PRIOR_CASES
 
     def outcomes(self, place: str, action: str) -> tuple[Outcome, ...]:
         """The places that a move may lead to, the most probable first; the rest is not known."""
@@ -77,7 +79,7 @@ class Foresight:
                 best[key] = one
         came_true = sum(one.successes for one in best.values())
         fell_due = sum(one.predictions for one in best.values())
-        self._usual = (came_true + 1) / (fell_due + 2)
+        self._usual = (came_true + _PRIOR_TRUE) / (fell_due + _PRIOR_CASES)
 
     def _ask(self, place: str, action: str) -> tuple[Outcome, ...]:
         known = [

@@ -30,7 +30,8 @@ def _broken(review: PathReview, rule: Rule) -> str | None:
         case ChanceRule(above=above):
             broken = _too_low("chance", review.chance, above)
         case AvoidsRule(places=places):
-            met = {token for step in review.path for token in (*step.sign, *review.goal)}
+            # Not where it begins: from there it leads away.
+            met = {token for step in review.path[1:] for token in step.sign} | {*review.goal}
             found = [place for place in places if place_token(place) in met]
             broken = f"it leads to {found[0]}" if found else None
         case AgeRule(below_s=below_s) if review.age_s >= below_s:

@@ -24,6 +24,7 @@ DOCUMENTS = [
         "docs/mission.md",
         "docs/design.md",
         "docs/control.md",
+        "docs/ground.md",
         "docs/dem.md",
         "docs/link.md",
         "docs/study.md",

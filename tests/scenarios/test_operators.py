@@ -166,6 +166,15 @@ def test_each_operator_of_the_documents_can_be_checked_as_it_stands_there(tmp_pa
         assert list(warnings(mission)) == []
 
 
+def test_the_rules_of_the_documents_can_be_used_as_they_stand_there() -> None:
+    page = Path(__file__).parents[2] / "docs" / "ground.md"
+    (block,) = re.findall(r"^```toml\n(.*?)^```", page.read_text(), re.MULTILINE | re.DOTALL)
+    rules = tomllib.loads(block)["ground"]["rules"]
+    mission = load_mission("blackout", {"ground.rules": rules}).mission
+    assert len(mission.ground.rules) == 4
+    assert list(warnings(mission)) == []
+
+
 def test_with_nobody_at_the_ground_its_heartbeats_go_on(
     mission: Callable[[str], Rehearsal],
 ) -> None:
