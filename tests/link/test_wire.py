@@ -56,9 +56,9 @@ def test_a_frame_is_as_long_as_documented(sequence: int, overhead_byte: int) -> 
 
 
 def test_the_bytes_are_those_of_the_documented_format() -> None:
-    info = b"farside link 4 down"
+    info = b"farside link 5 down"
     key = HKDF(algorithm=SHA256(), length=32, salt=None, info=info).derive(KEY)
-    header = bytes((4, 0b001010_01, 1, 44))
+    header = bytes((5, 0b001010_01, 1, 44))
     nonce = b"down" + (300).to_bytes(8, "big")
     plain = header + AESGCM(key).encrypt(nonce, b"hello", header)
 

@@ -62,7 +62,7 @@ def test_it_reports_what_it_did_alone_when_the_link_is_back(
     run = mission("blackout").run()
     learned = {entry.event.what: t_s for t_s, entry in run.entries(GROUND_EVENT) if t_s > 620}
     for token in ("at:B", "at:C"):
-        assert 981 < learned[GoalReached((token,))] < 985
+        assert 981 < learned[GoalReached((token,))] < 988
     assert [silence.silent for _, silence in run.entries(GROUND_SILENCE)] == [True, False]
 
 

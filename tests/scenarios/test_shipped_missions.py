@@ -185,7 +185,7 @@ def test_it_loses_the_link_in_the_crater_and_comes_back_to_where_it_works(
     back = [e.event.what for _, e in run.entries(GROUND_EVENT) if type(e.event.what) is LinkBack]
     assert len(back) >= 2, "it was away twice at least"
     assert ("at:8,3",) in back[-2].reached
-    assert told(run, GoalReached(("at:8,3",))) > run.reached("at:8,3") + 5, "told outside"
+    assert told(run, GoalReached(("at:8,3",))) > run.reached("at:8,3") + 3, "told outside"
     poses = [pose.place for t_s, pose in run.entries(TRUTH_POSE) if t_s > 790]
     assert set(poses) == {"at:D"}, "the operator took over and drove it home"
     assert run.mode_at(790) is Mode.GUIDED
