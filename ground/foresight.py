@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from farside.dem import Hypothesis, ShadowModel
 from farside.messages import Tokens
-from farside.places import is_place_token
+from farside.places import ACTIONS, is_place_token
 
 _PRIOR = 2.0
 _PRIOR_TRUE, _PRIOR_CASES = 9, 10
@@ -84,7 +84,7 @@ class Foresight:
     def _ask(self, place: str, action: str) -> tuple[Outcome, ...]:
         known = [
             one
-            for one in self._model.expectations((place,), action)
+            for one in expectations(self._model, (place,), action)
             if one.context == (place,) and len(one.outcome) == 1 and is_place_token(one.outcome[0])
         ]
         if not known:
@@ -102,6 +102,11 @@ class Foresight:
             for one in known
         )
         return tuple(sorted(outcomes, key=lambda outcome: (-outcome.probability, outcome.place)))
+
+
+def expectations(model: ShadowModel, sign: Tokens, action: str) -> tuple[Hypothesis, ...]:
+    """What the lists say of an action; nothing of one that there is not, whoever named it."""
+    return model.expectations(sign, action) if action in ACTIONS else ()
 
 
 def chance(foresight: Foresight, steps: Iterable[tuple[str, str, str]]) -> float:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from farside.dem import ShadowModel
 from farside.ground.belief import Belief
-from farside.ground.foresight import Foresight, chance
+from farside.ground.foresight import Foresight, chance, expectations
 from farside.ground.prediction import OnItsWay
 from farside.messages import (
     Drive,
@@ -103,7 +103,7 @@ def _judged(review: PathReview, lists: Lists, *, in_step: bool) -> PathReview:
         cm = max(
             (
                 one.cm
-                for one in lists.model.expectations(sign, action)
+                for one in expectations(lists.model, sign, action)
                 if set(onward).issubset(one.outcome)
             ),
             default=None,

@@ -100,6 +100,12 @@ def test_where_nothing_is_known_of_a_move_nothing_is_said() -> None:
     assert prediction.unknown == 1.0
 
 
+def test_of_an_action_that_there_is_not_nothing_is_said() -> None:
+    drive = coming(1, Drive(""), 20.0)
+
+    assert predictor().now(at(1), [drive], to_ns(60.0)).unknown == 1.0
+
+
 def test_in_autonomous_mode_it_goes_on_by_the_map_and_stands_at_the_goal() -> None:
     alone = at(0, mode=Mode.AUTONOMOUS, goals=(("at:3",),))
     predict = predictor()

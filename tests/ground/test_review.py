@@ -85,6 +85,12 @@ def test_a_path_that_the_lists_do_not_know_has_no_probability() -> None:
     assert review(unknown).chance == 0.0
 
 
+def test_an_action_that_there_is_not_has_no_probability() -> None:
+    strange = replace(OFFER, action="jump", path=(ProposedStep(("at:1",), "jump", 3.0), *PATH[1:]))
+
+    assert review(strange).probability is None
+
+
 def test_a_path_from_other_lists_than_the_shadows_is_out_of_step() -> None:
     assert not review(replace(OFFER, model_check=8)).in_step
 
