@@ -19,7 +19,7 @@ from farside.topics import (
 RUNS = 1000
 """Runs of one part of the study."""
 
-PARTS = 10
+PARTS = 3
 
 
 def surprised(part: int, runs: int = RUNS) -> dict[str, Any]:
