@@ -16,10 +16,10 @@ from farside.topics import (
     ROVER_PROPOSAL,
 )
 
-RUNS = 1000
+RUNS = 500
 """Runs of one part of the study."""
 
-PARTS = 3
+PARTS = 4
 
 
 def surprised(part: int, runs: int = RUNS) -> dict[str, Any]:
