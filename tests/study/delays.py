@@ -151,17 +151,12 @@ class Leaving:
             SetGoal((place_token(target),), 1.0 - n / TARGETS / 2)
             for n, target in enumerate(targets)
         ]
-        self._begun = False
         self.progress = OperatorEntry(0, 1, None)
 
-    def act(self, situation: Situation) -> Sequence[Act]:
+    def act(self, situation: Situation) -> Sequence[Act]:  # noqa: ARG002 - as all have it
         """See `Operator.act`."""
-        if not self._begun:
-            self._begun = True
-            return [SetMode(Mode.AUTONOMOUS)]
-        if not self._goals or not situation.settled:
-            return ()
-        orders, self._goals = self._goals[:10], self._goals[10:]
+        orders: list[Act] = [SetMode(Mode.AUTONOMOUS), *self._goals] if self._goals else []
+        self._goals = []
         return orders
 
 

@@ -15,6 +15,10 @@ WAYS = {
     "trust": ("trusts the prediction", "green"),
     "goals": ("goals only", "blue"),
 }
+Bins = list[tuple[float, Estimate, int]]
+"""What was stated on average, the share that was right, and of how many predictions."""
+
+HALF = 0.5
 FEW = 30
 """Of fewer predictions than this no share is drawn."""
 
@@ -124,18 +128,23 @@ class Predicting:
         cases = sum(sum(run["cases"]) for run in self._delays)
         right = sum(sum(run["right"]) for run in self._delays)
         stated = sum(sum(run["stated"]) for run in self._delays)
-        worst = max(
-            (abs(at - share.mean) for at, share, count in self._bins() if count >= FEW),
-            default=0.0,
-        )
+        bins = [one for one in self._bins() if one[2] >= FEW]
+        upper = [one for one in bins if one[0] >= HALF]
+        lower = [one for one in bins if one[0] < HALF]
+        longest = max(run["round_trip_s"] for run in self._delays)
+        far = [run for run in self._delays if run["round_trip_s"] == longest]
         return {
             "predictions": f"{cases:,}",
             "right_share": f"{100 * right / cases:.1f} %",
             "stated_share": f"{100 * stated / cases:.1f} %",
-            "worst_bin": f"{100 * worst:.0f}",
+            "upper_share": f"{100 * sum(one[2] for one in upper) / cases:.1f} %",
+            "worst_upper": f"{_worst(upper):.0f}",
+            "worst_lower": f"{_worst(lower):.0f}",
+            "far_stated": _shares(far)[1],
+            "far_right": _shares(far)[2],
         }
 
-    def _bins(self) -> list[tuple[float, Estimate, int]]:
+    def _bins(self) -> Bins:
         """Per bin: what was stated on average, the share that was right, and how many there are."""
         found = []
         for index in range(len(self._delays[0]["cases"])):
@@ -165,6 +174,11 @@ class Predicting:
             at = picture.x(100 * stated) + 8, picture.y(value.mean) + 16
             picture.text(at, f"{count:,}", colour=COLOURS["blue"])
         return picture.svg()
+
+
+def _worst(bins: Bins) -> float:
+    """By how many percentage points what was stated is off at most."""
+    return max((100 * abs(stated - share.mean) for stated, share, _ in bins), default=0.0)
 
 
 _SHARES = ("predictions", "stated", "right", "where last heard")
