@@ -16,7 +16,7 @@ from farside.topics import (
     ROVER_PROPOSAL,
 )
 
-RUNS = 500
+RUNS = 250
 """Runs of one part of the study."""
 
 PARTS = 4
