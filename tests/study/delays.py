@@ -11,7 +11,7 @@ from yards import CountingModel, mission_with, simulated, taught
 from farside.acts import Act, Planned
 from farside.control import Mode
 from farside.ground import Operator, Situation
-from farside.messages import Approve, Drive, SetGoal, SetMode
+from farside.messages import Approve, Drive, Order, SetGoal, SetMode
 from farside.node import Record, to_ns
 from farside.places import Chart, place_name, place_token
 from farside.topics import ROVER_ACTION_STARTED, ROVER_CYCLE, OperatorEntry
@@ -142,21 +142,28 @@ class Trusting:
 class Leaving:
     """An operator who gives all goals at once, the next one first, and leaves the rover alone.
 
+    What came too late is given again, and that is all.
+
     Attributes:
         progress: see `Operator`.
     """
 
     def __init__(self, targets: Sequence[str]) -> None:
-        self._goals = [
+        self._orders: list[Order] = [SetMode(Mode.AUTONOMOUS)]
+        self._orders += [
             SetGoal((place_token(target),), 1.0 - n / TARGETS / 2)
             for n, target in enumerate(targets)
         ]
+        self._given: dict[int, Order] = {}
         self.progress = OperatorEntry(0, 1, None)
 
-    def act(self, situation: Situation) -> Sequence[Act]:  # noqa: ARG002 - as all have it
+    def act(self, situation: Situation) -> Sequence[Act]:
         """See `Operator.act`."""
-        orders: list[Act] = [SetMode(Mode.AUTONOMOUS), *self._goals] if self._goals else []
-        self._goals = []
+        commands = situation.commands
+        late = [number for number in self._given if commands.end_of(number) is not None]
+        orders = [*self._orders, *(self._given.pop(number) for number in late)]
+        self._orders = []
+        self._given.update(enumerate(orders, start=commands.last_given + 1))
         return orders
 
 
