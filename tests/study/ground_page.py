@@ -59,7 +59,13 @@ class Delays:
             for trip in self.round_trips
             if self.rate("goals", trip).low > self.rate("wait", trip).high
         ]
+        as_good = [
+            trip
+            for trip in self.round_trips
+            if self.rate("trust", trip).high >= self.rate("goals", trip).low
+        ]
         return {
+            "as_good_to": f"{as_good[-1]:g} s" if as_good else "no round trip of these",
             "pace_10": told(self.pace("wait", 10.0), 1),
             "pace_10_goals": told(self.pace("goals", 10.0), 1),
             "pays_from": f"{pays[0]:g} s" if pays else "no round trip of these",
@@ -75,7 +81,7 @@ class Delays:
         """Goals an hour against the round trip."""
         picture = Picture(
             "Goals an hour against the round trip of light, for four ways to work",
-            Axis(0.2, 2400, self.round_trips, "round trip of light, s", log=True),
+            Axis(0.2, 2400, (0.2, 2.56, 10, 60, 480, 2400), "round trip of light, s", log=True),
             Axis(0.3, 300, (0.3, 1, 3, 10, 30, 100, 300), "goals an hour", log=True),
             right=190,
         )
@@ -140,8 +146,8 @@ class Predicting:
             "upper_share": f"{100 * sum(one[2] for one in upper) / cases:.1f} %",
             "worst_upper": f"{_worst(upper):.0f}",
             "worst_lower": f"{_worst(lower):.0f}",
-            "far_stated": _shares(far)[1],
-            "far_right": _shares(far)[2],
+            "far_stated": _shares(far)[2],
+            "far_right": _shares(far)[3],
         }
 
     def _bins(self) -> Bins:
@@ -163,7 +169,7 @@ class Predicting:
             "How often the predicted place was right, against the probability stated for it",
             Axis(0, 100, ticks, "probability stated for the most probable place, %"),
             Axis(0, 100, ticks, "share of predictions that were right, %"),
-            right=40,
+            right=90,
         )
         picture.curve([(0, Estimate(0, 0, 0)), (100, Estimate(100, 100, 100))], COLOURS["grey"])
         for stated, share, count in self._bins():
@@ -181,19 +187,26 @@ def _worst(bins: Bins) -> float:
     return max((100 * abs(stated - share.mean) for stated, share, _ in bins), default=0.0)
 
 
-_SHARES = ("predictions", "stated", "right", "where last heard")
+_SHARES = ("predictions", "nothing said", "stated", "right", "where last heard")
 
 
 def _shares(runs: Rows) -> list[str]:
     """How many predictions, what they stated, how many were right, and what no prediction gives."""
     cases = sum(sum(run["cases"]) for run in runs)
+    silent = sum(run["silent"] for run in runs)
     if not cases:
-        return ["0", "", "", ""]
+        return ["0", f"{silent:,}", "", "", ""]
     stated = sum(sum(run["stated"]) for run in runs) / cases
-    naive = sum(run["naive"] for run in runs) / (cases + sum(run["silent"] for run in runs))
+    naive = sum(run["naive"] for run in runs) / (cases + silent)
     share = _pooled(runs)
     value = Estimate(*(100 * number for number in share))
-    return [f"{cases:,}", f"{100 * stated:.0f} %", f"{told(value)} %", f"{100 * naive:.0f} %"]
+    return [
+        f"{cases:,}",
+        f"{silent:,}",
+        f"{100 * stated:.0f} %",
+        f"{told(value)} %",
+        f"{100 * naive:.0f} %",
+    ]
 
 
 def _pooled(runs: Rows, index: int | None = None) -> Estimate:

@@ -7,9 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from delays import delayed
 from exploring import explored
+from ground_page import Delays, ground_words
 from numbers_told import estimate
 from page import Exploring, Shadowed, Surprises, Working, written
+from shadow_price import priced
+from supervising import supervised
 from surprises import surprised
 from working import BEGIN_S, LENGTHS_S, WORK_S, outages, shadowed, worked
 from yards import arcs_of, circuit, mission_with, random_stream
@@ -17,7 +21,7 @@ from yards import arcs_of, circuit, mission_with, random_stream
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 RESULTS: dict[str, Any] = json.loads((DOCS / "study/results.json").read_text())
-PICTURES = ("exploring", "working", "shadow")
+PICTURES = ("exploring", "working", "shadow", "delays", "predicting")
 
 
 def test_the_page_and_its_pictures_are_what_the_results_give(
@@ -38,6 +42,11 @@ def test_no_number_of_a_result_stands_on_the_page_by_itself(tmp_path: Path) -> N
         run["all_arcs"] += 1000
     for run in changed["working"] + changed["shadowed"]:
         run["goals"] += 1
+    for run in changed["delays"] + changed["lessons"]:
+        run["goals"] = 0.9 * run["goals"]
+        run["right"] = [0.9 * count for count in run["right"]]
+    for run in changed["price"]:
+        run["bits_per_cycle"] += 100
     written(changed, tmp_path)
     before = (DOCS / "study.md").read_text().splitlines()
     after = (tmp_path / "study.md").read_text().splitlines()
@@ -59,7 +68,9 @@ def test_in_a_thousand_random_runs_nothing_surprised() -> None:
     assert surprised(77, runs=10)["found"] == []
 
 
-@pytest.mark.parametrize("study", ["exploring", "working", "shadowed"])
+@pytest.mark.parametrize(
+    "study", ["exploring", "working", "shadowed", "delays", "lessons", "price"]
+)
 def test_every_study_has_all_seeds(study: str) -> None:
     seeds = {run["seed"] for run in RESULTS[study]}
     assert seeds == set(range(1, RESULTS["seeds"] + 1))
@@ -83,12 +94,32 @@ def test_what_the_page_says_in_words_is_so() -> None:
     assert int(shadow["return_times"]) >= 5
 
 
+def test_what_the_page_says_of_the_ground_is_so() -> None:
+    delays, words = Delays(RESULTS), ground_words(RESULTS)
+    for trip in delays.round_trips:
+        assert delays.rate("goals", trip).low > delays.rate("wait", trip).high
+        assert abs(delays.rate("consent", trip).mean / delays.rate("wait", trip).mean - 1) < 0.15
+    assert delays.rate("trust", delays.round_trips[-1]).high < delays.rate("goals", 2400.0).low
+    assert words["as_good_to"] == "60 s"
+    assert float(words["pace_10"].split()[0]) > 4
+    assert float(words["upper_share"].split()[0]) > 98
+    assert int(words["worst_upper"]) < 10 < int(words["worst_lower"])
+    found, runs = words["equal_runs"].split(" of ")
+    assert found == runs
+
+
 def test_a_run_gives_again_what_stands_in_the_results() -> None:
     found = explored("guided", 1)
     assert found in RESULTS["exploring"]
     assert worked("hold", "short", 90, 1) in RESULTS["working"]
     assert worked("autonomy", "long", 60, 2) in RESULTS["working"]
     assert shadowed("track", 3) in RESULTS["shadowed"]
+    assert delayed("goals", 10.0, 1) in RESULTS["delays"]
+    assert delayed("trust", 60.0, 2) in RESULTS["delays"]
+    assert delayed("wait", 2.56, 3, 0.25) in RESULTS["lessons"]
+    assert supervised("tether", 0, 2) in RESULTS["supervised"]
+    # As the file has it: there are no tuples in JSON.
+    assert json.loads(json.dumps(priced("shadow", 4))) in RESULTS["price"]
 
 
 def test_a_circuit_goes_over_every_arc_once_and_home() -> None:
