@@ -253,6 +253,24 @@ class Price:
         equal = sum(run["equal"] for run in self._runs)
         return {"equal_runs": f"{equal} of {len(self._runs)}"}
 
+    def picture(self) -> str:
+        """Bits a cycle on each mission: the shadow, and the map instead."""
+        ticks = range(0, 3001, 500)
+        picture = Picture(
+            "Bits a cycle on the downlink, for the shadow of the model and for maps instead",
+            Axis(0, 3000, ticks, "bits a cycle on the downlink"),
+            None,
+            height=110 + 56 * len(self.missions),
+            left=130,
+            right=70,
+        )
+        for number, mission in enumerate(self.missions):
+            y = 48 + 56 * number
+            picture.row(y, estimate(self._of(mission, "bits_per_cycle")), COLOURS["blue"], mission)
+            maps = estimate(self._of(mission, "map_bits_per_cycle"))
+            picture.row(y + 22, maps, COLOURS["orange"], "maps instead")
+        return picture.svg()
+
 
 class Supervising:
     """What came of the supervisor."""
@@ -303,4 +321,8 @@ def ground_words(results: Result) -> dict[str, str]:
 
 def ground_pictures(results: Result) -> dict[str, Callable[[], str]]:
     """The pictures of the ground's studies, by name."""
-    return {"delays": Delays(results).picture, "predicting": Predicting(results).picture}
+    return {
+        "delays": Delays(results).picture,
+        "predicting": Predicting(results).picture,
+        "price": Price(results).picture,
+    }

@@ -21,7 +21,7 @@ from yards import arcs_of, circuit, mission_with, random_stream
 ROOT = Path(__file__).parents[2]
 DOCS = ROOT / "docs"
 RESULTS: dict[str, Any] = json.loads((DOCS / "study/results.json").read_text())
-PICTURES = ("exploring", "working", "shadow", "delays", "predicting")
+PICTURES = ("exploring", "working", "shadow", "delays", "predicting", "price")
 
 
 def test_the_page_and_its_pictures_are_what_the_results_give(
