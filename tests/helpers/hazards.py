@@ -211,7 +211,12 @@ def hazards(draw: st.DrawFn) -> Hazard:
 def fly(
     hazard: Hazard, folder: Path | None = None, operator: type[Wild] | None = None
 ) -> FinishedRun:
-    """Run it in this process, with that kind of operator; the log is in `folder`."""
+    """Run it in this process, with that kind of operator; the log is in `folder`.
+
+    Whatever it does, no node ends before the run.
+    """
     out = folder or Path(tempfile.gettempdir()) / "farside-hazards"
     rehearsal = Rehearsal("blackout", out, hazard.values)
-    return rehearsal.operator(type("Hazardous", (operator or Wild,), {"hazard": hazard})).run()
+    run = rehearsal.operator(type("Hazardous", (operator or Wild,), {"hazard": hazard})).run()
+    assert not run.lost_processes, run.lost_processes[0].last_words
+    return run
