@@ -206,6 +206,13 @@ class ShadowModel:
             if hypotheses.delay[one] == 1
         )
 
+    def track_record(self) -> tuple[int, int]:
+        """How often the most credible expectations of the next cycle came true, and fell due.
+
+        Summed over each context and action that there are hypotheses of.
+        """
+        return self._hypotheses.track_record()
+
     def _active(self, tokens: Iterable[str]) -> list[int]:
         return self._signs.active(to_sign(tokens))
 

@@ -72,13 +72,7 @@ class Foresight:
         self._of = version
         self._outcomes.clear()
         self._intents.clear()
-        best: dict[tuple[Tokens, str], Hypothesis] = {}
-        for one in self._model.hypotheses:
-            key = one.context, one.action
-            if one.delay == 1 and (key not in best or one.cm > best[key].cm):
-                best[key] = one
-        came_true = sum(one.successes for one in best.values())
-        fell_due = sum(one.predictions for one in best.values())
+        came_true, fell_due = self._model.track_record()
         self._usual = (came_true + _PRIOR_TRUE) / (fell_due + _PRIOR_CASES)
 
     def _ask(self, place: str, action: str) -> tuple[Outcome, ...]:

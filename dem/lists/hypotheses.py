@@ -11,6 +11,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import msgspec
+import numpy as np
 
 from farside.dem.changes import (
     HypothesisAdded,
@@ -255,6 +256,23 @@ class HypothesisList:
             default=None,
         )
         return None if best is None else self.one_named(best, names)
+
+    def track_record(self) -> tuple[int, int]:
+        """How often the most credible expectations of the next cycle came true, and fell due.
+
+        Of each context and action it is the hypothesis with a delay of one cycle and the highest
+        C_m, then the oldest.
+        """
+        ids = np.flatnonzero(np.asarray(self.delay) == 1)
+        causes = np.asarray(self.context)[ids] * len(self._actions) + np.asarray(self.action)[ids]
+        order = np.lexsort((np.asarray(self.born)[ids], -np.asarray(self.cm)[ids], causes))
+        _, firsts = np.unique(causes[order], return_index=True)
+        best = ids[order][firsts]
+        successes, predictions = (
+            np.asarray(self.successes)[best],
+            np.asarray(self.predictions)[best],
+        )
+        return int(successes.sum()), int(predictions.sum())
 
     def named(self, names: Sequence[Sign]) -> tuple[Hypothesis, ...]:
         """All hypotheses with their Signs and actions by name, oldest first.

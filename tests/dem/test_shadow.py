@@ -15,6 +15,7 @@ from farside.dem import (
     Aside,
     DeltaError,
     DynamicExpectancyModel,
+    Hypothesis,
     InherentGoal,
     Parameters,
     ShadowModel,
@@ -283,6 +284,25 @@ def test_a_damaged_whole_is_refused_and_changes_nothing(eventful: Eventful, live
     with pytest.raises(UnreadableMemoryError):
         shadow.apply(damaged)
     assert lists(shadow) == held
+
+
+@pytest.mark.parametrize("count", [0, 1, 10, 100, 400])
+def test_the_track_record_is_that_of_the_most_credible_of_each_cause(
+    eventful: Eventful, live: Live, count: int
+) -> None:
+    model, shadow = recorded()
+    live(model, eventful(count))
+    shadow.apply(model.take_delta())
+    best: dict[tuple[object, str], Hypothesis] = {}
+    for one in shadow.hypotheses:
+        known = best.get((one.context, one.action))
+        if one.delay == 1 and (known is None or one.cm > known.cm):
+            best[one.context, one.action] = one
+    came_true = sum(one.successes for one in best.values())
+    fell_due = sum(one.predictions for one in best.values())
+
+    assert shadow.track_record() == (came_true, fell_due)
+    assert fell_due > 0 or count < 100
 
 
 def test_nothing_is_recorded_before_it_is_asked_for() -> None:
