@@ -4,13 +4,13 @@
 `events` and `picture` say what happened, and `terminal` shows it.
 """
 
-from farside.logs.digest import Digest, digest_of
 from farside.logs.events import EventLine, sign_text, time_text
-from farside.logs.index import Attachment, LogError
-from farside.logs.packing import Recovered, recover
+from farside.logs.file.digest import Digest, digest_of
+from farside.logs.file.index import Attachment, LogError
+from farside.logs.file.packing import Recovered, recover
+from farside.logs.file.reading import LogEntry, LogFile, decode
+from farside.logs.file.recording import Recorder
 from farside.logs.picture import LinkPicture, Picture, picture_at
-from farside.logs.reading import LogEntry, LogFile, decode
-from farside.logs.recording import Recorder
 from farside.logs.spans import GoalSpan, LinkCounters, ModeSpan, OutageSpan
 from farside.logs.terminal.replay import replay
 from farside.logs.terminal.screen import screen

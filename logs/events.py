@@ -4,7 +4,7 @@ from typing import Any, NamedTuple
 
 from farside.control import BatteryState, CommandStage, Failsafe, Verdict
 from farside.frames import LinkOutage, OutageReason
-from farside.logs.reading import LogEntry
+from farside.logs.file.reading import LogEntry
 from farside.messages import (
     Approve,
     BatteryChanged,

@@ -10,8 +10,8 @@ import msgspec
 from farside.control import Failsafe, Mode
 from farside.frames import Fate, FrameFate, LinkOutage
 from farside.logs.events import EVENT_TOPICS, EventLine, event_line
+from farside.logs.file.reading import LogEntry, LogFile
 from farside.logs.known import COMMAND_TOPICS, KnownCommands
-from farside.logs.reading import LogEntry, LogFile
 from farside.messages import Proposal, Telemetry, Tokens
 from farside.node import Direction, Topic
 from farside.places import Chart

@@ -10,7 +10,7 @@ import msgspec
 
 from farside.control import BatteryState, CommandStage, Failsafe, Mode
 from farside.frames import Fate, FrameFate, OutageReason
-from farside.logs.reading import LogFile, decode
+from farside.logs.file.reading import LogFile, decode
 from farside.logs.spans import (
     GoalSpan,
     LeastCharge,

@@ -12,8 +12,8 @@ from rich.text import Text
 
 from farside.escaping import printable
 from farside.logs.events import EVENT_TOPICS, time_text
+from farside.logs.file.reading import LogEntry, LogFile
 from farside.logs.picture import PICTURE_TOPICS, Picture, picture_at
-from farside.logs.reading import LogEntry, LogFile
 from farside.logs.terminal.screen import screen
 from farside.node import to_ns, to_s
 

@@ -14,7 +14,7 @@ from farside.control import CommandStage, OnLoss, TakeBackChance, Verdict
 from farside.frames import FrameFate
 from farside.ground import Situation
 from farside.ground.commands.life import Life
-from farside.logs.reading import LogEntry, LogFile
+from farside.logs.file.reading import LogEntry, LogFile
 from farside.messages import CommandReached, Drive, SetOnLoss, TakeBack, Telemetry
 from farside.missions import FinishedRun
 from farside.node import NEVER_NS, Direction, to_ns, to_s

@@ -17,8 +17,9 @@ from mcap.reader import make_reader
 from mcap.writer import MCAP0_MAGIC, Writer
 
 from farside.control import Mode, ModeCause
-from farside.logs import LogEntry, LogError, LogFile, Recorder, decode, packing
-from farside.logs.mcap_bytes import spans
+from farside.logs import LogEntry, LogError, LogFile, Recorder, decode
+from farside.logs.file import packing
+from farside.logs.file.mcap_bytes import spans
 from farside.node import Record, to_ns
 from farside.topics import ModeEntry, Pose, Silence
 

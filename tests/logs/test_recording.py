@@ -15,7 +15,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
 
-from farside.logs import LogError, LogFile, Recorder, digest_of, packing, recover
+from farside.logs import LogError, LogFile, Recorder, digest_of, recover
+from farside.logs.file import packing
 from farside.node import Record
 from farside.topics import TOPICS
 

@@ -9,7 +9,7 @@ from hypothesis import given
 from noting import topic_of
 
 from farside.logs import decode
-from farside.logs.schemas import topic_schema
+from farside.logs.file.schemas import topic_schema
 from farside.node import Journal
 from farside.topics import TOPICS
 

@@ -19,12 +19,12 @@ import msgspec
 from mcap.well_known import MessageEncoding, SchemaEncoding
 from mcap.writer import Writer
 
-from farside.logs.digest import Digest
-from farside.logs.index import LIBRARY, LogError
-from farside.logs.mcap_bytes import end_marks, message_bytes
-from farside.logs.packing import pack
-from farside.logs.reading import LogFile
-from farside.logs.schemas import topic_schema
+from farside.logs.file.digest import Digest
+from farside.logs.file.index import LIBRARY, LogError
+from farside.logs.file.mcap_bytes import end_marks, message_bytes
+from farside.logs.file.packing import pack
+from farside.logs.file.reading import LogFile
+from farside.logs.file.schemas import topic_schema
 from farside.node import Record, Topic
 from farside.topics import TOPICS
 

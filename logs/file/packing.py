@@ -7,8 +7,8 @@ from typing import BinaryIO, NamedTuple
 
 from mcap.writer import Writer
 
-from farside.logs.index import LogError
-from farside.logs.reading import LogFile
+from farside.logs.file.index import LogError
+from farside.logs.file.reading import LogFile
 from farside.node import Record
 
 _CHUNK_BYTE = 1 << 20

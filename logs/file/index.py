@@ -17,7 +17,7 @@ from mcap.exceptions import McapError
 from mcap.opcode import Opcode
 from mcap.writer import MCAP0_MAGIC
 
-from farside.logs.mcap_bytes import (
+from farside.logs.file.mcap_bytes import (
     GREATEST_RECORD_BYTE,
     HEAD_BYTE,
     DamageError,

@@ -8,8 +8,8 @@ from typing import Any, BinaryIO, NamedTuple, Self
 
 import msgspec
 
-from farside.logs.digest import digest_of
-from farside.logs.index import (
+from farside.logs.file.digest import digest_of
+from farside.logs.file.index import (
     LIBRARY,
     Attachment,
     Block,
@@ -18,7 +18,7 @@ from farside.logs.index import (
     block_bytes,
     reporting_damage,
 )
-from farside.logs.mcap_bytes import messages
+from farside.logs.file.mcap_bytes import messages
 from farside.node import NEVER_NS, Record, Topic, to_s
 from farside.topics import TOPICS
 
