@@ -67,7 +67,7 @@ $(VENV)/.ready-to-run: pyproject.toml constraints.txt | $(BIN)/pip
 
 $(VENV)/.ready-to-develop: pyproject.toml constraints.txt | $(BIN)/pip
 	@echo "Installing Farside and its development tools into $(VENV)"
-	@$(INSTALL) --editable '.[dev,astropy,figures,gymnasium]'
+	@$(INSTALL) --editable '.[dev,astropy,figures,gymnasium,tables]'
 	@touch $@ $(VENV)/.ready-to-run
 
 $(BIN)/pip:

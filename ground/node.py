@@ -29,7 +29,9 @@ from farside.messages import (
     Veto,
 )
 from farside.node import Frame, Journal, Step, to_ns
+from farside.places import Chart
 from farside.topics import (
+    GROUND_CHART,
     GROUND_EVENT,
     GROUND_OPERATOR,
     GROUND_ORDER,
@@ -37,11 +39,13 @@ from farside.topics import (
     GROUND_PROPOSAL,
     GROUND_REVIEW,
     GROUND_SILENCE,
+    GROUND_STORED_TELEMETRY,
     GROUND_TELEMETRY,
     Answer,
     EventLearned,
     OrderGiven,
     Review,
+    Yard,
 )
 
 _AGE_SHARE = 8  # a prediction is noted again when what it is made from is so much older
@@ -56,6 +60,7 @@ class Ground:
         tick_ns: period of decisions.
         terms: of the link, as agreed with the rover beforehand.
         rover: what is known of the rover beforehand.
+        chart: the yard, as the ground has it.
         shadow: for the lists of the model on board, empty; `None` where they are not sent.
 
     Attributes:
@@ -70,6 +75,7 @@ class Ground:
         tick_ns: int,
         terms: LinkTerms,
         rover: RoverTerms,
+        chart: Chart,
         shadow: ShadowModel | None = None,
     ) -> None:
         self._tick_ns = tick_ns
@@ -103,6 +109,7 @@ class Ground:
             alone_after_ns=rover.alone_after_ns,
         )
         self._progress = operator.progress
+        self._journal.note(GROUND_CHART, Yard(chart.rows, chart.cell_m))
 
     def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
         """Live tick by tick up to `until_ns`; see `farside.node.Node`."""
@@ -197,7 +204,8 @@ class Ground:
         self._belief.look(self._now_ns)
 
     def _learn(self, telemetry: Telemetry, *, stored: bool) -> None:
-        self._journal.note(GROUND_TELEMETRY, telemetry, publish_time_ns=telemetry.time_ns)
+        topic = GROUND_STORED_TELEMETRY if stored else GROUND_TELEMETRY
+        self._journal.note(topic, telemetry, publish_time_ns=telemetry.time_ns)
         self._belief.learn(telemetry, self._now_ns, stored=stored)
         self._desk.learn(telemetry, self._now_ns)
         if telemetry is self._belief.telemetry:

@@ -15,6 +15,7 @@ from farside.topics import (
     GROUND_COMMAND,
     GROUND_HELD,
     GROUND_LIFE,
+    GROUND_STORED_TELEMETRY,
     GROUND_TELEMETRY,
     CommandSent,
     HeldEntry,
@@ -36,6 +37,7 @@ COMMAND_TOPICS: tuple[Topic[Any], ...] = (
     GROUND_LIFE,
     GROUND_HELD,
     GROUND_TELEMETRY,
+    GROUND_STORED_TELEMETRY,
 )
 """The topics that tell what the ground knows of commands."""
 

@@ -1,7 +1,6 @@
 """Queries on a finished run: modes, goals, commands, frames and outages."""
 
 from collections.abc import Iterator, Sequence
-from enum import StrEnum
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeVar, cast
@@ -11,6 +10,7 @@ import msgspec
 from farside.control import BatteryState, CommandStage, Failsafe, Mode
 from farside.frames import Fate, FrameFate, OutageReason
 from farside.logs.file.reading import LogFile, decode
+from farside.logs.names import member_of
 from farside.logs.spans import (
     GoalSpan,
     LeastCharge,
@@ -22,7 +22,7 @@ from farside.logs.spans import (
     ShadowPrice,
     ShadowTally,
 )
-from farside.messages import Tokens
+from farside.messages import Telemetry, Tokens
 from farside.node import Direction, Topic, to_ns, to_s
 from farside.places import (
     BATTERY_LOW,
@@ -37,6 +37,8 @@ from farside.topics import (
     GROUND_FRAME,
     GROUND_OPERATOR,
     GROUND_SHADOW,
+    GROUND_STORED_TELEMETRY,
+    GROUND_TELEMETRY,
     LINK_FRAME,
     LINK_OUTAGE,
     ROVER_BATTERY,
@@ -62,7 +64,6 @@ from farside.topics import (
 from farside.validation import did_you_mean, shown
 
 T = TypeVar("T", bound=msgspec.Struct)
-E = TypeVar("E", bound=StrEnum)
 
 
 class RunView:
@@ -117,6 +118,12 @@ class RunView:
         """
         for record in self._log.records(topics):
             yield to_s(record.log_time_ns), decode(record)
+
+    @property
+    def telemetry(self) -> tuple[tuple[float, Telemetry], ...]:
+        """All telemetry in the order in which the ground received it, live and from the store."""
+        heard = self.together(GROUND_TELEMETRY, GROUND_STORED_TELEMETRY)
+        return tuple((t_s, cast("Telemetry", telemetry)) for t_s, telemetry in heard)
 
     # --- state at a time -----------------------------------------------------------------------
 
@@ -319,8 +326,8 @@ class RunView:
         delivered_between: tuple[float, float] | None = None,
     ) -> Iterator[FrameFate]:
         """`frames`, one by one."""
-        way = None if direction is None else _member("direction", direction, Direction)
-        end = None if fate is None else _member("fate", fate, Fate)
+        way = None if direction is None else member_of("direction", direction, Direction)
+        end = None if fate is None else member_of("fate", fate, Fate)
         start_s, end_s = delivered_between or (0.0, 0.0)
         if start_s > end_s:
             raise ValueError(
@@ -382,17 +389,3 @@ class RunView:
             for direction, (start_s, reason) in started.items()
         ]
         return tuple(sorted(outages, key=lambda outage: (outage.start_s, outage.direction != "up")))
-
-
-def _member(what: str, name: str, kind: type[E]) -> E:
-    """The member of an enumeration with this value.
-
-    Raises:
-        ValueError: if there is none. The message names the nearest one.
-    """
-    if name in (known := [member.value for member in kind]):
-        return kind(name)
-    raise ValueError(
-        f"expected the {what} to be one of {', '.join(known)}, found {shown(name)}"
-        f"{did_you_mean(name, known)}"
-    )

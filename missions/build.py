@@ -114,6 +114,7 @@ def build_ground(mission: MissionFile, operator: Operator) -> Ground:
         tick_ns=mission.tick_ns,
         terms=_terms(mission),
         rover=rover_terms(mission),
+        chart=mission.world.chart(),
         shadow=shadow,
     )
 

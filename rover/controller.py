@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Mapping
 from typing import Protocol, runtime_checkable
 
-from farside.dem import Choice, Delta, Goal, Hypothesis, PolicyStep, Sensed, Why
+from farside.dem import Choice, Delta, Goal, Hypothesis, PolicyStep, PolicyValue, Sensed, Why
 
 
 class Controller(Protocol):
@@ -72,6 +72,15 @@ class Controller(Protocol):
 
     def expected(self, action: str) -> Hypothesis | None:
         """The most credible hypothesis of what an action leads to here; `None` if not known."""
+        ...
+
+
+@runtime_checkable
+class Mapped(Protocol):
+    """A controller that can show its whole policy map. `DynamicExpectancyModel` is one."""
+
+    def policy_map(self) -> tuple[PolicyValue, ...]:
+        """The top-goal's map, ordered by value, then Sign; empty without one."""
         ...
 
 

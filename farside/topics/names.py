@@ -32,6 +32,7 @@ from farside.topics.rover import (
     GoalEntry,
     ModeEntry,
     ModelSent,
+    PolicyMapEntry,
     ProposalEnded,
     StoreEntry,
     StuckEntry,
@@ -67,6 +68,7 @@ ROVER_GOAL = _topic("/rover/goal", GoalEntry)
 ROVER_PROPOSAL = _topic("/rover/proposal", Proposal)
 ROVER_PROPOSAL_ENDED = _topic("/rover/proposal_ended", ProposalEnded)
 ROVER_DECISION = _topic("/rover/decision", Decision)
+ROVER_POLICY_MAP = _topic("/rover/policy_map", PolicyMapEntry)
 ROVER_FRAME = _topic("/rover/frame", FrameEvent)
 ROVER_STORE = _topic("/rover/store", StoreEntry)
 ROVER_MODEL = _topic("/rover/model", ModelSent)
@@ -74,8 +76,10 @@ ROVER_MODEL = _topic("/rover/model", ModelSent)
 LINK_FRAME = _topic("/link/frame", FrameFate)
 LINK_OUTAGE = _topic("/link/outage", LinkOutage)
 
+GROUND_CHART = _topic("/ground/chart", Yard)
 GROUND_FRAME = _topic("/ground/frame", FrameEvent)
 GROUND_TELEMETRY = _topic("/ground/telemetry", Telemetry)
+GROUND_STORED_TELEMETRY = _topic("/ground/stored_telemetry", Telemetry)
 GROUND_ORDER = _topic("/ground/order", OrderGiven)
 GROUND_COMMAND = _topic("/ground/command", CommandSent)
 GROUND_LIFE = _topic("/ground/life", LifeEntry)

@@ -161,6 +161,27 @@ class Decision(msgspec.Struct, frozen=True):
     command: int | None = None
 
 
+class PolicyMapPlace(msgspec.Struct, frozen=True):
+    """A Sign on the policy map: see `farside.dem.PolicyValue`."""
+
+    sign: Tokens
+    value: float
+    action: str | None
+    depth: int
+
+
+class PolicyMapEntry(msgspec.Struct, frozen=True):
+    """The policy map of the top-goal, as it was when that became the top-goal.
+
+    Attributes:
+        goal: the top-goal; `None` from when there is none.
+        places: every Sign that can reach it, ordered by value, then Sign.
+    """
+
+    goal: Tokens | None
+    places: tuple[PolicyMapPlace, ...] = ()
+
+
 class ProposalEnded(msgspec.Struct, frozen=True):
     """A proposal does not stand any more, for the reason `why`."""
 

@@ -9,7 +9,9 @@ from farside.places import Chart
 
 
 class Yard(msgspec.Struct, frozen=True):
-    """The world, once at the start: the chart's rows from north to south, and its scale.
+    """A map, once at the start: the world as it is, or as the ground has it.
+
+    The chart's rows from north to south, and its scale.
 
     Raises:
         ValueError: if no `Chart` can be made of it, or one without a place.

@@ -374,7 +374,7 @@ class CommandDesk:
                 chance, until_ns = life.take_back
                 entries = [LifeEntry(life.number, take_back=chance, take_back_until_ns=until_ns)]
             for entry in entries:
-                self._journal.note(GROUND_LIFE, entry, publish_time_ns=entry.so_ns)
+                self._journal.note(GROUND_LIFE, entry)
             self._wake_ns = min(self._wake_ns, life.wakes_ns(now_ns))
 
     def _note_held(self, held: Held, fate: HeldFate, commands: tuple[int, ...] = ()) -> None:

@@ -3,6 +3,7 @@
 from collections import deque
 from collections.abc import Collection, Iterator, Mapping
 from contextlib import contextmanager
+from copy import copy
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, Self
 
@@ -72,6 +73,7 @@ class LogFile:
     Attributes:
         path: the file.
         end_ns: log time of the last message, 0 without any.
+        known_until_ns: see `as_ground`; `None` for the whole log.
         index: what it holds and where.
 
     Raises:
@@ -80,6 +82,7 @@ class LogFile:
 
     def __init__(self, path: Path) -> None:
         self.path = path
+        self.known_until_ns: int | None = None
         with self._opened() as file:
             self.index = LogIndex(path, file)
         self.end_ns = max((block.end_ns for block in self.index.blocks), default=0)
@@ -87,6 +90,25 @@ class LogFile:
             author = self.library or "an unknown program"
             raise LogError(f"{path} is not a Farside log: it was written by {author}")
         self._last_read: tuple[Block, bytes] | None = None
+
+    def as_ground(self, until_ns: int | None = None) -> Self:
+        """The same log as the ground had it at `until_ns`: what it had learned by then, only.
+
+        All but the topics of `/ground`, and all later ones of these, are as if they had never been
+        written; and so are the attachments, which tell of what lay ahead, and how it ended.
+
+        Args:
+            until_ns: simulated time; the end of the log by default.
+        """
+        known = copy(self)
+        known.known_until_ns = self.end_ns if until_ns is None else until_ns
+        known.end_ns = known.known_until_ns
+        return known
+
+    @property
+    def is_as_ground(self) -> bool:
+        """Whether it holds only what the ground knew; see `as_ground`."""
+        return self.known_until_ns is not None
 
     @property
     def complete(self) -> bool:
@@ -101,12 +123,15 @@ class LogFile:
     @property
     def attachments(self) -> Mapping[str, Attachment]:
         """The attached files by name; of several with one name, the last."""
-        return self.index.attachments
+        return {} if self.is_as_ground else self.index.attachments
 
     @property
     def metadata(self) -> Mapping[str, Mapping[str, str]]:
         """Groups of keys and values by name; of several with one name, the last."""
-        return self.index.metadata
+        metadata = self.index.metadata
+        if not self.is_as_ground:
+            return metadata
+        return {name: values for name, values in metadata.items() if name == "farside.run"}
 
     def records(
         self,
@@ -125,7 +150,8 @@ class LogFile:
         Raises:
             LogError: at a damaged part of the file, or one that is missing by now.
         """
-        names = None if topics is None else {topic.name for topic in topics}
+        names = self._known(None if topics is None else {topic.name for topic in topics})
+        end_ns = self._end_ns(end_ns)
         with self._opened() as file:
             for block in self.index.blocks:
                 overlaps = block.start_ns <= end_ns and start_ns <= block.end_ns
@@ -141,7 +167,8 @@ class LogFile:
         Raises:
             LogError: as `records`.
         """
-        names = {topic.name}
+        names = self._known({topic.name})
+        time_ns = self._end_ns(time_ns)
         with self._opened() as file:
             for block in reversed(self.index.blocks):
                 if block.start_ns <= time_ns and self._has(block, names):
@@ -161,6 +188,17 @@ class LogFile:
     def digest(self) -> str:
         """The `Digest` of all records, computed from the file."""
         return digest_of(self.records())
+
+    def _known(self, names: set[str] | None) -> set[str] | None:
+        """Of these topics those that may be told of; `None` for all."""
+        if not self.is_as_ground:
+            return names
+        ground = {name for name in TOPICS if name.startswith("/ground/")}
+        return ground if names is None else ground & names
+
+    def _end_ns(self, end_ns: int) -> int:
+        known_ns = self.known_until_ns
+        return end_ns if known_ns is None else min(known_ns, end_ns)
 
     # --- by block ------------------------------------------------------------------------------
 

@@ -73,3 +73,9 @@ def _place(error: BaseException) -> str:
         if path.is_relative_to(_SOURCE) and "site-packages" not in path.parts[len(_SOURCE.parts) :]:
             return f" ({path.relative_to(_SOURCE)}, line {frame.lineno})"
     return ""
+
+
+def print_error(message: str) -> None:
+    """Print a line to standard error, fit for a terminal."""
+    for line in f"farside: {message}".split("\n"):
+        print(printable(line), file=sys.stderr)  # noqa: T201

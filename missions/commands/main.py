@@ -18,6 +18,8 @@ from farside.escaping import printable
 from farside.missions.commands import failures
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.formats import list_missions, show_schema
+from farside.missions.commands.logs.looking import recover_log, replay_log
+from farside.missions.commands.values import pace_of
 from farside.validation import dotted
 
 if TYPE_CHECKING:
@@ -84,18 +86,6 @@ Set = Annotated[
 ]
 
 
-def _pace(text: str) -> float:
-    if text == "max":
-        return math.inf
-    try:
-        pace = float(text)
-    except ValueError:
-        pace = math.nan
-    if not pace > 0 or math.isinf(pace):
-        raise typer.BadParameter(f"expected a number above 0, or 'max', found {text!r}")
-    return pace
-
-
 def _give_up_after(text: str) -> float:
     if text == "never":
         return math.inf
@@ -140,7 +130,7 @@ def run(
     pace: Annotated[
         float,
         typer.Option(
-            parser=_pace, metavar="X|max", help="At most X simulated seconds per wall second."
+            parser=pace_of, metavar="X|max", help="At most X simulated seconds per wall second."
         ),
     ] = "max",  # type: ignore[assignment]  # typer parses the default as it parses an argument
     set_: Set = None,
@@ -198,7 +188,7 @@ def run(
         else:
             show_summary(finished.result, Console())
         for lost in finished.lost_processes:
-            _print_error(f"{lost}; the log is {finished.result.log}")
+            failures.print_error(f"{lost}; the log is {finished.result.log}")
             _print_last_words(lost)
     raise typer.Exit(_status(finished))
 
@@ -217,7 +207,7 @@ def check(mission: Mission, set_: Set = None) -> None:
     with patience("reading the mission"):
         loaded = load_mission(mission, set_ or ())
     for key, text in warnings(loaded.mission):
-        _print_error(f"warning: {loaded.source}: {dotted(key)}: {text}")
+        failures.print_error(f"warning: {loaded.source}: {dotted(key)}: {text}")
     mission_, source = loaded.mission, printable(loaded.source)
     print(  # noqa: T201
         f"{source}: good. {mission_.name}: {mission_.duration_s:g} s, "
@@ -225,58 +215,8 @@ def check(mission: Mission, set_: Set = None) -> None:
     )
 
 
-@app.command(name="replay")
-def replay_log(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="Log of a run.")],
-    speed: Annotated[
-        float,
-        typer.Option(parser=_pace, metavar="X|max", help="Simulated seconds per wall second."),
-    ] = "20",  # type: ignore[assignment]
-    start: Annotated[
-        float, typer.Option(min=0, metavar="S", help="Start at this simulated time, in seconds.")
-    ] = 0.0,
-) -> None:
-    """Replay a log: the map, the modes, the link.
-
-    Ctrl-C ends it. Into a pipe it prints a line per event.
-
-    \b
-    farside replay logs/runs/blackout-seed1-1.mcap
-    farside replay logs/runs/blackout-seed1-1.mcap --start 600 --speed 10
-    farside replay logs/runs/blackout-seed1-1.mcap | grep mode
-    """
-    from rich.console import Console
-
-    from farside.logs import LogFile, replay
-
-    with patience("reading the log"):
-        file = LogFile(log)
-    try:
-        replay(file, Console(), speed=speed, start_s=start, waiting=patience)
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="--start") from error
-
-
-@app.command(name="recover")
-def recover_log(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log that nobody finished.")],
-) -> None:
-    """Make a whole log of one that is unfinished or damaged.
-
-    Such is a log whose writer was killed. The new one lies beside it, and the old one stays.
-
-    \b
-    farside recover logs/runs/blackout-seed1-1.mcap
-    """
-    from farside.logs import LogFile, recover
-
-    with patience("making a whole log"):
-        recovered = recover(LogFile(log))
-    print(f"{printable(str(recovered.path))}: {recovered.messages} messages")  # noqa: T201
-    if recovered.damage is not None:
-        _print_error(recovered.damage)
-
-
+app.command("replay")(replay_log)
+app.command("recover")(recover_log)
 app.command("missions")(list_missions)
 app.command("schema")(show_schema)
 
@@ -293,11 +233,6 @@ def _status(finished: "FinishedRun") -> int:
             return _UNMET
         case Outcome.ABORTED:
             return _INFRASTRUCTURE
-
-
-def _print_error(message: str) -> None:
-    for line in f"farside: {message}".split("\n"):
-        print(printable(line), file=sys.stderr)  # noqa: T201
 
 
 def _print_last_words(lost: "LostProcess | None") -> None:
@@ -317,14 +252,14 @@ def main() -> NoReturn:
     except KeyboardInterrupt:
         sys.exit(_INTERRUPTED)
     except _bad_input() as error:
-        _print_error(str(error))
+        failures.print_error(str(error))
         sys.exit(_INFRASTRUCTURE if failures.of_machine(error.__cause__) else _BAD_INPUT)
     except _broken_infrastructure() as error:
-        _print_error(str(error))
+        failures.print_error(str(error))
         _print_last_words(getattr(error, "lost", None))
         sys.exit(_INFRASTRUCTURE)
     except OSError as error:
-        _print_error(failures.in_words(error))
+        failures.print_error(failures.in_words(error))
         sys.exit(_INFRASTRUCTURE)
     sys.exit(_DONE)
 

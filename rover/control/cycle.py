@@ -1,13 +1,24 @@
 """The one owner of the controller's cycle: sense, choose, perform, and what is noted of each."""
 
+import msgspec
+
 from farside.control import Chooser
 from farside.dem import Choice, Goal, Why
 from farside.messages import ProposedStep, Tokens
 from farside.node import Journal
 from farside.places import ACTIONS
-from farside.rover.controller import Controller, Shadowed
+from farside.rover.controller import Controller, Mapped, Shadowed
 from farside.rover.goals import Goals
-from farside.topics import ROVER_CYCLE, ROVER_DECISION, Arc, Cycle, Decision
+from farside.topics import (
+    ROVER_CYCLE,
+    ROVER_DECISION,
+    ROVER_POLICY_MAP,
+    Arc,
+    Cycle,
+    Decision,
+    PolicyMapEntry,
+    PolicyMapPlace,
+)
 
 
 class ControlCycle:
@@ -35,6 +46,7 @@ class ControlCycle:
     ) -> None:
         self._controller, self._goals, self._journal = controller, goals, journal
         self.shadowed = controller if is_shadowed and isinstance(controller, Shadowed) else None
+        self._mapped: Tokens | None = None
         self._checked: tuple[int, tuple[Goal, ...], int] = (-1, (), 0)
         self._active: tuple[Tokens, ...] = ()
         self._is_open = False
@@ -72,6 +84,7 @@ class ControlCycle:
                 mean_cm=controller.mean_cm,
             ),
         )
+        self._note_map()
 
     def follow(self, tokens: frozenset[str]) -> None:
         """Begin a new cycle while standing, if the Tokens changed or satisfy a new goal."""
@@ -80,6 +93,18 @@ class ControlCycle:
             self.sense(tokens)
         else:
             self._goals.follow_aside(tokens)
+            self._note_map()
+
+    def _note_map(self) -> None:
+        """Note the policy map whenever another goal is on top."""
+        top = self._goals.top
+        goal = None if top is None else top.tokens
+        if goal == self._mapped or not isinstance(self._controller, Mapped):
+            return
+        self._mapped = goal
+        values = () if goal is None else self._controller.policy_map()
+        places = tuple(PolicyMapPlace(*msgspec.structs.astuple(value)) for value in values)
+        self._journal.note(ROVER_POLICY_MAP, PolicyMapEntry(goal, places))
 
     @property
     def lists_check(self) -> int | None:

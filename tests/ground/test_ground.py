@@ -25,11 +25,21 @@ from farside.messages import (
     Telemetry,
 )
 from farside.node import Journal, to_ns
-from farside.topics import GROUND_FRAME, Answer, EventLearned, OperatorEntry, Review, Silence
+from farside.topics import (
+    GROUND_CHART,
+    GROUND_FRAME,
+    Answer,
+    EventLearned,
+    OperatorEntry,
+    Review,
+    Silence,
+)
 from tests.ground.conftest import CHART, ROVER, make_belief, proposal, telemetry
 
 TICK_NS = to_ns(0.04)
 TERMS = LinkTerms.simulated(LinkConfig(up=OneWay(delay_s=1.0), down=OneWay(delay_s=1.0)), seed=1)
+
+_ASIDE = {GROUND_FRAME.name, GROUND_CHART.name}
 
 
 class Bench:
@@ -42,6 +52,7 @@ class Bench:
             tick_ns=TICK_NS,
             terms=TERMS,
             rover=ROVER,
+            chart=CHART,
         )
         self.rover = rover_endpoint(TERMS, Journal())
         self.now_ns = 0
@@ -56,7 +67,7 @@ class Bench:
         self.rover.expect(frames)
         self.now_ns = to_ns(until_s)
         self.heard += [arrival.message for arrival in self.rover.received(self.now_ns)]
-        self.entries += [decode(record) for record in records if record.topic != GROUND_FRAME.name]
+        self.entries += [decode(record) for record in records if record.topic not in _ASIDE]
 
 
 def test_heartbeats_go_out_steadily_and_events_are_learned() -> None:

@@ -23,6 +23,7 @@ from farside.topics import (
     GROUND_COMMAND,
     GROUND_EVENT,
     GROUND_LIFE,
+    GROUND_STORED_TELEMETRY,
     GROUND_TELEMETRY,
     LINK_FRAME,
     ROVER_COMMAND,
@@ -195,8 +196,9 @@ class Judge:
         self._verdicts: dict[tuple[int, CommandStage], Verdict] = {}
         self._exact: set[tuple[int, CommandStage]] = set()
         self._news: set[tuple[int, CommandStage]] = set()
-        grounds = (GROUND_COMMAND, GROUND_EVENT, GROUND_LIFE, GROUND_TELEMETRY)
-        for entry in map(LogEntry.of, log.records(grounds)):
+        lives = (GROUND_COMMAND, GROUND_EVENT, GROUND_LIFE)
+        heard = (GROUND_STORED_TELEMETRY, GROUND_TELEMETRY)
+        for entry in map(LogEntry.of, log.records((*lives, *heard))):
             self._follow(entry)
         self._finish(log.end_ns)
 

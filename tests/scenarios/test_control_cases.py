@@ -30,7 +30,6 @@ from farside.places import Chart
 from farside.topics import (
     GROUND_EVENT,
     GROUND_REVIEW,
-    GROUND_TELEMETRY,
     ROVER_ACTION_STARTED,
     ROVER_FAILSAFE,
     TRUTH_POSE,
@@ -162,12 +161,12 @@ def test_telemetry_never_calls_a_waiting_command_done(
         mission("blackout").set("duration_s", 60).without_blackouts(),
         [(5.0, Drive("N")), (5.1, Drive("W")), (5.2, Drive("W"))],
     )
-    done = [telemetry.commands_done for _, telemetry in run.entries(GROUND_TELEMETRY)]
+    done = [telemetry.commands_done for _, telemetry in run.telemetry]
     assert done == sorted(done)
-    for _, telemetry in run.entries(GROUND_TELEMETRY):
+    for _, telemetry in run.telemetry:
         assert all(number > telemetry.commands_done for number in telemetry.waiting)
         assert telemetry.begun is None or telemetry.begun > telemetry.commands_done
-    assert (2, 3) in [t.waiting for _, t in run.entries(GROUND_TELEMETRY) if t.begun == 1]
+    assert (2, 3) in [t.waiting for _, t in run.telemetry if t.begun == 1]
 
 
 def test_drives_that_expire_in_an_outage_are_not_begun_after_it(
@@ -191,7 +190,7 @@ def test_with_a_flat_battery_orders_are_refused_and_told(
     why = [what.why for what in not_done(run)]
     assert set(why) <= {"the battery is flat", "its move was blocked, or given up"}
     assert why[-1] == "the battery is flat"
-    assert run.entries(GROUND_TELEMETRY)[-1][1].waiting == ()
+    assert run.telemetry[-1][1].waiting == ()
 
 
 def test_no_order_ends_the_rover_and_each_is_answered(
@@ -221,8 +220,8 @@ def test_a_mission_goal_can_be_withdrawn_while_parked(
 ) -> None:
     rehearsal = mission("blackout").set("duration_s", 300).blackout(100, 150)
     run = ordered(rehearsal, [(5, Drive("N")), (20, WithdrawGoal(("at:C",)))])
-    assert run.entries(GROUND_TELEMETRY)[5][1].alone_goals == (("at:C",),)
-    assert run.entries(GROUND_TELEMETRY)[60][1].alone_goals == ()
+    assert run.telemetry[5][1].alone_goals == (("at:C",),)
+    assert run.telemetry[60][1].alone_goals == ()
     assert own(run) == []
     assert [m.mode for m in run.modes] == [Mode.GUIDED]
 
@@ -336,7 +335,7 @@ def test_what_an_outage_of_the_downlink_alone_hides_is_told_after_it(
     mission: Callable[[str], Rehearsal],
 ) -> None:
     run = mission("blackout").blackout(300, 100, "down").run()
-    told_s = {round(t.time_ns / 1e9) for _, t in run.entries(GROUND_TELEMETRY)}
+    told_s = {round(t.time_ns / 1e9) for _, t in run.telemetry}
     missing = set(range(300, 400)) - told_s
     assert len(missing) <= 3
 

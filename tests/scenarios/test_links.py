@@ -12,7 +12,6 @@ from farside.missions import FinishedRun, Outcome, Rehearsal
 from farside.node import Direction, Topic
 from farside.topics import (
     GROUND_FRAME,
-    GROUND_TELEMETRY,
     ROVER_ACTION_STARTED,
     ROVER_FRAME,
     TRUTH_POSE,
@@ -102,7 +101,7 @@ def test_what_happened_in_a_blackout_is_told_after_it_second_by_second(
     mission: Callable[[str], Rehearsal],
 ) -> None:
     run = mission("blackout").run()
-    told = [(t_s, entry.time_ns / 1e9) for t_s, entry in run.entries(GROUND_TELEMETRY)]
+    told = [(t_s, entry.time_ns / 1e9) for t_s, entry in run.telemetry]
     late = [time_s for t_s, time_s in told if t_s - time_s > 10]
     assert late[0] < 622
     assert late[-1] > 978
@@ -117,9 +116,7 @@ def test_stored_telemetry_goes_below_live_and_never_holds_it_up(
     mission: Callable[[str], Rehearsal],
 ) -> None:
     run = mission("blackout").run()
-    live = [
-        t for t, e in run.entries(GROUND_TELEMETRY) if t - e.time_ns / 1e9 < 10 and 985 < t < 1190
-    ]
+    live = [t for t, e in run.telemetry if t - e.time_ns / 1e9 < 10 and 985 < t < 1190]
     assert max(after - before for before, after in pairwise(live)) < 8.1
     assert run.link_counters(Direction.DOWN).queue_full == 0
 
@@ -150,7 +147,7 @@ def test_on_every_link_all_that_was_stored_arrives_or_is_told_to_be_given_up(
     assert store.arrived + store.given_up + store.waiting == store.kept
     assert (store.given_up > 0) is (stop_s - start_s > 1200)
     assert events(run, GROUND_FRAME, FrameStage.REFUSED) == []
-    told = {round(entry.time_ns / 1e9) for _, entry in run.entries(GROUND_TELEMETRY)}
+    told = {round(entry.time_ns / 1e9) for _, entry in run.telemetry}
     untold = set(range(int(start_s), int(stop_s))) - told
     # On the slow link telemetry is made every 1.05 s.
     assert len(untold) <= store.given_up + 0.06 * (stop_s - start_s)

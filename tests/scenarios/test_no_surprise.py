@@ -14,7 +14,6 @@ from farside.missions.surprises import surprises
 from farside.node import to_ns, to_s
 from farside.topics import (
     GROUND_EVENT,
-    GROUND_TELEMETRY,
     ROVER_ACTION_STARTED,
     ROVER_PROPOSAL,
     ROVER_PROPOSAL_ENDED,
@@ -50,7 +49,7 @@ def test_nothing_surprises_whoever_orders_what_over_whatever_link(
 def telemetry_tells_of_commands_as_they_are(run: FinishedRun) -> None:
     """Done is when the work is done: never before, and never of one that waits."""
     ended = {entry.number: t_s for t_s, entry in run.command_stages if entry.stage.is_last}
-    for _, telemetry in run.entries(GROUND_TELEMETRY):
+    for _, telemetry in run.telemetry:
         made_s = to_s(telemetry.time_ns)
         for number in range(1, telemetry.commands_done + 1):
             assert ended[number] <= made_s

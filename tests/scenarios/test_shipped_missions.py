@@ -13,7 +13,6 @@ from farside.places import LINK_UP
 from farside.topics import (
     GROUND_EVENT,
     GROUND_REVIEW,
-    GROUND_TELEMETRY,
     ROVER_ACTION_STARTED,
     ROVER_FAILSAFE,
     ROVER_PROPOSAL_ENDED,
@@ -97,7 +96,7 @@ def test_what_it_measured_in_two_hours_comes_down_in_the_next_pass(
     mission: Callable[[str], Rehearsal],
 ) -> None:
     run = mission("mars-relay").run()
-    measured_s = {t.time_ns // 10**9 for _, t in run.entries(GROUND_TELEMETRY)}
+    measured_s = {t.time_ns // 10**9 for _, t in run.telemetry}
     assert len(measured_s & set(range(600, 7320))) > 6000
 
 

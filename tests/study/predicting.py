@@ -8,6 +8,7 @@ from typing import Any
 from farside.node import Record
 from farside.topics import (
     GROUND_PREDICTION,
+    GROUND_STORED_TELEMETRY,
     GROUND_TELEMETRY,
     ROVER_CYCLE,
     Prediction,
@@ -45,7 +46,7 @@ class Judge:
     def add(self, records: Sequence[Record], until_ns: int) -> None:
         """Take the records of a window that ends at `until_ns`."""
         for record in records:
-            if record.topic == GROUND_TELEMETRY.name:
+            if record.topic in {GROUND_TELEMETRY.name, GROUND_STORED_TELEMETRY.name}:
                 telemetry = GROUND_TELEMETRY.decode(record.payload)
                 if telemetry.time_ns > self._heard[0]:
                     place = next((t for t in telemetry.tokens if t.startswith("at:")), None)

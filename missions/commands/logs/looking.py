@@ -1,0 +1,61 @@
+"""`farside replay` and `farside recover`."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from farside.escaping import printable
+from farside.missions.commands.display.patience import patience
+from farside.missions.commands.failures import print_error
+from farside.missions.commands.values import pace_of
+
+
+def replay_log(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="Log of a run.")],
+    speed: Annotated[
+        float,
+        typer.Option(parser=pace_of, metavar="X|max", help="Simulated seconds per wall second."),
+    ] = "20",  # type: ignore[assignment]
+    start: Annotated[
+        float, typer.Option(min=0, metavar="S", help="Start at this simulated time, in seconds.")
+    ] = 0.0,
+) -> None:
+    """Replay a log: the map, the modes, the link.
+
+    Ctrl-C ends it. Into a pipe it prints a line per event.
+
+    \b
+    farside replay logs/runs/blackout-seed1-1.mcap
+    farside replay logs/runs/blackout-seed1-1.mcap --start 600 --speed 10
+    farside replay logs/runs/blackout-seed1-1.mcap | grep mode
+    """
+    from rich.console import Console
+
+    from farside.logs import LogFile, replay
+
+    with patience("reading the log"):
+        file = LogFile(log)
+    try:
+        replay(file, Console(), speed=speed, start_s=start, waiting=patience)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--start") from error
+
+
+def recover_log(
+    log: Annotated[Path, typer.Argument(metavar="LOG", help="A log that nobody finished.")],
+) -> None:
+    """Make a whole log of one that is unfinished or damaged.
+
+    Such is a log whose writer was killed. The new one lies beside it, and the old one stays.
+
+    \b
+    farside recover logs/runs/blackout-seed1-1.mcap
+    """
+    from farside.logs import LogFile, recover
+
+    with patience("making a whole log"):
+        recovered = recover(LogFile(log))
+    print(f"{printable(str(recovered.path))}: {recovered.messages} messages")  # noqa: T201
+    if recovered.damage is not None:
+        print_error(recovered.damage)

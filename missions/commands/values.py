@@ -1,0 +1,22 @@
+"""Values of options that several commands take, read from the command line."""
+
+import math
+
+import typer
+
+
+def pace_of(text: str) -> float:
+    """Simulated seconds per wall second: a number above 0, or `max`.
+
+    Raises:
+        typer.BadParameter: if it is neither.
+    """
+    if text == "max":
+        return math.inf
+    try:
+        pace = float(text)
+    except ValueError:
+        pace = math.nan
+    if not pace > 0 or math.isinf(pace):
+        raise typer.BadParameter(f"expected a number above 0, or 'max', found {text!r}")
+    return pace
