@@ -14,7 +14,7 @@ from farside.logs.picture import LinkPicture, Picture, picture_at
 from farside.logs.spans import GoalSpan, LinkCounters, ModeSpan, OutageSpan
 from farside.logs.terminal.replay import replay
 from farside.logs.terminal.screen import screen
-from farside.logs.views import RunView
+from farside.logs.views.run import RunView
 
 __all__ = [
     "Attachment",

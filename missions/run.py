@@ -12,7 +12,7 @@ from typing import NamedTuple
 import msgspec
 
 from farside.logs import LogError, LogFile, Recorder
-from farside.logs.views import RunView
+from farside.logs.views.run import RunView
 from farside.missions.build import build_node
 from farside.missions.conductor import Conductor, Watcher
 from farside.missions.crew.crew import (

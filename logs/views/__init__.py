@@ -1,0 +1,1 @@
+"""Queries on a run, by subject; `run` has them all."""
