@@ -12,6 +12,20 @@ from typing import NamedTuple
 import msgspec
 
 from farside.logs import LogError, LogFile, Recorder
+from farside.logs.result import (
+    DemResult,
+    GoalResult,
+    Judgement,
+    LinkResult,
+    LostProcessResult,
+    ModeResult,
+    OperatorResult,
+    Outcome,
+    RoverResult,
+    RunResult,
+    ShadowResult,
+    StoreResult,
+)
 from farside.logs.views.run import RunView
 from farside.missions.build import build_node
 from farside.missions.conductor import Conductor, Watcher
@@ -28,20 +42,6 @@ from farside.missions.expectations import judge
 from farside.missions.extensions.kinds import searching
 from farside.missions.interrupts import Interrupts
 from farside.missions.loading import LoadedMission
-from farside.missions.result import (
-    DemResult,
-    GoalResult,
-    Judgement,
-    LinkResult,
-    LostProcessResult,
-    ModeResult,
-    OperatorResult,
-    Outcome,
-    RoverResult,
-    RunResult,
-    ShadowResult,
-    StoreResult,
-)
 from farside.missions.schema import MissionFile
 from farside.node import Direction, Node, Record, Role, to_ns, to_s
 
