@@ -66,7 +66,6 @@ class FinishedRun(RunView):
     """A run that is over: its result, and the queries of a `RunView`.
 
     Attributes:
-        result: the result.
         lost_processes: processes that ended before the run, in order of loss.
         interrupted: whether the run was stopped, as by Ctrl-C.
     """
@@ -80,9 +79,14 @@ class FinishedRun(RunView):
         interrupted: bool,
     ) -> None:
         super().__init__(log)
-        self.result = result
+        self._result = result
         self.lost_processes = lost_processes
         self.interrupted = interrupted
+
+    @property
+    def result(self) -> RunResult:
+        """The result, as the log has it too."""
+        return self._result
 
     @property
     def log(self) -> Path:

@@ -17,6 +17,7 @@ from farside.places import (
     place_token,
 )
 from farside.topics import (
+    GROUND_CHART,
     ROVER_GOAL,
     TRUTH_YARD,
     GoalChange,
@@ -52,22 +53,27 @@ class GoalView(StateView):
         """The Token of this name, or of the place of this name."""
         wanted = {token for goal in self.goals for token in goal.tokens}
         tokens = wanted.union((ON_CHARGE, BATTERY_LOW))
-        if name in tokens or name in self._chart.cells:
+        if name in tokens or name in self.chart.cells:
             return name
-        if name in self._chart.places:
+        if name in self.chart.places:
             return place_token(name)
-        hint = self._chart.like(place_name(name))
+        hint = self.chart.like(place_name(name))
         if not hint and not is_place_token(name):
             hint = did_you_mean(name, sorted(tokens))
-        known = ", ".join(self._chart.named)
+        known = ", ".join(self.chart.named)
         raise ValueError(
             f"expected a place of the map ({known} or EAST,NORTH) or a Token such as {ON_CHARGE}, "
             f"found {shown(name)}{hint}"
         )
 
     @cached_property
-    def _chart(self) -> Chart:
-        yard = self._latest(TRUTH_YARD, 0)
+    def chart(self) -> Chart:
+        """The map of the yard; as ground, the ground's own.
+
+        Raises:
+            ValueError: if there is none in the log.
+        """
+        yard = self._latest(GROUND_CHART if self.is_as_ground else TRUTH_YARD, 0)
         return Chart(yard.rows, yard.cell_m)
 
     @cached_property

@@ -2,6 +2,7 @@
 
 from farside.control import BatteryState, Failsafe, Mode
 from farside.logs.spans import (
+    FailsafeSpan,
     LeastCharge,
     ModeSpan,
 )
@@ -9,11 +10,16 @@ from farside.logs.views.topics import TopicView
 from farside.topics import (
     ROVER_BATTERY,
     ROVER_CYCLE,
+    ROVER_DECISION,
+    ROVER_ESTIMATE,
     ROVER_FAILSAFE,
     ROVER_MODE,
     ROVER_STUCK,
     TRUTH_POSE,
     Cycle,
+    Decision,
+    Estimate,
+    Pose,
 )
 
 
@@ -36,13 +42,37 @@ class StateView(TopicView):
         """
         return self._latest(ROVER_FAILSAFE, t_s).state
 
+    def pose_at(self, t_s: float) -> Pose:
+        """The rover's true pose at a time, as sampled last, in metres and radians.
+
+        Raises:
+            ValueError: if `t_s` is outside the run.
+        """
+        return self._latest(TRUTH_POSE, t_s)
+
     def place_at(self, t_s: float) -> str:
         """The Token of the rover's true place at a time.
 
         Raises:
             ValueError: if `t_s` is outside the run.
         """
-        return self._latest(TRUTH_POSE, t_s).place
+        return self.pose_at(t_s).place
+
+    def battery_at(self, t_s: float) -> float:
+        """The battery's true state of charge at a time, 0 to 1, as sampled last.
+
+        Raises:
+            ValueError: if `t_s` is outside the run.
+        """
+        return self.pose_at(t_s).battery
+
+    def estimate_at(self, t_s: float) -> Estimate:
+        """Where the rover took itself to be at a time, in metres and radians.
+
+        Raises:
+            ValueError: if `t_s` is outside the run.
+        """
+        return self._latest(ROVER_ESTIMATE, t_s)
 
     @property
     def modes(self) -> tuple[ModeSpan, ...]:
@@ -50,6 +80,19 @@ class StateView(TopicView):
         return tuple(
             ModeSpan(t_s, entry.mode, entry.why) for t_s, entry in self.entries(ROVER_MODE)
         )
+
+    @property
+    def failsafes(self) -> tuple[FailsafeSpan, ...]:
+        """The failsafe's states in order, from the start of the run."""
+        return tuple(
+            FailsafeSpan(t_s, entry.state, entry.why, entry.causes)
+            for t_s, entry in self.each(ROVER_FAILSAFE)
+        )
+
+    @property
+    def decisions(self) -> tuple[tuple[float, Decision], ...]:
+        """What was decided on board, each with its log time."""
+        return self.entries(ROVER_DECISION)
 
     @property
     def least_charge(self) -> LeastCharge | None:
