@@ -46,9 +46,9 @@ class GroundView(TopicView):
         learned_ns, heard = self._newest(now_ns)
         if heard is not None:
             belief = _taught(belief, _told_by(heard, learned_ns))
-            # What happened after that was also learned after that.
-            for told in self._events(heard.time_ns + 1, now_ns):
-                belief = _taught(belief, told)
+        # What happened after that was also learned after that.
+        for told in self._events(0 if heard is None else heard.time_ns, now_ns):
+            belief = _taught(belief, told)
         silence = self._log.latest(GROUND_SILENCE, now_ns)
         prediction = self._log.latest(GROUND_PREDICTION, now_ns)
         return Believed(
