@@ -1,8 +1,8 @@
 """A run's log: writing and reading it, querying a run, and showing one.
 
-`file` writes and reads the file; `views` answers queries on a run; `events` and `picture` say what
-happened, and `terminal` shows it. A name is imported when it is first used: who only reads a log
-does not wait for what draws one.
+`open` a log to ask about the run in it. `file` writes and reads it, `views` answers queries on a
+run; `events` and `picture` say what happened, and `terminal` shows it. A name is imported when it
+is first used: who only reads a log does not wait for what draws one.
 """
 
 from importlib import import_module
@@ -16,10 +16,20 @@ if TYPE_CHECKING:
     from farside.logs.file.reading import LogEntry, LogFile, decode
     from farside.logs.file.recording import Recorder
     from farside.logs.picture import LinkPicture, Picture, picture_at
-    from farside.logs.spans import GoalSpan, LinkCounters, ModeSpan, OutageSpan
+    from farside.logs.result import Outcome, RunResult
+    from farside.logs.spans import (
+        Believed,
+        CommandLife,
+        CommandVerdict,
+        FailsafeSpan,
+        GoalSpan,
+        LinkCounters,
+        ModeSpan,
+        OutageSpan,
+    )
     from farside.logs.terminal.replay import replay
     from farside.logs.terminal.screen import screen
-    from farside.logs.views import RunView
+    from farside.logs.views.run import RunView, open  # noqa: A004 - see there
 
 _HOMES = {
     "events": ("EventLine", "sign_text", "time_text"),
@@ -29,17 +39,31 @@ _HOMES = {
     "file.reading": ("LogEntry", "LogFile", "decode"),
     "file.recording": ("Recorder",),
     "picture": ("LinkPicture", "Picture", "picture_at"),
-    "spans": ("GoalSpan", "LinkCounters", "ModeSpan", "OutageSpan"),
+    "result": ("Outcome", "RunResult"),
+    "spans": (
+        "Believed",
+        "CommandLife",
+        "CommandVerdict",
+        "FailsafeSpan",
+        "GoalSpan",
+        "LinkCounters",
+        "ModeSpan",
+        "OutageSpan",
+    ),
     "terminal.replay": ("replay",),
     "terminal.screen": ("screen",),
-    "views": ("RunView",),
+    "views.run": ("RunView", "open"),
 }
 _HOME = {name: module for module, names in _HOMES.items() for name in names}
 
 __all__ = [
     "Attachment",
+    "Believed",
+    "CommandLife",
+    "CommandVerdict",
     "Digest",
     "EventLine",
+    "FailsafeSpan",
     "GoalSpan",
     "LinkCounters",
     "LinkPicture",
@@ -48,12 +72,15 @@ __all__ = [
     "LogFile",
     "ModeSpan",
     "OutageSpan",
+    "Outcome",
     "Picture",
     "Recorder",
     "Recovered",
+    "RunResult",
     "RunView",
     "decode",
     "digest_of",
+    "open",
     "picture_at",
     "recover",
     "replay",
@@ -66,6 +93,6 @@ __all__ = [
 def __getattr__(name: str) -> object:
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found = getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
+    found: object = getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
     globals()[name] = found
     return found
