@@ -155,10 +155,12 @@ class LogIndex:
         if data is None:
             return False
         header = span_at(file, len(MAGIC), size)
-        if header is not None and header.opcode == Opcode.HEADER:
+        try:
+            if header is None or header.opcode != Opcode.HEADER:
+                raise DamageError("not a header")
             self._take(file, header)
-        else:
-            self._note(Damage(len(MAGIC), len(MAGIC) + HEAD.size, "not a header", _NOTHING))
+        except DAMAGE as error:
+            self._note(Damage(len(MAGIC), len(MAGIC) + HEAD.size, _words(error), _NOTHING))
         try:
             self._take_summary(file, data, size)
         except DAMAGE:

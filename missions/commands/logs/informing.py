@@ -30,8 +30,8 @@ def show_information(
 
     With --as ground: what the ground knew, at the end or at another time, and nothing else.
 
-    And what the log holds. A finished log is not read for it, whatever its size, so that damage inside is not found; any
-    other is read through.
+    It shows what the log holds, too. A finished log is not read for it, whatever its size, so that
+    damage inside is not found; any other is read through.
 
     \b
     farside info
