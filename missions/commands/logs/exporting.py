@@ -9,7 +9,7 @@ import typer
 from farside.escaping import printable
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.failures import print_error
-from farside.missions.commands.values import As, At, run_of
+from farside.missions.commands.logs.opening import As, At, run_of
 from farside.validation import did_you_mean, shown
 
 if TYPE_CHECKING:
@@ -32,12 +32,12 @@ def export_log(
     ),
     topic: Annotated[
         list[str] | None,
-        typer.Option(metavar="NAME", help="Only this topic, such as /rover/mode; repeatable."),
+        typer.Option(metavar="NAME", help="Only this topic, such as /rover/mode; may be repeated."),
     ] = None,
     out: Annotated[
         Path | None,
         typer.Option(
-            metavar="DIR", help="Folder for the tables; by default one beside the log, of its name."
+            metavar="DIR", help="Folder for the tables; by default beside the log, by its name."
         ),
     ] = None,
     as_: As = None,
@@ -50,7 +50,7 @@ def export_log(
 
     \b
     farside export logs/runs/blackout-seed1-1.mcap
-    farside export --format csv --topic /truth/pose --topic /rover/mode --out tables
+    farside export --format csv --topic /rover/mode --out tables
     farside export --as ground --at 700
     """
     try:
