@@ -20,6 +20,7 @@ from farside.topics import (
     ROVER_GOAL,
     ROVER_MODE,
     ROVER_STUCK,
+    TRUTH_POSE,
     CommandEntry,
     FailsafeEntry,
     GoalChange,
@@ -30,15 +31,20 @@ _Any = Found[Any]
 
 
 class Given(NamedTuple):
-    """What stands in the mission and in no record: a goal, a fault, a setting.
+    """What is not looked into any further.
+
+    Either it stands in the mission and in no record, such as a goal, a fault or a setting; or it
+    says only when something could begin, so that what led to it is another story.
 
     Attributes:
         t_ns: from when it counts.
         sentence: what it is.
+        topic: of its record; empty for what stands in the mission.
     """
 
     t_ns: int
     sentence: str
+    topic: str = ""
 
 
 Finds = Iterator[_Any | Given]
@@ -169,7 +175,16 @@ def _exhausted(search: Search, found: Found[FailsafeEntry], so: bool) -> Finds: 
 
 
 def _reserve(search: Search, found: Found[FailsafeEntry], _so: bool) -> Finds:  # noqa: FBT001
-    yield from some(search.last(ROVER_BATTERY, found.t_ns))
+    yield from charge_at(search, found.t_ns)
+
+
+def charge_at(search: Search, t_ns: int) -> Finds:
+    """The charge of that moment, and the state of the battery if it has just changed."""
+    pose = search.last(TRUTH_POSE, t_ns)
+    if pose is not None:
+        charge = f"the battery holds {pose.message.battery:.0%}"
+        yield Given(pose.t_ns, charge, pose.topic)
+    yield from search.at(ROVER_BATTERY, t_ns)
 
 
 def _signal(search: Search, found: Found[FailsafeEntry], _so: bool) -> Finds:  # noqa: FBT001

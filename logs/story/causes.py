@@ -87,7 +87,7 @@ def _follow(
         if len(chain) > _MOST or depth > _DEEPEST:
             return
         if isinstance(one, Given):
-            chain.append(Cause(one.t_ns, "", one.sentence, depth, is_first=True))
+            chain.append(Cause(one.t_ns, one.topic, one.sentence, depth, not one.topic))
             continue
         key = one.t_ns, one.topic, msgspec.json.encode(one.message)
         if key in told:
