@@ -167,8 +167,7 @@ def message_in(search: Search, made: Found[FrameEvent]) -> Iterator[_Any]:
         if one.number is None:
             continue
         if one.kind == "event":
-            number = one.number
-            learned = _learned(search, number, made.t_ns)
+            learned = _learned(search, one.number, one.time_ns or 0)
             if learned is not None:
                 yield from happened(search, learned.message.event)
         elif (topic := _MADE_OF.get(one.kind)) is not None:
