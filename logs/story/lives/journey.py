@@ -1,6 +1,6 @@
 """The way of messages over the link, as lines of a story: every frame, its waits and its end."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -72,6 +72,8 @@ def journeys(log: LogFile, names: Mapping[Key, str], start_ns: int, end_ns: int)
         yield from row.lines()
 
 
+_WORTH_TELLING_NS = 5_000_000  # what would be told as 0.00 s is not
+
 _Part = tuple[str, int | None, int]
 
 
@@ -141,7 +143,7 @@ def _transmitter(word: Word) -> str:
     if fate is None or fate.sent_end_ns == fate.queued_ns:
         return ""
     waits = []
-    if fate.sent_ns > fate.queued_ns:
+    if fate.sent_ns - fate.queued_ns >= _WORTH_TELLING_NS:
         waits.append(f"{seconds(fate.sent_ns - fate.queued_ns)} in the transmit queue")
     waits.append(f"{seconds(fate.sent_end_ns - fate.sent_ns)} to send")
     return f" ({', '.join(waits)})"
@@ -167,6 +169,23 @@ def ordinal(number: int) -> str:
 def later(t_ns: int, since_ns: int) -> str:
     """`1.32 s later`, to follow a time; nothing where it is no later."""
     return f", {seconds(t_ns - since_ns)} later" if t_ns > since_ns else ""
+
+
+def kept_back(lines: Iterable[Line], side: Role, t_ns: int) -> str:
+    """What to say of a message used at `t_ns`, if its frames had arrived long before; or nothing.
+
+    Args:
+        lines: of its frames only.
+        side: of the receiver.
+        t_ns: when it was used.
+    """
+    came_ns = max((one.t_ns for one in lines if one.side is side), default=t_ns)
+    if t_ns - came_ns < _TICKS_NS:
+        return ""
+    return f", {seconds(t_ns - came_ns)} after it arrived: it is delivered after those before it"
+
+
+_TICKS_NS = 300_000_000  # more than a tick of any mission that ships
 
 
 def learned_text(what: str, so_ns: int, learned_ns: int) -> str:

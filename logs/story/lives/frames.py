@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from farside.frames import Carried, FrameEvent, FrameStage
 from farside.logs.events import time_text
 from farside.logs.spacetime import Word, words
-from farside.logs.story.crossing import message_in
-from farside.logs.story.journey import SENDER as SENDING_ROLE
-from farside.logs.story.journey import Line, journeys, word_lines
+from farside.logs.story.causes.crossing import message_in
+from farside.logs.story.lives.journey import SENDER as SENDING_ROLE
+from farside.logs.story.lives.journey import Line, journeys, word_lines
 from farside.logs.story.search import Found, Search
 from farside.logs.story.sentences import frame_text, sentence
 from farside.logs.story.silence import RECEIVER, SENDER

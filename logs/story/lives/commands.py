@@ -5,8 +5,8 @@ from collections.abc import Iterator
 from farside.control import CommandStage
 from farside.logs.events import order_text, time_text, when_text
 from farside.logs.known import KnownCommands
-from farside.logs.story.at_ground import ordered
-from farside.logs.story.journey import Key, Line, journeys, learned_text
+from farside.logs.story.causes.at_ground import ordered
+from farside.logs.story.lives.journey import Key, Line, journeys, kept_back, learned_text
 from farside.logs.story.search import Found, Search
 from farside.logs.story.sentences import act_text, event_text, seconds, sentence
 from farside.logs.story.subjects import SubjectError
@@ -70,8 +70,8 @@ def command_story(search: Search, number: int) -> tuple[str, list[Line]]:
     lines = [*given(search, sent)]
     taken_ns = stages[0].t_ns if stages else over_ns
     itself: dict[Key, str] = {("command", number): f"command {number}"}
-    lines += journeys(search.log, itself, sent.t_ns, taken_ns)
-    lines += _on_board(search, sent, stages, lines)
+    crossed = list(journeys(search.log, itself, sent.t_ns, taken_ns))
+    lines += [*crossed, *_on_board(search, sent, stages, crossed)]
     events: dict[Key, str] = {("event", one.message.event.number): _word_of(one) for one in told}
     if events:
         lines += journeys(search.log, events, taken_ns if stages else sent.t_ns, over_ns)
@@ -207,7 +207,7 @@ def _on_board(
         stage = one.message.stage
         text = sentence(one.entry)
         if stage is CommandStage.TAKEN:
-            text = f"command {number} is taken{_turn(one.t_ns, crossed)}"
+            text = f"command {number} is taken{kept_back(crossed, Role.ROVER, one.t_ns)}"
         elif stage is CommandStage.WAITING:
             before = one
             continue
@@ -220,18 +220,6 @@ def _on_board(
     if before is not None and stages[-1] is before:
         text = f"command {number} waits on board{when_text(sent.message.when)}"
         yield Line(before.t_ns, Role.ROVER, text)
-
-
-def _turn(taken_ns: int, crossed: list[Line]) -> str:
-    """How long a command that had arrived waited for the ones before it."""
-    came = [one.t_ns for one in crossed if one.side is Role.ROVER and " arrives" in one.text]
-    first_ns = min(came, default=taken_ns)
-    if taken_ns - first_ns < _TURN_NS:
-        return ""
-    return f", {seconds(taken_ns - first_ns)} after it arrived: commands are taken in order"
-
-
-_TURN_NS = 300_000_000  # more than a tick
 
 
 def _waited(

@@ -3,9 +3,9 @@
 from collections.abc import Iterator
 
 from farside.logs.events import sign_text, time_text
-from farside.logs.story.commands import command_story
-from farside.logs.story.crossing import happened
-from farside.logs.story.journey import Key, Line, journeys, learned_text
+from farside.logs.story.causes.crossing import happened
+from farside.logs.story.lives.commands import command_story
+from farside.logs.story.lives.journey import Key, Line, journeys, kept_back, learned_text
 from farside.logs.story.search import Search
 from farside.logs.story.sentences import arc_text, sentence
 from farside.logs.story.subjects import SubjectError
@@ -51,9 +51,11 @@ def proposal_story(search: Search, number: int) -> tuple[str, list[Line]]:
         ("proposal", number): f"proposal {number}",
         ("shown", number): f"word that the operator was shown proposal {number}",
     }
-    lines += journeys(search.log, names, proposal.time_ns, until_ns)
+    crossed = list(journeys(search.log, names, proposal.time_ns, until_ns))
+    lines += crossed
     if received is not None:
         text = learned_text(f"of proposal {number}, made", proposal.time_ns, received.t_ns)
+        text += kept_back(crossed, Role.GROUND, received.t_ns)
         lines.append(Line(received.t_ns, Role.GROUND, text))
         lines += _answers(search, number, received.t_ns)
     if ended is not None:
@@ -117,8 +119,10 @@ def event_story(search: Search, number: int) -> tuple[str, list[Line]]:
     event = learned.message.event
     lines = [Line(one.t_ns, Role.ROVER, sentence(one.entry)) for one in happened(search, event)]
     names: dict[Key, str] = {("event", number): f"event {number}"}
-    lines += journeys(search.log, names, event.time_ns, learned.t_ns)
+    crossed = list(journeys(search.log, names, event.time_ns, learned.t_ns))
+    lines += crossed
     text = learned_text(f"of event {number}, which was so", event.time_ns, learned.t_ns)
+    text += kept_back(crossed, Role.GROUND, learned.t_ns)
     lines.append(Line(learned.t_ns, Role.GROUND, text))
     what = sentence(learned.entry).split(": ", 1)[-1]
     known = f"so at {time_text(event.time_ns)}, known at the ground at {time_text(learned.t_ns)}"

@@ -6,7 +6,7 @@ from typing import Any
 from farside.acts import Discard, Planned
 from farside.control import Verdict
 from farside.logs.story import silence as silences
-from farside.logs.story.crossing import brought
+from farside.logs.story.causes.crossing import brought
 from farside.logs.story.search import Found, Search
 from farside.messages import Approve, CommandReached, Override, Proposal, Telemetry, Veto
 from farside.node import Direction, Topic

@@ -6,8 +6,8 @@ from typing import Any
 
 from farside.control import CommandStage
 from farside.logs.events import sign_text
-from farside.logs.story.authority import Finds, Given, charge_at, ordered_at, some
-from farside.logs.story.crossing import brought
+from farside.logs.story.causes.authority import Finds, Given, charge_at, ordered_at, some
+from farside.logs.story.causes.crossing import brought
 from farside.logs.story.search import Found, Search
 from farside.logs.story.sentences import sentence
 from farside.messages import (

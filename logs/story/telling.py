@@ -4,11 +4,11 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from farside.logs.file.reading import LogFile
-from farside.logs.story.commands import command_story
-from farside.logs.story.frames import frame_story
-from farside.logs.story.goals import goal_story
-from farside.logs.story.journey import Line
-from farside.logs.story.proposals import event_story, proposal_story
+from farside.logs.story.lives.commands import command_story
+from farside.logs.story.lives.frames import frame_story
+from farside.logs.story.lives.goals import goal_story
+from farside.logs.story.lives.journey import Line
+from farside.logs.story.lives.proposals import event_story, proposal_story
 from farside.logs.story.search import Search
 from farside.logs.story.subjects import Kind, Subject
 from farside.node import to_s

@@ -3,10 +3,10 @@
 from collections.abc import Iterator
 
 from farside.logs.events import sign_text, time_text
-from farside.logs.story.at_ground import ordered
-from farside.logs.story.causes import causes_of
-from farside.logs.story.commands import command_story
-from farside.logs.story.journey import Line, learned_text
+from farside.logs.story.causes.at_ground import ordered
+from farside.logs.story.causes.chain import causes_of
+from farside.logs.story.lives.commands import command_story
+from farside.logs.story.lives.journey import Line, learned_text
 from farside.logs.story.search import Found, Search
 from farside.logs.story.sentences import sentence
 from farside.logs.story.subjects import SubjectError, as_token
@@ -69,6 +69,10 @@ def _goal_named(search: Search, wanted: Tokens) -> Tokens:
         order = ordered(given.message)
         if isinstance(order, SetGoal):
             known[tuple(sorted(set(order.tokens)))] = None
+    for learned in search.each(GROUND_EVENT):
+        what = learned.message.event.what
+        if isinstance(what, GoalReached | GoalAside):
+            known[what.tokens] = None
     places = tuple(sorted(as_token(name) for name in wanted))
     for tokens in (wanted, places):
         if tokens in known:
