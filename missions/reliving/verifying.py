@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, NamedTuple, Protocol
 import msgspec
 
 from farside.logs import Digest
-from farside.logs.diff.lockstep import Parting
+from farside.logs.diff.parting import Parting
 from farside.logs.file.unwritten import UnwrittenRecorder
 from farside.missions.extensions.kinds import Extensions, search_path, searching
 from farside.missions.reliving.crew import RelivedCrew, advanced, revived
@@ -93,7 +93,7 @@ class _Comparison(Digest):
         if self.over:
             return
         if record != self._next:
-            self.parting = Parting.of(self._next, record, self.count)
+            self.parting = Parting.of(self._next, record)
             return
         super().add(record)
         self.count += 1
@@ -102,7 +102,7 @@ class _Comparison(Digest):
     def end(self) -> None:
         """The run has no more records."""
         if self.parting is None and self._next is not None:
-            self.parting = Parting.of(self._next, None, self.count)
+            self.parting = Parting.of(self._next, None)
 
 
 def verify(

@@ -1,11 +1,13 @@
-"""Two rows of records in lockstep: the first in which they differ."""
+"""The first record in which two rows of them differ, and what in it."""
 
-from collections.abc import Iterable, Iterator
-from itertools import zip_longest
+from collections.abc import Iterator
 from typing import Any
 
 import msgspec
 
+from farside.logs.events import event_line
+from farside.logs.file.index import LogError
+from farside.logs.file.reading import LogEntry
 from farside.node import Record, to_s
 
 Plain = dict[str, Any] | list[Any] | str | float | bool | None
@@ -20,19 +22,21 @@ class Seen(msgspec.Struct, frozen=True):
         t_s: when it became known there, in simulated seconds.
         so_s: when it was so.
         message: the message in JSON; of a picture, how many bytes it has and their beginning.
+        text: what happened, in the words that a log's events have; `None` for what is no event.
     """
 
     topic: str
     t_s: float
     so_s: float
     message: Any
+    text: str | None
 
     @classmethod
     def of(cls, record: Record) -> "Seen":
         """What a record says."""
         message = _message(record.payload)
         t_s, so_s = to_s(record.log_time_ns), to_s(record.publish_time_ns)
-        return cls(record.topic, t_s, so_s, message)
+        return cls(record.topic, t_s, so_s, message, _text(record))
 
 
 class Parting(msgspec.Struct, frozen=True):
@@ -43,17 +47,15 @@ class Parting(msgspec.Struct, frozen=True):
         topic: the topic of that one.
         first: the record of the first row; `None` where it has no more.
         second: the record of the second row; `None` where it has no more.
-        number: how many records before are equal.
     """
 
     t_s: float
     topic: str
     first: Seen | None
     second: Seen | None
-    number: int
 
     @classmethod
-    def of(cls, first: Record | None, second: Record | None, number: int) -> "Parting":
+    def of(cls, first: Record | None, second: Record | None) -> "Parting":
         """The parting at two records that differ; one of them may be missing."""
         seen = [Seen.of(record) for record in (first, second) if record is not None]
         earlier = min(seen, key=lambda one: one.t_s)
@@ -62,7 +64,6 @@ class Parting(msgspec.Struct, frozen=True):
             earlier.topic,
             None if first is None else Seen.of(first),
             None if second is None else Seen.of(second),
-            number,
         )
 
     @property
@@ -79,17 +80,6 @@ class Parting(msgspec.Struct, frozen=True):
             yield from different(self.first.message, self.second.message)
             if self.first.so_s != self.second.so_s:
                 yield "so_s", self.first.so_s, self.second.so_s
-
-
-def parting(first: Iterable[Record], second: Iterable[Record]) -> Parting | None:
-    """Where two rows of records part; `None` if they are equal to the end.
-
-    Reads both once, record by record, up to there.
-    """
-    for number, (one, other) in enumerate(zip_longest(first, second)):
-        if one != other:
-            return Parting.of(one, other, number)
-    return None
 
 
 class _Missing:
@@ -116,6 +106,14 @@ def different(first: Any, second: Any, key: str = "") -> Iterator[tuple[str, Any
                 yield from different(one, other, f"{key}.{index}" if key else str(index))
         case _ if first != second:
             yield key, first, second
+
+
+def _text(record: Record) -> str | None:
+    try:
+        line = event_line(LogEntry.of(record))
+    except LogError:
+        return None
+    return None if line is None else line.text
 
 
 def _message(payload: bytes) -> Plain:
