@@ -39,7 +39,7 @@ _SOURCE = Path(__file__).parents[2]
 
 def status_of(run: "FinishedRun") -> int:
     """The exit status of a command that has run a mission."""
-    from farside.missions.result import Outcome
+    from farside.logs.result import Outcome
 
     if run.interrupted:
         return INTERRUPTED

@@ -11,7 +11,7 @@ import msgspec
 
 from farside.acts import Act
 from farside.logs import LogFile
-from farside.missions.result import LostProcessResult
+from farside.logs.result import LostProcessResult
 from farside.missions.schema import Change, MissionFile
 from farside.node import to_ns, to_s
 from farside.topics import GROUND_ORDER
