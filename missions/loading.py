@@ -129,7 +129,8 @@ def load_text(
         source: where it is from: other files are looked for beside it.
         made: the assignments, the last one to a key wins.
         texts: of the files that the mission names, by that name, where they need not be read.
-        controller, operator: as in `load_mission`.
+        controller: as in `load_mission`.
+        operator: likewise.
 
     Raises:
         MissionError: as `load_mission`.

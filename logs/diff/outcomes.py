@@ -1,20 +1,20 @@
 """What two runs came to, and by which missions they went, side by side."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import msgspec
 
 from farside.logs.diff.parting import MISSING, different
 from farside.logs.events import sign_text
 from farside.logs.file.reading import LogFile
-from farside.logs.views import RunView
+from farside.logs.views.run import RunView
 from farside.messages import Tokens
 from farside.node import Direction, to_s
 from farside.topics import GoalSource
 
 
-class Row(NamedTuple):
+class Row(msgspec.Struct, frozen=True):
     """Something in which two runs differ.
 
     Attributes:
@@ -27,7 +27,7 @@ class Row(NamedTuple):
     second: str | None
 
 
-class MissionKey(NamedTuple):
+class MissionKey(msgspec.Struct, frozen=True):
     """A key of two missions whose values differ.
 
     Attributes:
@@ -42,23 +42,9 @@ class MissionKey(NamedTuple):
     from_s: float = 0.0
 
 
-class _Judgement(msgspec.Struct):
-    name: str
-    met: bool
-    detail: str
-
-
-class _Result(msgspec.Struct):
-    outcome: str
-    expectations: tuple[_Judgement, ...]
-
-
 class _Change(msgspec.Struct):
     at_ns: int
     mission: dict[str, Any]
-
-
-_UNFINISHED = _Result("unfinished", ())
 
 
 def mission_differences(first: LogFile, second: LogFile) -> Iterator[MissionKey]:
@@ -112,23 +98,23 @@ def _value(value: Any) -> Any:
 def _facts(log: LogFile) -> Iterator[tuple[str, str]]:
     """What a run came to, fact by fact, each with a name of its own."""
     view = RunView(log)
-    result = _UNFINISHED
-    if "result.json" in log.attachments:
-        result = msgspec.json.decode(log.attachments["result.json"].data, type=_Result)
-    yield "outcome", result.outcome
-    for judged in result.expectations:
-        yield (
-            f"expectation: {judged.name}",
-            f"{'met' if judged.met else 'not met'}, {judged.detail}",
-        )
-    yield "simulated time", f"{view.duration_s:g} s"
+    result = view.result
+    yield "outcome", "unfinished" if result is None else result.outcome
+    for judged in () if result is None else result.expectations:
+        met = "met" if judged.met else "not met"
+        yield f"expectation: {judged.name}", f"{met}, {judged.detail}"
+    yield "length", f"{view.duration_s:g} s"
     yield from _goals(view)
     for number, mode in enumerate(view.modes, start=1):
         yield f"mode {number}", f"{mode.mode} from {mode.t_s:g} s, {mode.why}"
     yield "commands sent", str(sum(1 for _ in view.commands_sent))
     for direction in Direction:
-        for name, count in msgspec.structs.asdict(view.link_counters(direction)).items():
+        counters = msgspec.structs.asdict(view.link_counters(direction))
+        delay_s = counters.pop("delay_s")
+        for name, count in counters.items():
             yield f"frames {direction}, {name.replace('_', ' ')}", str(count)
+        if delay_s is not None:
+            yield f"frames {direction}, mean delay", f"{delay_s:.3f} s"
     if (dem := view.dem) is not None:
         yield "Signs", str(dem.signs)
         yield "hypotheses", str(dem.hypotheses)

@@ -5,10 +5,13 @@ from typing import Any
 
 import msgspec
 
-from farside.logs.events import event_line
 from farside.logs.file.index import LogError
 from farside.logs.file.reading import LogEntry
+from farside.logs.story.sentences import sentence
 from farside.node import Record, to_s
+from farside.validation import one_line
+
+_LENGTH = 120
 
 Plain = dict[str, Any] | list[Any] | str | float | bool | None
 """A value of JSON."""
@@ -22,21 +25,20 @@ class Seen(msgspec.Struct, frozen=True):
         t_s: when it became known there, in simulated seconds.
         so_s: when it was so.
         message: the message in JSON; of a picture, how many bytes it has and their beginning.
-        text: what happened, in the words that a log's events have; `None` for what is no event.
+        text: what it says, in the words of `farside story`; or the beginning of its JSON.
     """
 
     topic: str
     t_s: float
     so_s: float
     message: Any
-    text: str | None
+    text: str
 
     @classmethod
     def of(cls, record: Record) -> "Seen":
         """What a record says."""
-        message = _message(record.payload)
         t_s, so_s = to_s(record.log_time_ns), to_s(record.publish_time_ns)
-        return cls(record.topic, t_s, so_s, message, _text(record))
+        return cls(record.topic, t_s, so_s, _message(record.payload), _text(record))
 
 
 class Parting(msgspec.Struct, frozen=True):
@@ -57,14 +59,9 @@ class Parting(msgspec.Struct, frozen=True):
     @classmethod
     def of(cls, first: Record | None, second: Record | None) -> "Parting":
         """The parting at two records that differ; one of them may be missing."""
-        seen = [Seen.of(record) for record in (first, second) if record is not None]
-        earlier = min(seen, key=lambda one: one.t_s)
-        return cls(
-            earlier.t_s,
-            earlier.topic,
-            None if first is None else Seen.of(first),
-            None if second is None else Seen.of(second),
-        )
+        sides = [None if record is None else Seen.of(record) for record in (first, second)]
+        earlier = min((seen for seen in sides if seen is not None), key=lambda seen: seen.t_s)
+        return cls(earlier.t_s, earlier.topic, *sides)
 
     @property
     def is_one_record(self) -> bool:
@@ -108,12 +105,16 @@ def different(first: Any, second: Any, key: str = "") -> Iterator[tuple[str, Any
             yield key, first, second
 
 
-def _text(record: Record) -> str | None:
+def _text(record: Record) -> str:
+    untold = f"{record.topic} is recorded"
     try:
-        line = event_line(LogEntry.of(record))
+        text = sentence(LogEntry.of(record))
     except LogError:
-        return None
-    return None if line is None else line.text
+        text = untold
+    if text != untold:
+        return text
+    message = msgspec.json.encode(_message(record.payload)).decode()
+    return f"{record.topic} {one_line(message, _LENGTH)}"
 
 
 def _message(payload: bytes) -> Plain:

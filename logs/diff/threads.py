@@ -5,7 +5,6 @@ from itertools import groupby
 from operator import attrgetter
 from typing import Any, NamedTuple
 
-from farside.logs.diff.parting import Parting
 from farside.logs.file.reading import LogFile
 from farside.node import Record, Topic
 from farside.topics import (
@@ -60,6 +59,21 @@ THREADS: dict[str, tuple[Topic[Any], ...]] = {
 """What can part by itself, in the order in which one thing leads to another at the same time."""
 
 
+class Apart(NamedTuple):
+    """The records in which two logs part; `None` where one has no more.
+
+    Where one log has a record at that time and the other does not, it is the next one of the other.
+    """
+
+    first: Record | None
+    second: Record | None
+
+    @property
+    def at_ns(self) -> int:
+        """When they part."""
+        return min(record.log_time_ns for record in self if record is not None)
+
+
 class Partings(NamedTuple):
     """Where two logs part.
 
@@ -70,9 +84,9 @@ class Partings(NamedTuple):
             out.
     """
 
-    first: Parting | None
+    first: Apart | None
     equal: int
-    threads: tuple[tuple[str, Parting], ...]
+    threads: tuple[tuple[str, Apart], ...]
 
 
 def partings(first: LogFile, second: LogFile) -> Partings:
@@ -82,60 +96,71 @@ def partings(first: LogFile, second: LogFile) -> Partings:
         LogError: if a log is damaged.
     """
     equal, whole = 0, None
-    found: dict[str, Parting] = {}
-    open_threads = {name: {topic.name for topic in topics} for name, topics in THREADS.items()}
-    for ours, theirs in _moments(first, second):
+    found: dict[str, Apart] = {}
+    going_on = dict(THREADS)
+    for now_ns, ours, theirs in _moments(first, second):
         if whole is None:
             same = _equal(ours, theirs)
             equal += same
-            whole = _at(ours, theirs, same)
+            whole = _apart(ours[same:], theirs[same:])
         if ours == theirs:
             continue
-        for name, topics in list(open_threads.items()):
-            own = [record for record in ours if record.topic in topics]
-            other = [record for record in theirs if record.topic in topics]
-            apart = _at(own, other, _equal(own, other))
+        for name, topics in list(going_on.items()):
+            names = {topic.name for topic in topics}
+            own = [record for record in ours if record.topic in names]
+            other = [record for record in theirs if record.topic in names]
+            same = _equal(own, other)
+            apart = _apart(own[same:], other[same:])
             if apart is not None:
-                found[name] = apart
-                del open_threads[name]
-        if not open_threads:
+                found[name] = Apart(
+                    apart.first or _next(first, topics, now_ns),
+                    apart.second or _next(second, topics, now_ns),
+                )
+                del going_on[name]
+        if not going_on:
             break
-    threads = sorted(found.items(), key=lambda thread: (thread[1].t_s, _ORDER.index(thread[0])))
+    # A stable sort: at the same time, in the order in which one thing leads to another.
+    threads = [(name, found[name]) for name in THREADS if name in found]
+    threads.sort(key=lambda thread: thread[1].at_ns)
     return Partings(whole, equal, tuple(threads))
 
 
-_ORDER = list(THREADS)
-
-
-def _moments(first: LogFile, second: LogFile) -> Iterator[tuple[list[Record], list[Record]]]:
+def _moments(first: LogFile, second: LogFile) -> Iterator[tuple[int, list[Record], list[Record]]]:
     """The records of both logs at each log time at which either has any."""
     rows = groupby(first.records(), _log_time_ns), groupby(second.records(), _log_time_ns)
-    (ours, theirs) = (next(row, None) for row in rows)
-    while ours is not None or theirs is not None:
-        times = [moment[0] for moment in (ours, theirs) if moment is not None]
-        now_ns = min(times)
-        here: list[Record] = []
-        there: list[Record] = []
-        if ours is not None and ours[0] == now_ns:
-            here = list(ours[1])
-            ours = next(rows[0], None)
-        if theirs is not None and theirs[0] == now_ns:
-            there = list(theirs[1])
-            theirs = next(rows[1], None)
-        yield here, there
+    coming = [next(row, None) for row in rows]
+    while any(coming):
+        now_ns = min(moment[0] for moment in coming if moment is not None)
+        here: list[list[Record]] = [[], []]
+        for side, (row, moment) in enumerate(zip(rows, tuple(coming), strict=True)):
+            if moment is not None and moment[0] == now_ns:
+                here[side] = list(moment[1])
+                coming[side] = next(row, None)
+        yield now_ns, *here
 
 
 def _equal(ours: Sequence[Record], theirs: Sequence[Record]) -> int:
     """How many records are equal before the first that differ."""
-    count = 0
-    for one, other in zip(ours, theirs, strict=False):
-        if one != other:
-            break
-        count += 1
-    return count
+    pairs = zip(ours, theirs, strict=False)
+    return next(
+        (count for count, (one, other) in enumerate(pairs) if one != other),
+        min(len(ours), len(theirs)),
+    )
 
 
-def _at(ours: Sequence[Record], theirs: Sequence[Record], same: int) -> Parting | None:
-    one = ours[same] if same < len(ours) else None
-    other = theirs[same] if same < len(theirs) else None
-    return None if one is None and other is None else Parting.of(one, other)
+def _apart(ours: Sequence[Record], theirs: Sequence[Record]) -> Apart | None:
+    """The first records in which two rows differ that begin with different ones."""
+    one, other = next(iter(ours), None), next(iter(theirs), None)
+    if one is None and other is None:
+        return None
+    # What the other side has as well, only later, is not what differs.
+    if one is not None and other is not None:
+        if one in theirs and other not in ours:
+            one = None
+        elif other in ours and one not in theirs:
+            other = None
+    return Apart(one, other)
+
+
+def _next(log: LogFile, topics: Sequence[Topic[Any]], now_ns: int) -> Record | None:
+    return next(log.records(topics, start_ns=now_ns + 1), None)

@@ -61,8 +61,8 @@ def load_again(
         seed: in place of the run's.
         from_s: the changes act from this moment on, in simulated seconds, to the next tick; the run
             up to it is the recorded one. From the start by default.
-        controller, operator: the class of one's own, where the name in the mission does not lead to
-            it.
+        controller: the class of the run's own controller, where its name does not lead to it.
+        operator: likewise.
 
     Raises:
         LogError: if the log cannot be read.
@@ -125,7 +125,12 @@ def rerun(
     new log can be lived again like any other.
 
     Args:
-        log, assignments, seed, from_s, controller, operator: see `load_again`.
+        log: see `load_again`.
+        assignments: likewise.
+        seed: likewise.
+        from_s: likewise.
+        controller: likewise.
+        operator: likewise.
         out: folder for the new log, created if missing.
         watcher: observes the run in progress.
         interrupts: see `farside.missions.run_mission`.

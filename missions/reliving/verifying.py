@@ -1,9 +1,9 @@
 """Whether a run comes out the same when it is lived again: `farside verify`."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from typing import TYPE_CHECKING
 
 import msgspec
 
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 _TOLD_NS = 10 * NS_PER_S
 
 
-class OtherVersion(NamedTuple):
+class OtherVersion(msgspec.Struct, frozen=True):
     """Something that is installed here in another version than a run was recorded with."""
 
     name: str
@@ -54,14 +54,6 @@ class Verdict(msgspec.Struct, frozen=True):
     recorded: str | None
     parting: Parting | None
     other_versions: tuple[OtherVersion, ...]
-
-
-class Progress(Protocol):
-    """Told of how far a long piece of work has come, in simulated seconds."""
-
-    def __call__(self, now_s: float) -> None:
-        """It has come to `now_s`."""
-        ...
 
 
 class _Comparison(Digest):
@@ -107,7 +99,7 @@ class _Comparison(Digest):
 
 def verify(
     log: Path | str,
-    progress: Progress | None = None,
+    progress: Callable[[float], None] | None = None,
     *,
     controller: "type[Controller] | None" = None,
     operator: "type[Operator] | None" = None,
@@ -118,7 +110,7 @@ def verify(
 
     Args:
         log: the log.
-        progress: told of how far it has come.
+        progress: told of how far it has come, in simulated seconds.
         controller: the class of the run's own controller, where its name does not lead to it.
         operator: likewise.
 

@@ -14,37 +14,33 @@ _MOST_FIELDS = 12
 _LENGTH = 160
 
 
-def show_parting(parting: Parting, first: str, second: str, console: Console) -> None:
-    """Print where two rows of records part.
+def show_parting(parting: Parting, names: tuple[str, str], console: Console) -> None:
+    """Print where two rows of records part, and in which fields.
 
     Args:
         parting: where.
-        first, second: what to call either row.
+        names: what to call either row.
         console: where to print.
     """
-    width = max(len(first), len(second))
 
     def tell(text: str) -> None:
         console.print(plain(text), soft_wrap=True)
 
     tell(f"the first that differs, at {parting.t_s:g} s in {parting.topic}:")
-    for name, seen in ((first, parting.first), (second, parting.second)):
-        tell(f"  {name:{width}}  {seen_text(seen, parting)}")
+    for line in sides(parting, names):
+        tell(line)
     fields = list(parting.fields()) if parting.is_one_record else []
     for key, one, other in islice(fields, _MOST_FIELDS):
-        tell(f"  {key or 'the message'}: {value_text(one)} {first}, {value_text(other)} {second}")
+        tell(f"  {key or 'the message'}: {value_text(one)} | {value_text(other)}")
     if len(fields) > _MOST_FIELDS:
         tell(f"  and {len(fields) - _MOST_FIELDS} more fields")
 
 
-def seen_text(seen: Seen | None, parting: Parting) -> str:
-    """A record in one line; with topic and time where they are not those of the parting."""
-    if seen is None:
-        return "nothing more"
-    other = (seen.topic, seen.t_s) != (parting.topic, parting.t_s)
-    where = f"{seen.topic} at {seen.t_s:g} s: " if other else ""
-    text = seen.text or msgspec.json.encode(seen.message).decode()
-    return where + one_line(text, _LENGTH)
+def sides(parting: Parting, names: tuple[str, str]) -> list[str]:
+    """Both records in a line each; with the time where that is not when they part."""
+    width = max(map(len, names))
+    pairs = zip(names, (parting.first, parting.second), strict=True)
+    return [f"  {name:{width}}  {_seen(seen, parting)}" for name, seen in pairs]
 
 
 def plain(text: str) -> Text:
@@ -54,6 +50,13 @@ def plain(text: str) -> Text:
 
 def value_text(value: object) -> str:
     """A value of JSON in one line."""
-    if value is MISSING:
-        return "nothing"
+    if value is MISSING or value is None:
+        return "none"
     return one_line(msgspec.json.encode(value).decode(), _LENGTH)
+
+
+def _seen(seen: Seen | None, parting: Parting) -> str:
+    if seen is None:
+        return "nothing more of this"
+    later = "" if seen.t_s == parting.t_s else f"nothing yet; at {seen.t_s:.2f} s: "
+    return later + seen.text

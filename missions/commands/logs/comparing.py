@@ -10,7 +10,7 @@ from farside.missions.commands.display.patience import patience
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from farside.logs.diff.comparing import Difference
+    from farside.logs.diff.comparing import Difference, Effect
 
 DIFF_STATUS = "Exit status: 0 the runs are equal, record by record; 1 they differ; 2 bad input."
 """What `diff` ends with."""
@@ -49,47 +49,64 @@ def diff_logs(
 
 
 def _show(difference: "Difference", console: "Console") -> None:
-    from rich.table import Table
-
     from farside.missions.commands.display.partings import (
         plain,
-        seen_text,
         show_parting,
+        sides,
         value_text,
     )
 
-    def tell(text: str) -> None:
+    def tell(text: str = "") -> None:
         console.print(plain(text), soft_wrap=True)
 
     tell(f"A  {difference.first}")
     tell(f"B  {difference.second}")
     if difference.missions:
-        table = Table("mission", "from", "A", "B", box=None, pad_edge=False)
-        for row in difference.missions:
-            since = f"{row.from_s:g} s" if row.from_s else "start"
-            cells = row.key, since, value_text(row.first), value_text(row.second)
-            table.add_row(*map(plain, cells))
-        console.print()
-        console.print(table)
-    console.print()
+        tell()
+        tell("their missions differ in:")
+    for key in difference.missions:
+        tell(f"  {key.key}" + (f", from {key.from_s:g} s on" if key.from_s else ""))
+        for name, value in (("A", key.first), ("B", key.second)):
+            tell(f"    {name}  {value_text(value)}")
+    tell()
     if difference.parting is None:
         tell(f"equal: {difference.records} records")
         return
-    tell(f"equal up to there: {difference.records} records")
-    show_parting(difference.parting, "A", "B", console)
-    for name, causes in (("A", difference.causes_first), ("B", difference.causes_second)):
-        for cause in causes:
-            tell(f"  {name}  {cause}")
-    table = Table("parts at", "", "A", "B", box=None, pad_edge=False)
+    tell(f"equal before they part: {difference.records} records")
+    show_parting(difference.parting, ("A", "B"), console)
+    if difference.effect is not None:
+        _show_effect(difference.effect, console)
+    tell()
+    tell("when each thread of what happened parts:")
     for thread in difference.threads:
-        parting = thread.parting
-        sides = (seen_text(seen, parting) for seen in (parting.first, parting.second))
-        table.add_row(f"{parting.t_s:.2f} s", plain(thread.name), *map(plain, sides))
+        tell(f"{thread.parting.t_s:9.2f} s  {thread.name}")
+        for line in sides(thread.parting, ("A", "B")):
+            tell(f"           {line}")
+    _show_outcomes(difference, console)
+
+
+def _show_effect(effect: "Effect", console: "Console") -> None:
+    from farside.missions.commands.display.partings import plain
+
+    console.print()
+    console.print(plain(f"from there to another course in {effect.name}:"))
+    for name, chain in (("A", effect.first), ("B", effect.second)):
+        for link in chain:
+            text = plain(f"  {name} {link.t_s:9.2f} s  {link.text}")
+            if link.shared:
+                text.append("  (in both)")
+            console.print(text, soft_wrap=True)
+        if not chain:
+            console.print(plain(f"  {name}  nothing more of this"))
+
+
+def _show_outcomes(difference: "Difference", console: "Console") -> None:
+    from rich.table import Table
+
+    from farside.missions.commands.display.partings import plain
+
+    table = Table("what they came to", "A", "B", box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for row in difference.outcomes:
+        table.add_row(*(plain(cell or "none") for cell in (row.what, row.first, row.second)))
     console.print()
     console.print(table)
-    table = Table("came to", "A", "B", box=None, pad_edge=False)
-    for row in difference.outcomes:
-        table.add_row(*(plain(cell or "none") for cell in row))
-    if table.row_count:
-        console.print()
-        console.print(table)

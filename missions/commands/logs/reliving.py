@@ -7,6 +7,7 @@ import typer
 
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.failures import print_error, status_of
+from farside.missions.commands.logs.finding import log_named
 from farside.node import to_s
 
 if TYPE_CHECKING:
@@ -20,11 +21,16 @@ VERIFY_STATUS = (
 )
 """What `verify` ends with."""
 
-Log = Annotated[Path, typer.Argument(metavar="LOG", help="Log of a run.")]
+Log = Annotated[
+    Path | None,
+    typer.Argument(
+        metavar="[LOG]", help="Log of a run; the newest by default.", show_default=False
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
 
 
-def verify_log(log: Log, json: Json = False) -> None:
+def verify_log(log: Log = None, json: Json = False) -> None:
     """Run what is in a log again, and prove that it comes out the same.
 
     Whoever gave the orders, and whatever the pace: they are in the log. Of a log that nobody
@@ -41,12 +47,13 @@ def verify_log(log: Log, json: Json = False) -> None:
     from farside.missions.reliving.past import read_past
     from farside.missions.reliving.verifying import verify
 
+    log = log_named(log)
     with patience("reading the log"):
         past = read_past(log)
     with going_through("living it again", to_s(past.end_ns), Console(stderr=True)) as come_to:
         verdict = verify(log, come_to)
-    for name, then, now in verdict.other_versions:
-        print_error(f"{log}: recorded with {name} {then}, lived again with {now}")
+    for one in verdict.other_versions:
+        print_error(f"{log}: recorded with {one.name} {one.then}, lived again with {one.now}")
     if json:
         print(msgspec.json.encode(verdict).decode())  # noqa: T201
     else:
@@ -69,14 +76,14 @@ def _show_verdict(verdict: "Verdict", console: "Console") -> None:
     tell(f"{verdict.log}: differs")
     tell(f"{verdict.records} records came out again{ended}")
     if verdict.parting is not None:
-        show_parting(verdict.parting, "in the log", "lived again", console)
+        show_parting(verdict.parting, ("in the log", "lived again"), console)
     else:
         tell(f"but the log states another digest than its own records have: {verdict.recorded}")
         tell(f"digest  {verdict.digest}")
 
 
 def rerun_log(
-    log: Log,
+    log: Log = None,
     set_: Annotated[
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Set a value of the mission."),
@@ -117,6 +124,7 @@ def rerun_log(
     from farside.missions.interrupts import Interrupts
     from farside.missions.reliving.rerunning import load_again, run_again
 
+    log = log_named(log)
     with patience("reading the log"):
         loaded, past = load_again(log, set_ or (), seed, from_s=from_s)
     with Interrupts() as interrupts:
