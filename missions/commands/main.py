@@ -21,6 +21,8 @@ from farside.missions.commands.formats import list_missions, show_schema
 from farside.missions.commands.logs.comparing import DIFF_STATUS, diff_logs
 from farside.missions.commands.logs.looking import recover_log, replay_log
 from farside.missions.commands.logs.reliving import VERIFY_STATUS, rerun_log, verify_log
+from farside.missions.commands.logs.story import tell_story
+from farside.missions.commands.logs.why import tell_why
 from farside.missions.commands.values import pace_of
 from farside.validation import dotted
 
@@ -221,6 +223,8 @@ app.command("recover")(recover_log)
 app.command("verify", epilog=VERIFY_STATUS)(verify_log)
 app.command("rerun", epilog=_STATUS)(rerun_log)
 app.command("diff", epilog=DIFF_STATUS)(diff_logs)
+app.command("story")(tell_story)
+app.command("why")(tell_why)
 app.command("missions")(list_missions)
 app.command("schema")(show_schema)
 

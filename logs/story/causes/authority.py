@@ -8,6 +8,7 @@ import msgspec
 from farside.control import Cause, CommandStage, ModeCause
 from farside.logs.events import time_text
 from farside.logs.story import silence
+from farside.logs.story.causes.crossing import came
 from farside.logs.story.search import Found, Search
 from farside.messages import Drive, SetMode, SetOnLoss
 from farside.node import Direction, to_ns
@@ -117,7 +118,7 @@ def _silence(search: Search, found: Found[FailsafeEntry], so: bool) -> Finds:  #
         yield from _heard(search, found.t_ns)
         return
     explained = silence.explain(search, Direction.UP, found.t_ns)
-    yield from explained.outages or explained.losses or some(explained.heard)
+    yield from explained.outages or explained.losses or came(search, explained.heard)
 
 
 def _expected(search: Search, found: Found[FailsafeEntry], so: bool) -> Finds:  # noqa: FBT001
@@ -125,7 +126,7 @@ def _expected(search: Search, found: Found[FailsafeEntry], so: bool) -> Finds:  
         yield from _heard(search, found.t_ns)
         return
     explained = silence.explain(search, Direction.UP, found.t_ns)
-    yield from explained.outages or some(explained.heard)
+    yield from explained.outages or came(search, explained.heard)
 
 
 def _lost(search: Search, found: Found[FailsafeEntry], so: bool) -> Finds:  # noqa: FBT001
@@ -136,7 +137,7 @@ def _lost(search: Search, found: Found[FailsafeEntry], so: bool) -> Finds:  # no
 def _heard(search: Search, t_ns: int) -> Finds:
     """The frame that ended a silence, and the end of the outage before it."""
     heard = silence.heard_before(search, Direction.UP, t_ns)
-    yield from some(heard)
+    yield from came(search, heard)
     if heard is not None:
         before = silence.heard_before(search, Direction.UP, heard.t_ns - 1)
         since_ns = 0 if before is None else before.t_ns

@@ -66,6 +66,12 @@ def event(search: Search, found: Found[FrameEvent]) -> Iterator[_Any]:
         yield came
 
 
+def came(search: Search, heard: Found[FrameEvent] | None) -> Iterator[_Any]:
+    """The frame that was heard, by what the channel says of it, or else the receiver."""
+    if heard is not None:
+        yield fate_of(search, heard.message, heard.t_ns) or heard
+
+
 def made_of(search: Search, one: FrameFate) -> Found[FrameEvent] | None:
     """Where its sender says that it made a frame."""
     made = search.at(

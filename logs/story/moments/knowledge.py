@@ -13,6 +13,7 @@ from farside.topics import (
     GROUND_SILENCE,
     GROUND_TELEMETRY,
     BeliefEntry,
+    BeliefItem,
 )
 
 
@@ -31,8 +32,10 @@ def ground_at(search: Search, t_ns: int) -> Iterator[str]:
     if heard is not None:
         age = seconds(t_ns - heard.message.time_ns)
         yield f"its newest telemetry is of {time_text(heard.message.time_ns)}, {age} old"
-    if belief.message.stale:
-        yield f"stale, as something newer was due: {', '.join(belief.message.stale)}"
+    stale = belief.message.stale
+    if stale:
+        which = "all of that" if set(_TOLD) <= set(stale) else ", ".join(stale).replace("_", " ")
+        yield f"something newer was due, so this is stale: {which}"
     yield from _predicted(search, t_ns)
     silence = search.last(GROUND_SILENCE, t_ns)
     if silence is not None and silence.message.silent:
@@ -60,20 +63,31 @@ def _believed(belief: BeliefEntry) -> Iterator[str]:
         yield f"with failsafe {belief.failsafe.value}"
     if belief.goals is not None:
         goals = ", then ".join(map(sign_text, belief.goals.value))
-        yield f"with the goals {goals}" if goals else "with no goal"
+        plural = "s" if len(belief.goals.value) > 1 else ""
+        yield f"with goal{plural} {goals}" if goals else "with no goal"
+
+
+_TOLD = (
+    BeliefItem.PLACE,
+    BeliefItem.ACTION,
+    BeliefItem.MODE,
+    BeliefItem.FAILSAFE,
+    BeliefItem.GOALS,
+)
+"""What `_believed` tells of."""
 
 
 def _predicted(search: Search, t_ns: int) -> Iterator[str]:
     prediction = search.last(GROUND_PREDICTION, t_ns, lambda one: one.command is None)
     if prediction is None:
         return
-    message = prediction.message
+    message, made = prediction.message, f"at {time_text(prediction.t_ns)}"
     if not message.likely:
         since = time_text(message.from_ns)
-        yield f"it predicts nothing of where the rover is, from telemetry of {since}"
+        yield f"{made} it could not say where the rover was, from telemetry of {since}"
         return
     likely = message.likely[0]
-    text = f"it predicts {sign_text(likely.sign)} with {likely.probability:.0%}"
+    text = f"{made} it predicted {sign_text(likely.sign)} with {likely.probability:.0%}"
     if len(message.likely) > 1:
         second = message.likely[1]
         text += f", else {sign_text(second.sign)} with {second.probability:.0%}"
