@@ -63,7 +63,7 @@ def story(log: LogFile, subject: Subject) -> Story:
         case Kind.FRAME:
             title, lines = frame_story(search, subject.direction, subject.number)
     told = dict.fromkeys(line._replace(text=one_line(line.text, _LENGTH)) for line in lines)
-    ordered = sorted(told, key=lambda line: line.t_ns)
+    ordered = sorted(told, key=lambda line: (line.t_ns, line.is_sending))
     return Story(subject, one_line(title, _LENGTH), tuple(ordered))
 
 

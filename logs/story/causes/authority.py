@@ -98,15 +98,16 @@ def ordered_at(
 def failsafe(search: Search, found: Found[FailsafeEntry]) -> Finds:
     """What has become so, or is so no more, since the failsafe was noted before.
 
-    What the reason does not rest on is told after what it does: no goal left matters only when the
-    link is lost. Where the link was silent before it was lost, the silence tells why.
+    Only what its reason speaks of now, or spoke of before: that no goal is left matters only when
+    the link is lost. Where the link was silent before it was lost, the silence tells why.
     """
     before = search.last(ROVER_FAILSAFE, found.t_ns - 1)
     now = frozenset(found.message.causes)
     was = frozenset() if before is None else frozenset(before.message.causes)
     told: list[_Any | Given] = []
     for cause in Cause:
-        if cause in now ^ was:
+        reason = found.message.why if cause in now else "" if before is None else before.message.why
+        if cause in now ^ was and any(words in reason for words in _SPEAKS[cause]):
             told += _CHANGED[cause](search, found, cause in now)
     yield from told
     if before is not None and (not told or Cause.LOST in now - was):
@@ -224,6 +225,21 @@ def _fault(what: str) -> "_Changed":
 
     return find
 
+
+_SPEAKS: Mapping[Cause, tuple[str, ...]] = {
+    Cause.EXPECTED_SILENCE: ("as planned",),
+    Cause.SILENCE: ("nothing is heard", "link is lost"),
+    Cause.LOST: ("link is lost",),
+    Cause.UNCONFIRMED: ("who drives",),
+    Cause.FORBIDDEN: ("forbidden",),
+    Cause.EXHAUSTED: ("no goal",),
+    Cause.RESERVE: ("charge",),
+    Cause.NO_SIGNAL: ("terrain",),
+    Cause.STUCK: ("stuck",),
+    Cause.TILT: ("tilt",),
+    Cause.SENSOR_DEAD: ("where it is",),
+}
+"""By which words the failsafe's reasons speak of each of its causes."""
 
 _Changed = Callable[[Search, Found[FailsafeEntry], bool], Finds]
 

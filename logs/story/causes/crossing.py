@@ -26,6 +26,7 @@ from farside.topics import (
     GROUND_PROPOSAL,
     LINK_FRAME,
     LINK_OUTAGE,
+    ROVER_ACTION_STARTED,
     ROVER_BATTERY,
     ROVER_COMMAND,
     ROVER_FAILSAFE,
@@ -56,14 +57,22 @@ def fate(search: Search, found: Found[FrameFate]) -> Iterator[_Any]:
 
 
 def event(search: Search, found: Found[FrameEvent]) -> Iterator[_Any]:
-    """What an endpoint did with a frame: its fate in the channel, or the message it was made of."""
+    """What an endpoint did with a frame: its fate in the channel, or the message it was made of.
+
+    What terrain shadow took was lost since the rover had driven into it.
+    """
     one, is_sender = found.message, found.topic == SENDER[found.message.direction].name
+    if one.stage is FrameStage.SHADOWED:
+        drove = search.last(ROVER_ACTION_STARTED, found.t_ns)
+        if drove is not None:
+            yield drove
+        return
     if is_sender:
         yield from message_in(search, found)
         return
-    came = fate_of(search, one, found.t_ns)
-    if came is not None:
-        yield came
+    fate = fate_of(search, one, found.t_ns)
+    if fate is not None:
+        yield fate
 
 
 def came(search: Search, heard: Found[FrameEvent] | None) -> Iterator[_Any]:

@@ -48,8 +48,8 @@ def goal_story(search: Search, wanted: Tokens) -> tuple[str, list[Line]]:
     changes = [one for one in search.each(ROVER_GOAL) if one.message.tokens == goal]
     for change in changes:
         lines += _change(search, change)
-    lines += _pursued(search, goal)
     lines += _top(search, goal)
+    lines += _pursued(search, goal)
     lines += _known(search, goal)
     ends = [one for one in changes if one.message.change in _GONE]
     title = f"goal {sign_text(goal)}"

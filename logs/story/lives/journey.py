@@ -22,11 +22,13 @@ class Line(NamedTuple):
         t_ns: when it was so.
         side: where.
         text: what happened.
+        is_sending: whether it tells that a frame leaves, which comes after all else of its time.
     """
 
     t_ns: int
     side: Role
     text: str
+    is_sending: bool = False
 
 
 SENDER = {Direction.UP: Role.GROUND, Direction.DOWN: Role.ROVER}
@@ -100,7 +102,7 @@ class _Row:
             how = f"each time {self.why}" if self.first.lost == self.why else self.why
             until = frame_text(self.last.direction, self.last.frame)
             text = f"{self.name} is sent {self.count} times more, up to {until}, {how}"
-            yield Line(self.last.sent_ns, sender, text)
+            yield Line(self.last.sent_ns, sender, text, is_sending=True)
 
 
 def word_lines(word: Word, name: str, *, is_needless: bool = False) -> Iterator[Line]:
@@ -116,7 +118,7 @@ def word_lines(word: Word, name: str, *, is_needless: bool = False) -> Iterator[
     frame = frame_text(word.direction, word.frame)
     if word.arrives_ns is None or word.fate is not None or word.direction is Direction.UP:
         text = f"{name} leaves in {frame}{_again(word.carries)}{_transmitter(word)}"
-        yield Line(word.sent_ns, sender, text)
+        yield Line(word.sent_ns, sender, text, is_sending=True)
     if word.lost is not None:
         lost_ns, where = word.sent_ns, Role.LINK
         if word.fate is not None:

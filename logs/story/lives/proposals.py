@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from farside.control import Chooser
 from farside.logs.events import sign_text, time_text
 from farside.logs.story.causes.crossing import happened
 from farside.logs.story.lives.commands import command_story
@@ -82,7 +83,9 @@ def _made(search: Search, proposal: Proposal) -> Iterator[Line]:
 
 def behind(decision: Decision) -> Iterator[str]:
     """The hypothesis behind a decision, the runner-up and the margin, as far as there are any."""
-    if decision.behind is None:
+    if decision.chooser is Chooser.RETURNING:
+        yield "it goes back along its own track"
+    elif decision.behind is None:
         yield f"no hypothesis about {decision.action} here: it is not known what it leads to"
     else:
         yield f"because {arc_text(decision.behind)}"

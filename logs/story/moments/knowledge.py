@@ -53,7 +53,7 @@ def ground_at(search: Search, t_ns: int) -> Iterator[str]:
 def _believed(belief: BeliefEntry) -> Iterator[str]:
     if belief.place is not None:
         place = belief.place.value
-        yield "at no place that it knows" if place is None else f"at {place_name(place)}"
+        yield "at a place that it does not know" if place is None else f"at {place_name(place)}"
     if belief.action is not None:
         action = belief.action.value
         yield "standing still" if action is None else f"performing {action}"

@@ -96,9 +96,11 @@ _Parts = Iterator[tuple[str, Iterable[str]]]
 
 def _action(search: Search, t_ns: int, mind: Mind | None) -> _Parts:
     if not search.log.is_as_ground:
+        model: Iterable[str] = ()
         started = action_at(search, t_ns)
         if started is None:
             behind = standing(search, t_ns)
+            model = () if mind is None else mind()
             yield "the rover stands still", behind.lines
             because = behind.record
         else:
@@ -106,8 +108,7 @@ def _action(search: Search, t_ns: int, mind: Mind | None) -> _Parts:
             yield f"the rover performs {started.message.action}", (since,)
             yield "the decision behind it", tuple(decided(search, started))
             because = started
-        if mind is not None:
-            yield "the model on board at that moment, re-lived", mind()
+        yield "the model on board at that moment, re-lived", model
         yield "who drives", tuple(_drives(search, t_ns))
         if started is not None and started.message.command is not None:
             title, _ = command_story(search, started.message.command)
