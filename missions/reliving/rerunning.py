@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from farside.rover.controller import Controller
 
 _RECORDED = ("ground", "recorded")
-_THEN = " set in that run"
+_THEN, _LATER = " set in that run", " changed during that run"
 
 
 class _Classes(NamedTuple):
@@ -85,7 +85,7 @@ def load_again(
         made.append(Assignment(("seed",), seed, f"--seed {seed}"))
     classes = _Classes(controller, operator)
     stages = [_Stage(0, tuple(_set_then(past)))]
-    stages += [_Stage(one.at_ns, tuple(_assigned(one.overrides))) for one in past.changes]
+    stages += [_Stage(one.at_ns, tuple(_assigned(one.overrides, _LATER))) for one in past.changes]
     again = {"log": past.log.path.name, "digest": _digest(past)}
     if from_s is None:
         first = stages[0]._replace(made=(*stages[0].made, *made))
@@ -173,17 +173,17 @@ def run_again(
 
 def _set_then(past: Past) -> Iterator[Assignment]:
     """What was set when the run began, with the recorded orders that it was to give."""
-    yield from _assigned(past.overrides)
+    yield from _assigned(past.overrides, _THEN)
     if past.mission.ground.operator == "recorded":
         recorded = msgspec.json.decode(msgspec.json.encode(past.mission.ground.recorded))
         given = {key: value for key, value in recorded.items() if value is not None}
         yield Assignment(_RECORDED, given, f"the orders in {past.log.path}")
 
 
-def _assigned(overrides: Sequence[tuple[str, object]]) -> Iterator[Assignment]:
+def _assigned(overrides: Sequence[tuple[str, object]], when: str) -> Iterator[Assignment]:
     for key, value in overrides:
         for made in read_assignments({key: value}):
-            yield made._replace(origin=f"{key}{_THEN}")
+            yield made._replace(origin=f"{key}{when}")
 
 
 def _overrides(made: Sequence[Assignment]) -> tuple[tuple[str, object], ...]:

@@ -11,6 +11,9 @@ COMMANDS = [
     ("check",),
     ("replay",),
     ("recover",),
+    ("verify",),
+    ("rerun",),
+    ("diff",),
     ("missions",),
     ("schema",),
     ("link",),
@@ -86,4 +89,4 @@ def test_completion_can_be_installed(
     monkeypatch.setenv("_FARSIDE_COMPLETE", "complete_bash")
     monkeypatch.setenv("COMP_WORDS", "farside re")
     monkeypatch.setenv("COMP_CWORD", "1")
-    assert set(farside()[1].split()) == {"recover", "replay"}
+    assert set(farside()[1].split()) == {"recover", "replay", "rerun"}
