@@ -26,7 +26,9 @@ from farside.logs.foxglove.states import (
 YARD = "yard"
 """The frame of the chart, which all others hang on."""
 
-ROVER_TRUTH, ROVER_ESTIMATE, ROVER_BELIEVED = "rover_truth", "rover_estimate", "rover_believed"
+FRAME_TRUTH = "rover_truth"
+FRAME_ESTIMATE = "rover_estimate"
+FRAME_BELIEVED = "rover_believed"
 """The frames of the rover as it was, as it placed itself, and as the ground knew it then."""
 
 

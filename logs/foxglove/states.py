@@ -5,8 +5,8 @@ Foxglove has no schema of its own for these, so they are JSON as Farside's own t
 
 import msgspec
 
-UNKNOWN, NONE = "unknown", "none"
-"""What stands in a state where nothing is known yet, and where there is nothing."""
+UNKNOWN, NONE, OPEN = "unknown", "none", "open"
+"""What stands in a state where nothing is known yet, where there is nothing, and for no outage."""
 
 
 class RoverState(msgspec.Struct, frozen=True):
@@ -28,7 +28,7 @@ class RoverState(msgspec.Struct, frozen=True):
 
 
 class RoverNumbers(msgspec.Struct, frozen=True):
-    """Counts of the DEM on board, from now on.
+    """Counts on board, from now on.
 
     Attributes:
         signs, hypotheses: sizes of its lists.
@@ -99,7 +99,7 @@ class GroundState(msgspec.Struct, frozen=True):
 
 
 class GroundNumbers(msgspec.Struct, frozen=True):
-    """What the ground last heard, and how sure it is of where the rover is, from now on.
+    """What the ground last heard, and how sure it is of where the rover is, at a prediction.
 
     Attributes:
         battery: state of charge as last heard, 0 to 1.
