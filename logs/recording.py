@@ -81,9 +81,9 @@ class _Tail:
 class Recorder:
     """Writes a new log. A context manager that closes the log on exit, even after an error.
 
-    Every log has a channel for each of `TOPICS` and of `PICTURES`, used or not, so that viewers list
-    the same topics for every run. Attachments have no timestamps: nothing in a log depends on the
-    wall clock.
+    Every log has a channel for each of `TOPICS` and of `PICTURES`, used or not, so that viewers
+    list the same topics for every run. Attachments have no timestamps: nothing in a log depends
+    on the wall clock.
 
     Args:
         path: the file to create, in an existing folder.

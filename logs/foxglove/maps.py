@@ -112,7 +112,7 @@ def yard_pictures(
     where = Places()
     where.learn(drawing)
     names = [
-        text(name, *where.centre_m(cell), 0.1 * cell_m, 0.5 * cell_m, colour(_INK))
+        text(name, standing(*where.centre_m(cell), 0.1 * cell_m), 0.5 * cell_m, colour(_INK))
         for name, cell in where.named.items()
     ]
     yield Record(places.name, t_ns, t_ns, scene(entity(t_ns, "places", names)))

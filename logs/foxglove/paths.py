@@ -29,7 +29,7 @@ from farside.logs.foxglove.shapes import (
     text,
     tile,
 )
-from farside.messages import ProposedStep, Proposal, Tokens
+from farside.messages import Proposal, ProposedStep, Tokens
 from farside.node import Record
 from farside.places import ACTIONS
 from farside.topics import (
@@ -170,16 +170,10 @@ class PolicyScenes:
                 east, north = step
                 heading_rad = math.atan2(north, east)
                 back_m = 0.2 * side_m
-                parts.append(
-                    arrow(
-                        x_m - back_m * east,
-                        y_m - back_m * north,
-                        0.03 * side_m,
-                        heading_rad,
-                        2 * back_m,
-                        colour(_INK, 0.6),
-                    )
+                tail = standing(
+                    x_m - back_m * east, y_m - back_m * north, 0.03 * side_m, heading_rad
                 )
+                parts.append(arrow(tail, 2 * back_m, colour(_INK, 0.6)))
         return parts
 
 
@@ -241,7 +235,8 @@ class Predicted:
                 parts.append(SpherePrimitive(pose=above, size=ball, color=tint))
             if probability >= 0.05:
                 label = f"{probability:.0%}"
-                parts.append(text(label, x_m, y_m, 0.8 * side_m, 0.2 * side_m, colour(_INK)))
+                over = standing(x_m, y_m, 0.8 * side_m)
+                parts.append(text(label, over, 0.2 * side_m, colour(_INK)))
         # Without a place nothing is shown, under the same name.
         drawn = scene(entity(t_ns, "now", parts))
         yield Record(GROUND_PREDICTED.name, t_ns, t_ns, drawn)
@@ -271,9 +266,9 @@ def _path(
     if len(points) > 1:
         (x_m, y_m), (to_x_m, to_y_m) = list(pairwise(points))[-1]
         heading_rad = math.atan2(to_y_m - y_m, to_x_m - x_m)
-        parts.append(arrow(x_m, y_m, 0.04 * side_m, heading_rad, side_m, tint))
+        parts.append(arrow(standing(x_m, y_m, 0.04 * side_m, heading_rad), side_m, tint))
     parts += [
-        text(f"{costs[cell]:.0f}", *point, 0.3 * side_m, 0.2 * side_m, colour(_INK))
+        text(f"{costs[cell]:.0f}", standing(*point, 0.3 * side_m), 0.2 * side_m, colour(_INK))
         for cell, point in zip(cells, points, strict=True)
         if cell in costs
     ]

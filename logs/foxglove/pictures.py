@@ -9,18 +9,18 @@ from farside.logs.events import EVENT_TOPICS
 from farside.logs.file.reading import LogEntry
 from farside.logs.foxglove.maps import Drawing, Places, yard_pictures
 from farside.logs.foxglove.names import (
+    FRAME_BELIEVED,
+    FRAME_ESTIMATE,
+    FRAME_TRUTH,
     GROUND_BODY,
     GROUND_FLOOR,
     GROUND_FRAMES,
     GROUND_MAP,
     GROUND_PLACES,
     GROUND_POSE_IN_YARD,
-    FRAME_BELIEVED,
     ROVER_BODY,
-    FRAME_ESTIMATE,
     ROVER_FRAMES,
     ROVER_POSE_IN_YARD,
-    FRAME_TRUTH,
     TRUTH_BODY,
     TRUTH_FLOOR,
     TRUTH_FRAMES,

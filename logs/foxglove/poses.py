@@ -108,8 +108,7 @@ class Whereabouts:
             top_scale=0.8,
             color=tint,
         )
-        ahead = arrow(0.0, 0.0, 1.1 * radius_m, 0.0, 1.5 * radius_m, tint)
-        name = text(
-            self._frame.removeprefix("rover_"), 0.0, 0.0, 2 * radius_m, 0.8 * radius_m, tint
-        )
+        ahead = arrow(standing(0.0, 0.0, 1.1 * radius_m), 1.5 * radius_m, tint)
+        above = standing(0.0, 0.0, 2 * radius_m)
+        name = text(self._frame.removeprefix("rover_"), above, 0.8 * radius_m, tint)
         return scene(entity(t_ns, "body", (drum, ahead, name), frame=self._frame))

@@ -71,12 +71,10 @@ def tile(x_m: float, y_m: float, side_m: float, z_m: float, of: Color) -> CubePr
     return CubePrimitive(pose=standing(x_m, y_m, z_m), size=size, color=of)
 
 
-def arrow(
-    x_m: float, y_m: float, z_m: float, heading_rad: float, length_m: float, of: Color
-) -> ArrowPrimitive:
-    """An arrow from a point."""
+def arrow(tail: Pose, length_m: float, of: Color) -> ArrowPrimitive:
+    """An arrow from a pose in its direction."""
     return ArrowPrimitive(
-        pose=standing(x_m, y_m, z_m, heading_rad),
+        pose=tail,
         shaft_length=0.6 * length_m,
         shaft_diameter=0.15 * length_m,
         head_length=0.4 * length_m,
@@ -98,13 +96,9 @@ def line(
     )
 
 
-def text(
-    words: str, x_m: float, y_m: float, z_m: float, height_m: float, of: Color
-) -> TextPrimitive:
+def text(words: str, at: Pose, height_m: float, of: Color) -> TextPrimitive:
     """Words that always face the viewer."""
-    return TextPrimitive(
-        pose=standing(x_m, y_m, z_m), billboard=True, font_size=height_m, color=of, text=words
-    )
+    return TextPrimitive(pose=at, billboard=True, font_size=height_m, color=of, text=words)
 
 
 def entity(

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 import msgspec
 from foxglove.messages import Log, LogLevel
 
-from farside.control import BatteryState, Failsafe, Verdict
+from farside.control import BatteryState, Failsafe, Mode, Verdict
 from farside.frames import Fate, LinkOutage
 from farside.logs.events import event_line, sign_text
 from farside.logs.file.reading import LogEntry
@@ -249,7 +249,7 @@ class GroundSide:
         yield _record(GROUND_NUMBERS, t_ns, numbers)
 
 
-def _known(known: Known[str | None] | None) -> str:
+def _known(known: Known[Mode] | Known[Failsafe] | Known[str | None] | None) -> str:
     if known is None:
         return UNKNOWN
     return NONE if known.value is None else str(known.value)
