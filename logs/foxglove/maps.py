@@ -1,7 +1,5 @@
 """The yard as a grid, as voxels and as a scene of its named places; and where its places are."""
 
-from collections.abc import Iterator
-
 import msgspec
 from foxglove.messages import (
     Grid,
@@ -13,7 +11,7 @@ from foxglove.messages import (
 )
 
 from farside.logs.foxglove.names import YARD, PictureTopic
-from farside.logs.foxglove.shapes import Rgb, colour, entity, scene, stamp, standing, text
+from farside.logs.foxglove.shapes import Parts, Rgb, colour, entity, scene, stamp, standing, text
 from farside.messages import Tokens
 from farside.node import Record
 from farside.places import PLACE, ROCK, SHADOW, WALL, is_place_token, place_name
@@ -76,7 +74,7 @@ class Places:
 
 def yard_pictures(
     t_ns: int, drawing: Drawing, grid: PictureTopic, floor: PictureTopic, places: PictureTopic
-) -> Iterator[Record]:
+) -> list[Record]:
     """The three pictures of a map, each on its topic."""
     # South first, as Foxglove counts from a grid's origin.
     cells = b"".join(map(_rgba, "".join(reversed(drawing.rows))))
@@ -92,7 +90,6 @@ def yard_pictures(
         fields=_FIELDS,
         data=cells,
     )
-    yield Record(grid.name, t_ns, t_ns, flat.encode())
     # One layer just below the ground: no voxel of it is empty, which viewers differ on.
     height_m = 0.05 * cell_m
     layer = VoxelGrid(
@@ -108,14 +105,17 @@ def yard_pictures(
         fields=_FIELDS,
         data=cells,
     )
-    yield Record(floor.name, t_ns, t_ns, layer.encode())
     where = Places()
     where.learn(drawing)
     names = [
         text(name, standing(*where.centre_m(cell), 0.1 * cell_m), 0.5 * cell_m, colour(_INK))
         for name, cell in where.named.items()
     ]
-    yield Record(places.name, t_ns, t_ns, scene(entity(t_ns, "places", names)))
+    return [
+        Record(grid.name, t_ns, t_ns, flat.encode()),
+        Record(floor.name, t_ns, t_ns, layer.encode()),
+        Record(places.name, t_ns, t_ns, scene(entity(t_ns, "places", Parts(texts=names)))),
+    ]
 
 
 def _rgba(character: str) -> bytes:

@@ -1,6 +1,6 @@
 """The pictures of a run, made from its records as they come."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from typing import Any
 
 import msgspec
@@ -27,11 +27,11 @@ from farside.logs.foxglove.names import (
     TRUTH_MAP,
     TRUTH_PLACES,
     TRUTH_POSE_IN_YARD,
+    PictureTopic,
 )
 from farside.logs.foxglove.paths import GroundPolicy, PolicyScenes, Predicted, Track
-from farside.logs.foxglove.poses import Whereabouts
+from farside.logs.foxglove.poses import Drawn, Where, Whereabouts
 from farside.logs.foxglove.sides import GroundSide, LinkSide, RoverSide, SentFrame
-from farside.logs.known import COMMAND_TOPICS
 from farside.messages import Telemetry
 from farside.node import Record, Topic
 from farside.topics import (
@@ -57,20 +57,19 @@ from farside.topics import (
     ROVER_POLICY_MAP,
     ROVER_PROPOSAL,
     ROVER_PROPOSAL_ENDED,
-    ROVER_STORE,
     ROVER_STUCK,
     TRUTH_POSE,
     TRUTH_YARD,
-    Estimate,
-    Pose,
 )
 
-_Draw = Callable[[int, Any], Iterator[Record]]
+_Draw = Callable[[int, Any], Drawn]
 
-# Of these, less is read than they hold: a map is large, and frames are many.
+# Of these, less is read than they hold: a map is large, and poses and frames are many.
 _PARTS: dict[str, type[msgspec.Struct]] = {
     TRUTH_YARD.name: Drawing,
     GROUND_CHART.name: Drawing,
+    TRUTH_POSE.name: Where,
+    ROVER_ESTIMATE.name: Where,
     LINK_FRAME.name: SentFrame,
 }
 
@@ -83,9 +82,7 @@ class Pictures:
     """
 
     def __init__(self) -> None:
-        self._draws: dict[str, list[_Draw]] = {}
-        self._events: dict[str, Callable[[LogEntry], Iterator[Record]]] = {}
-        self._decoders: dict[str, Callable[[bytes], Any]] = {}
+        self._topics: dict[str, _Source] = {}
         self._truth_and_rover()
         self._link()
         self._ground()
@@ -100,28 +97,18 @@ class Pictures:
         both: list[Record] = []
         for record in records:
             both.append(record)
-            if record.topic in self._decoders:
-                both += self._of(record)
+            source = self._topics.get(record.topic)
+            if source is not None:
+                source.draw(record, both)
         return both
 
-    def _of(self, record: Record) -> list[Record]:
-        topic, t_ns = record.topic, record.log_time_ns
-        drawn: list[Record] = []
-        try:
-            message = self._decoders[topic](record.payload)
-        except (msgspec.MsgspecError, ValueError, RecursionError):
-            return drawn
-        for draw in self._draws.get(topic, ()):
-            drawn += draw(t_ns, message)
-        if (event := self._events.get(topic)) is not None:
-            drawn += event(LogEntry(t_ns, record.publish_time_ns, topic, message))
-        return drawn
-
     def _on(self, topic: Topic[Any], *draws: _Draw) -> None:
-        part = _PARTS.get(topic.name)
-        decoder = topic.decode if part is None else msgspec.json.Decoder(part).decode
-        self._decoders[topic.name] = decoder
-        self._draws.setdefault(topic.name, []).extend(draws)
+        source = self._topics.get(topic.name)
+        if source is None:
+            part = _PARTS.get(topic.name)
+            decode = topic.decode if part is None else msgspec.json.Decoder(part).decode
+            source = self._topics[topic.name] = _Source(decode)
+        source.draws += draws
 
     # --- who knows what ------------------------------------------------------------------------
 
@@ -159,19 +146,18 @@ class Pictures:
         ):
             self._on(topic, side.state)
         self._on(ROVER_CYCLE, side.cycle)
-        self._on(ROVER_STORE, side.store)
         self._on(ROVER_POLICY_MAP, policy.policy_map, side.state)
         self._on(ROVER_DECISION, policy.decision)
         self._on(ROVER_PROPOSAL, policy.proposal)
         self._on(ROVER_PROPOSAL_ENDED, policy.proposal_ended)
-        self._tell(side.event, EVENT_TOPICS, "/rover/")
+        self._tell(side.event, "/rover/")
 
     def _link(self) -> None:
         side = LinkSide()
         self._on(TRUTH_YARD, side.start)
         self._on(LINK_FRAME, side.frame)
         self._on(LINK_OUTAGE, side.outage)
-        self._tell(side.event, EVENT_TOPICS, "/link/")
+        self._tell(side.event, "/link/")
 
     def _ground(self) -> None:
         places, side = Places(), GroundSide()
@@ -185,7 +171,7 @@ class Pictures:
             tint=(0.90, 0.60, 0.0),
             alpha=0.6,
         )
-        heard = _Heard(believed)
+        heard = _Heard(believed, side)
         self._on(GROUND_CHART, _Yard(places, GROUND_MAP, GROUND_FLOOR, GROUND_PLACES))
         self._on(GROUND_TELEMETRY, heard)
         self._on(GROUND_STORED_TELEMETRY, heard)
@@ -195,27 +181,53 @@ class Pictures:
         self._on(GROUND_PREDICTION, predicted.prediction, side.prediction)
         self._on(GROUND_PROPOSAL, policy.proposal)
         self._on(GROUND_REVIEW, policy.review)
-        self._tell(side.event, (*COMMAND_TOPICS, *EVENT_TOPICS), "/ground/")
+        self._tell(side.event, "/ground/")
 
-    def _tell(
-        self,
-        event: Callable[[LogEntry], Iterator[Record]],
-        topics: Iterable[Topic[Any]],
-        of: str,
-    ) -> None:
-        for topic in topics:
+    def _tell(self, event: Callable[[LogEntry], Drawn], of: str) -> None:
+        for topic in EVENT_TOPICS:
             if topic.name.startswith(of):
-                self._on(topic)
-                self._events[topic.name] = event
+                self._on(topic, _Event(topic.name, event))
+
+
+class _Source:
+    """A topic that pictures are drawn from.
+
+    Attributes:
+        draws: what draws them, in order.
+    """
+
+    def __init__(self, decode: Callable[[bytes], Any]) -> None:
+        self._decode = decode
+        self.draws: list[_Draw] = []
+
+    def draw(self, record: Record, drawn: list[Record]) -> None:
+        """Add the pictures of a record."""
+        try:
+            message = self._decode(record.payload)
+        except (msgspec.MsgspecError, ValueError, RecursionError):
+            return
+        t_ns = record.log_time_ns
+        for draw in self.draws:
+            drawn += draw(t_ns, message)
+
+
+class _Event:
+    """Tells what happened by a message of a topic."""
+
+    def __init__(self, topic: str, event: Callable[[LogEntry], Drawn]) -> None:
+        self._topic, self._event = topic, event
+
+    def __call__(self, t_ns: int, message: msgspec.Struct) -> Drawn:
+        return self._event(LogEntry(t_ns, t_ns, self._topic, message))
 
 
 class _Yard:
     """Draws a map, and has the places learn it."""
 
-    def __init__(self, places: Places, *topics: Any) -> None:
+    def __init__(self, places: Places, *topics: PictureTopic) -> None:
         self._places, self._topics = places, topics
 
-    def __call__(self, t_ns: int, drawing: Drawing) -> Iterator[Record]:
+    def __call__(self, t_ns: int, drawing: Drawing) -> Drawn:
         self._places.learn(drawing)
         return yard_pictures(t_ns, drawing, *self._topics)
 
@@ -227,23 +239,23 @@ class _Seen:
         self._rover = rover
         self._last_ns = 0
 
-    def __call__(self, t_ns: int, pose: Pose | Estimate) -> Iterator[Record]:
+    def __call__(self, t_ns: int, at: Where) -> Drawn:
         held_ns, self._last_ns = self._last_ns, t_ns
-        at = pose.x_m, pose.y_m, pose.heading_rad
         return self._rover.see(t_ns, at, held_ns=held_ns)
 
 
 class _Heard:
     """Draws the rover where the newest telemetry has it, from when that arrives."""
 
-    def __init__(self, rover: Whereabouts) -> None:
-        self._rover = rover
+    def __init__(self, rover: Whereabouts, side: GroundSide) -> None:
+        self._rover, self._side = rover, side
         self._newest_ns = -1
 
-    def __call__(self, t_ns: int, telemetry: Telemetry) -> Iterator[Record]:
+    def __call__(self, t_ns: int, telemetry: Telemetry) -> Drawn:
         if telemetry.time_ns <= self._newest_ns:
-            return iter(())
+            return ()
         self._newest_ns = telemetry.time_ns
-        at = telemetry.x_m, telemetry.y_m, telemetry.heading_rad
+        self._side.hear(t_ns, telemetry)
+        at = Where(telemetry.x_m, telemetry.y_m, telemetry.heading_rad)
         # What is not known before it arrives is not to be seen coming.
         return self._rover.see(t_ns, at, held_ns=t_ns - 1, so_ns=telemetry.time_ns)

@@ -5,6 +5,7 @@ Lengths are in metres, in the frame of the yard unless said otherwise; a height 
 
 import math
 from collections.abc import Iterable, Sequence
+from typing import NamedTuple
 
 from foxglove.messages import (
     ArrowPrimitive,
@@ -29,14 +30,6 @@ from foxglove.messages import (
 from farside.logs.foxglove.names import YARD
 from farside.node import NS_PER_S
 
-Primitive = (
-    ArrowPrimitive
-    | CubePrimitive
-    | CylinderPrimitive
-    | LinePrimitive
-    | SpherePrimitive
-    | TextPrimitive
-)
 Rgb = tuple[float, float, float]
 
 _LEVEL = Quaternion(x=0.0, y=0.0, z=0.0, w=1.0)
@@ -65,10 +58,10 @@ def colour(rgb: Rgb, alpha: float = 1.0) -> Color:
     return Color(r=red, g=green, b=blue, a=alpha)
 
 
-def tile(x_m: float, y_m: float, side_m: float, z_m: float, of: Color) -> CubePrimitive:
-    """A flat square about a point."""
+def tile(centre: Pose, side_m: float, of: Color) -> CubePrimitive:
+    """A flat square."""
     size = Vector3(x=side_m, y=side_m, z=0.02 * side_m)
-    return CubePrimitive(pose=standing(x_m, y_m, z_m), size=size, color=of)
+    return CubePrimitive(pose=centre, size=size, color=of)
 
 
 def arrow(tail: Pose, length_m: float, of: Color) -> ArrowPrimitive:
@@ -101,19 +94,24 @@ def text(words: str, at: Pose, height_m: float, of: Color) -> TextPrimitive:
     return TextPrimitive(pose=at, billboard=True, font_size=height_m, color=of, text=words)
 
 
-def entity(
-    t_ns: int,
-    name: str,
-    primitives: Sequence[Primitive],
-    *,
-    frame: str = YARD,
-) -> SceneEntity:
+class Parts(NamedTuple):
+    """What an entity is drawn with."""
+
+    arrows: Sequence[ArrowPrimitive] = ()
+    cubes: Sequence[CubePrimitive] = ()
+    cylinders: Sequence[CylinderPrimitive] = ()
+    lines: Sequence[LinePrimitive] = ()
+    spheres: Sequence[SpherePrimitive] = ()
+    texts: Sequence[TextPrimitive] = ()
+
+
+def entity(t_ns: int, name: str, parts: Parts, *, frame: str = YARD) -> SceneEntity:
     """What stands in a scene under a name, until something else does.
 
     Args:
         t_ns: since when.
         name: its name on its topic.
-        primitives: what it is drawn with.
+        parts: what it is drawn with.
         frame: the frame that it moves with.
     """
     return SceneEntity(
@@ -121,12 +119,12 @@ def entity(
         frame_id=frame,
         id=name,
         frame_locked=True,
-        arrows=[part for part in primitives if isinstance(part, ArrowPrimitive)],
-        cubes=[part for part in primitives if isinstance(part, CubePrimitive)],
-        cylinders=[part for part in primitives if isinstance(part, CylinderPrimitive)],
-        lines=[part for part in primitives if isinstance(part, LinePrimitive)],
-        spheres=[part for part in primitives if isinstance(part, SpherePrimitive)],
-        texts=[part for part in primitives if isinstance(part, TextPrimitive)],
+        arrows=list(parts.arrows),
+        cubes=list(parts.cubes),
+        cylinders=list(parts.cylinders),
+        lines=list(parts.lines),
+        spheres=list(parts.spheres),
+        texts=list(parts.texts),
     )
 
 

@@ -1,7 +1,5 @@
 """State, numbers and events of the rover, of the link and of the ground, each from its records."""
 
-from collections.abc import Iterator
-
 import msgspec
 from foxglove.messages import Log, LogLevel
 
@@ -21,6 +19,7 @@ from farside.logs.foxglove.names import (
     ROVER_STATE,
     PictureTopic,
 )
+from farside.logs.foxglove.poses import Drawn
 from farside.logs.foxglove.shapes import stamp
 from farside.logs.foxglove.states import (
     NONE,
@@ -34,7 +33,7 @@ from farside.logs.foxglove.states import (
     RoverState,
 )
 from farside.logs.picture import Picture
-from farside.messages import Tokens
+from farside.messages import Telemetry, Tokens
 from farside.node import NS_PER_S, Direction, Record, to_s
 from farside.topics import (
     ActionEnded,
@@ -51,15 +50,14 @@ from farside.topics import (
     Prediction,
     ShadowEntry,
     Silence,
-    StoreEntry,
     StuckEntry,
 )
 
 _encoder = msgspec.json.Encoder(order="deterministic")
 
 
-def _record(topic: PictureTopic, t_ns: int, message: msgspec.Struct) -> Record:
-    return Record(topic.name, t_ns, t_ns, _encoder.encode(message))
+def _told(topic: PictureTopic, t_ns: int, message: msgspec.Struct) -> Drawn:
+    return (Record(topic.name, t_ns, t_ns, _encoder.encode(message)),)
 
 
 class RoverSide:
@@ -68,13 +66,13 @@ class RoverSide:
     def __init__(self) -> None:
         self._picture = Picture()
         self._state = RoverState(UNKNOWN, UNKNOWN, UNKNOWN, stuck=False, action=NONE, goal=NONE)
-        self._numbers = RoverNumbers(0, 0, 0.0, 0, 0, 0)
+        self._numbers = RoverNumbers(0, 0, 0.0, 0, 0)
 
-    def event(self, entry: LogEntry) -> Iterator[Record]:
+    def event(self, entry: LogEntry) -> Drawn:
         """What happened, if it is news."""
-        yield from _event(ROVER_EVENTS, "rover", self._picture, entry)
+        return _event(ROVER_EVENTS, "rover", self._picture, entry)
 
-    def state(self, t_ns: int, message: msgspec.Struct) -> Iterator[Record]:
+    def state(self, t_ns: int, message: msgspec.Struct) -> Drawn:
         """Its state, if that has changed."""
         replace, now = msgspec.structs.replace, self._state
         match message:
@@ -92,11 +90,12 @@ class RoverSide:
                 now = replace(now, action=NONE)
             case PolicyMapEntry(goal=goal):
                 now = replace(now, goal=_goal(goal))
-        if now != self._state:
-            self._state = now
-            yield _record(ROVER_STATE, t_ns, now)
+        if now == self._state:
+            return ()
+        self._state = now
+        return _told(ROVER_STATE, t_ns, now)
 
-    def cycle(self, t_ns: int, cycle: Cycle) -> Iterator[Record]:
+    def cycle(self, t_ns: int, cycle: Cycle) -> Drawn:
         """The lists after a cycle."""
         before = self._numbers
         self._numbers = RoverNumbers(
@@ -105,14 +104,8 @@ class RoverSide:
             mean_cm=cycle.mean_cm,
             surprises=before.surprises + len(cycle.novel) + len(cycle.unexpected),
             failed_predictions=before.failed_predictions + cycle.failed,
-            stored_messages=before.stored_messages,
         )
-        yield _record(ROVER_NUMBERS, t_ns, self._numbers)
-
-    def store(self, t_ns: int, store: StoreEntry) -> Iterator[Record]:
-        """What is kept on board."""
-        self._numbers = msgspec.structs.replace(self._numbers, stored_messages=store.waiting)
-        yield _record(ROVER_NUMBERS, t_ns, self._numbers)
+        return _told(ROVER_NUMBERS, t_ns, self._numbers)
 
 
 class SentFrame(msgspec.Struct, frozen=True, gc=False):
@@ -160,35 +153,35 @@ class LinkSide:
         self._ways = {direction: _Way() for direction in Direction}
         self._told_ns = 0
 
-    def start(self, t_ns: int, _message: msgspec.Struct) -> Iterator[Record]:
+    def start(self, t_ns: int, _message: msgspec.Struct) -> Drawn:
         """The run begins with the link open."""
-        yield _record(LINK_STATE, t_ns, self._state)
+        return _told(LINK_STATE, t_ns, self._state)
 
-    def event(self, entry: LogEntry) -> Iterator[Record]:
+    def event(self, entry: LogEntry) -> Drawn:
         """What happened."""
-        yield from _event(LINK_EVENTS, "link", None, entry)
+        return _event(LINK_EVENTS, "link", None, entry)
 
-    def outage(self, t_ns: int, outage: LinkOutage) -> Iterator[Record]:
+    def outage(self, t_ns: int, outage: LinkOutage) -> Drawn:
         """An outage begins or ends."""
         now = str(outage.reason) if outage.down else OPEN
         if outage.direction is Direction.UP:
             self._state = LinkState(now, self._state.down)
         else:
             self._state = LinkState(self._state.up, now)
-        yield _record(LINK_STATE, t_ns, self._state)
+        return _told(LINK_STATE, t_ns, self._state)
 
-    def frame(self, t_ns: int, frame: SentFrame) -> Iterator[Record]:
+    def frame(self, t_ns: int, frame: SentFrame) -> Drawn:
         """A frame's fate; told of once a second."""
         self._ways[frame.direction].take(frame)
         since_ns = t_ns - self._told_ns
         if since_ns < NS_PER_S:
-            return
+            return ()
         up, down = self._ways[Direction.UP], self._ways[Direction.DOWN]
         numbers = LinkNumbers(
             up_delay_s=up.delay_s,
             down_delay_s=down.delay_s,
-            up_rate_bit_s=up.bits / to_s(since_ns),
-            down_rate_bit_s=down.bits / to_s(since_ns),
+            up_rate_bit_s=round(up.bits / to_s(since_ns)),
+            down_rate_bit_s=round(down.bits / to_s(since_ns)),
             up_queue_s=up.queue_s,
             down_queue_s=down.queue_s,
             up_lost_frames=up.lost,
@@ -196,7 +189,7 @@ class LinkSide:
         )
         self._told_ns = t_ns
         up.bits = down.bits = 0
-        yield _record(LINK_NUMBERS, t_ns, numbers)
+        return _told(LINK_NUMBERS, t_ns, numbers)
 
 
 class GroundSide:
@@ -207,12 +200,18 @@ class GroundSide:
         self._state = GroundState(
             UNKNOWN, UNKNOWN, NONE, NONE, link=UNKNOWN, stale=False, shadow=NONE
         )
+        self._battery: float | None = None
 
-    def event(self, entry: LogEntry) -> Iterator[Record]:
-        """What happened or was learned, if it is news; this also keeps track of commands."""
-        yield from _event(GROUND_EVENTS, "ground", self._picture, entry)
+    def event(self, entry: LogEntry) -> Drawn:
+        """What happened or was learned, if it is news."""
+        return _event(GROUND_EVENTS, "ground", self._picture, entry)
 
-    def state(self, t_ns: int, message: msgspec.Struct) -> Iterator[Record]:
+    def hear(self, t_ns: int, telemetry: Telemetry) -> None:
+        """Telemetry has come, newer than all before it."""
+        self._battery = telemetry.battery
+        self._picture.commands.apply(telemetry, t_ns)
+
+    def state(self, t_ns: int, message: msgspec.Struct) -> Drawn:
         """The state of the rover as it is believed to be, if that has changed."""
         replace, now = msgspec.structs.replace, self._state
         match message:
@@ -230,23 +229,23 @@ class GroundSide:
                 now = replace(now, link=link)
             case ShadowEntry(in_step=in_step):
                 now = replace(now, shadow="in step" if in_step else "out of step")
-        if now != self._state:
-            self._state = now
-            yield _record(GROUND_STATE, t_ns, now)
+        if now == self._state:
+            return ()
+        self._state = now
+        return _told(GROUND_STATE, t_ns, now)
 
-    def prediction(self, t_ns: int, prediction: Prediction) -> Iterator[Record]:
+    def prediction(self, t_ns: int, prediction: Prediction) -> Drawn:
         """How old and how sure it is what the ground knows."""
-        telemetry = self._picture.telemetry
-        if telemetry is None:
-            return
+        if self._battery is None:
+            return ()
         likely = prediction.likely
         numbers = GroundNumbers(
-            battery=telemetry.battery,
+            battery=self._battery,
             telemetry_age_s=to_s(t_ns - prediction.from_ns),
             commands_underway=self._picture.commands.on_the_way,
             place_probability=likely[0].probability if likely else 0.0,
         )
-        yield _record(GROUND_NUMBERS, t_ns, numbers)
+        return _told(GROUND_NUMBERS, t_ns, numbers)
 
 
 def _known(known: Known[Mode] | Known[Failsafe] | Known[str | None] | None) -> str:
@@ -259,15 +258,14 @@ def _goal(goal: Tokens | None) -> str:
     return NONE if goal is None else sign_text(goal)
 
 
-def _event(
-    topic: PictureTopic, name: str, picture: Picture | None, entry: LogEntry
-) -> Iterator[Record]:
+def _event(topic: PictureTopic, name: str, picture: Picture | None, entry: LogEntry) -> Drawn:
     line = event_line(entry) if picture is None else picture.apply(entry)
-    if line is not None:
-        t_ns = entry.log_time_ns
-        level = LogLevel.Debug if line.routine else _level(entry.message)
-        log = Log(timestamp=stamp(t_ns), level=level, message=line.text, name=name)
-        yield Record(topic.name, t_ns, t_ns, log.encode())
+    if line is None:
+        return ()
+    t_ns = entry.log_time_ns
+    level = LogLevel.Debug if line.routine else _level(entry.message)
+    log = Log(timestamp=stamp(t_ns), level=level, message=line.text, name=name)
+    return (Record(topic.name, t_ns, t_ns, log.encode()),)
 
 
 def _level(message: msgspec.Struct) -> LogLevel:
