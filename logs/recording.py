@@ -161,10 +161,10 @@ class Recorder:
         name = picture.schema_name
         if name not in self._schemas:
             self._schemas[name] = self._writer.register_schema(
-                name, picture.schema_encoding, picture.schema()
+                name, SchemaEncoding.Protobuf, picture.schema()
             )
         return self._writer.register_channel(
-            picture.name, picture.message_encoding, self._schemas[name], {PICTURE: "1"}
+            picture.name, MessageEncoding.Protobuf, self._schemas[name], {PICTURE: "1"}
         )
 
     @property
