@@ -256,7 +256,7 @@ class _Heard:
         if telemetry.time_ns <= self._newest_ns:
             return ()
         self._newest_ns = telemetry.time_ns
-        self._side.hear(t_ns, telemetry)
         at = Where(telemetry.x_m, telemetry.y_m, telemetry.heading_rad)
         # What is not known before it arrives is not to be seen coming.
-        return self._rover.see(t_ns, at, held_ns=t_ns - 1, so_ns=telemetry.time_ns)
+        seen = self._rover.see(t_ns, at, held_ns=t_ns - 1, so_ns=telemetry.time_ns)
+        return (*seen, *self._side.hear(t_ns, telemetry))

@@ -234,10 +234,15 @@ class GroundSide:
         """What happened or was learned, if it is news."""
         return _event(GROUND_EVENTS, "ground", self._picture, entry)
 
-    def hear(self, t_ns: int, telemetry: Telemetry) -> None:
+    def hear(self, t_ns: int, telemetry: Telemetry) -> Drawn:
         """Telemetry has come, newer than all before it."""
         self._battery = telemetry.battery
         self._picture.commands.apply(telemetry, t_ns)
+        # Silence is told of from its first time on.
+        if self._state.link != UNKNOWN:
+            return ()
+        self._state = msgspec.structs.replace(self._state, link="heard")
+        return _told(GROUND_STATE, t_ns, self._state)
 
     def state(self, t_ns: int, message: msgspec.Struct) -> Drawn:
         """The state of the rover as it is believed to be, if that has changed."""
