@@ -14,8 +14,8 @@ if TYPE_CHECKING:
     from farside.logs.file.packing import Recovered, recover
     from farside.logs.file.parts import Attachment, LogError
     from farside.logs.file.reading import LogEntry, LogFile, decode
-    from farside.logs.file.recording import Recorder
     from farside.logs.picture import LinkPicture, Picture, picture_at
+    from farside.logs.recording import Recorder
     from farside.logs.result import Outcome, RunResult
     from farside.logs.spans import (
         Believed,
@@ -37,7 +37,7 @@ _HOMES = {
     "file.packing": ("Recovered", "recover"),
     "file.parts": ("Attachment", "LogError"),
     "file.reading": ("LogEntry", "LogFile", "decode"),
-    "file.recording": ("Recorder",),
+    "recording": ("Recorder",),
     "picture": ("LinkPicture", "Picture", "picture_at"),
     "result": ("Outcome", "RunResult"),
     "spans": (
