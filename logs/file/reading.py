@@ -1,9 +1,9 @@
 """Reading a run's log by topic and time, even if its writer was killed."""
 
-from collections import deque
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import copy
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, Self
 
@@ -22,6 +22,8 @@ from farside.logs.file.index import (
 from farside.logs.file.mcap_bytes import messages
 from farside.node import NEVER_NS, Record, Topic, to_s
 from farside.topics import TOPICS
+
+_log_time_ns = attrgetter("log_time_ns")
 
 
 class LogEntry(NamedTuple):
@@ -167,15 +169,34 @@ class LogFile:
         Raises:
             LogError: as `records`.
         """
-        names = self._known({topic.name})
+        return next(iter(self.latest_each(time_ns, (topic.name,))), None)
+
+    def latest_each(self, time_ns: int, names: Iterable[str] | None = None) -> list[Record]:
+        """The last record of each topic with a log time of `time_ns` or before, in log order.
+
+        Args:
+            time_ns: greatest log time.
+            names: of these topics; of all by default.
+
+        Raises:
+            LogError: as `records`.
+        """
+        every = {channel.topic for channel in self.index.channels.values()}
+        missing = self._known(every if names is None else set(names)) or set()
         time_ns = self._end_ns(time_ns)
+        found: list[Record] = []
         with self._opened() as file:
             for block in reversed(self.index.blocks):
-                if block.start_ns <= time_ns and self._has(block, names):
-                    known = (r for r in self._read(file, block, names) if r.log_time_ns <= time_ns)
-                    if found := deque(known, maxlen=1):
-                        return found[0]
-        return None
+                if not missing:
+                    break
+                if block.start_ns <= time_ns and self._has(block, missing):
+                    known = (
+                        r for r in self._read(file, block, missing) if r.log_time_ns <= time_ns
+                    )
+                    last = {record.topic: record for record in known}
+                    found += last.values()
+                    missing -= last.keys()
+        return sorted(found, key=_log_time_ns)
 
     def entries(self) -> Iterator[LogEntry]:
         """All records in log order, each decoded when it is reached.
