@@ -180,13 +180,12 @@ class LogFile:
 
         Args:
             time_ns: greatest log time.
-            names: of these topics; of all by default.
+            names: of these topics; of all that the log holds by default, pictures included.
 
         Raises:
             LogError: as `records`.
         """
-        every = {channel.topic for channel in self.index.channels.values()}
-        missing = self._known(every if names is None else set(names)) or set()
+        missing = self._known(self._names(pictures=True) if names is None else set(names))
         time_ns = self._end_ns(time_ns)
         found: list[Record] = []
         with self._opened() as file:

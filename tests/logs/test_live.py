@@ -7,9 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from foxglove_app import FoxgloveApp, State, Time
+from foxglove_app import FoxgloveApp, Message, State, Time
 
 from farside.logs import LogFile
+from farside.logs.live.feeds import LogFeed
 from farside.logs.live.playbar import PlayBar
 from farside.logs.live.server import LiveServer, ServerError, offered
 from farside.logs.playing import Player
@@ -33,12 +34,11 @@ def _serving(
     log: LogFile, *, speed: float = 1.0, as_ground: bool = False
 ) -> Iterator[tuple[LiveServer, FoxgloveApp]]:
     """A server whose wall time passes as the test says, and an app connected to it."""
-    if as_ground:
-        log = log.as_ground()
-    bar = PlayBar(Player(log, speed=speed), log, log.end_ns)
+    feed = LogFeed(log.as_ground() if as_ground else log)
+    bar = PlayBar(Player(feed, speed=speed), feed, feed.end_ns)
     with (
         LiveServer(
-            bar, offered(as_ground=as_ground), end_ns=log.end_ns, name="a run", port=0
+            bar, offered(as_ground=as_ground), end_ns=feed.end_ns, name="a run", port=0
         ) as server,
         FoxgloveApp(server.port) as app,
     ):
@@ -151,16 +151,20 @@ def test_as_ground_no_seek_shows_what_it_could_not_know_then(log: LogFile) -> No
         app.subscribe(*app.channels)
         for seek_s in (9.5, 3.5, 8.5, 2.5):
             app.ask(play=False, seek_ns=to_ns(seek_s))
-            seen = len(app.messages)
+            seen, known = len(app.messages), log.as_ground(to_ns(seek_s)).latest_each(to_ns(END_S))
             for _ in range(3):
                 server.tick(1.0)
-            app.until(lambda seen=seen: len(app.messages) > seen)
-            newest = max(message.time_ns for message in app.messages[seen:])
-            assert newest == to_ns(int(seek_s))
+            end = seen + len(known)
+            app.until(lambda end=end: len(app.messages) >= end)
+            assert app.messages[seen:] == [
+                Message(record.topic, record.log_time_ns, record.payload) for record in known
+            ]
+            assert max(record.log_time_ns for record in known) == to_ns(int(seek_s))
 
 
 def test_a_port_that_is_taken_is_refused(log: LogFile) -> None:
     with _serving(log) as (server, _):
-        bar = PlayBar(Player(log), log, log.end_ns)
+        feed = LogFeed(log)
+        bar = PlayBar(Player(feed), feed, feed.end_ns)
         with pytest.raises(ServerError, match=f"127.0.0.1 port {server.port}: Address already"):
             LiveServer(bar, (), end_ns=0, name="another", port=server.port)

@@ -1,5 +1,6 @@
 """What Foxglove's play bar asks for, and what a viewer gets to see."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
@@ -8,10 +9,11 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from farside.logs import LogFile
-from farside.logs.live.feeds import RunFeed
+from farside.logs.live.feeds import LogFeed, RunFeed
 from farside.logs.live.playbar import BarState, PlayBar, Status, Tick
 from farside.logs.playing import Player
 from farside.node import Record, to_ns, to_s
+from farside.topics import TOPICS
 
 END_S = 10
 
@@ -35,12 +37,17 @@ def heard(run: Any, path: Path) -> LogFile:
 
 
 def _bar(log: LogFile, *, speed: float = 1.0, start_s: float = 0.0) -> PlayBar:
-    player = Player(log, speed=speed, start_ns=to_ns(start_s))
-    return PlayBar(player, log, log.end_ns)
+    feed = LogFeed(log)
+    return PlayBar(Player(feed, speed=speed, start_ns=to_ns(start_s)), feed, feed.end_ns)
+
+
+def _own(records: Iterable[Record]) -> list[Record]:
+    """Without the pictures, which follow what they are made of."""
+    return [record for record in records if record.topic in TOPICS]
 
 
 def _shown(tick: Tick) -> list[tuple[str, float]]:
-    return [(record.topic, to_s(record.log_time_ns)) for record in tick.records]
+    return [(record.topic, to_s(record.log_time_ns)) for record in _own(tick.records)]
 
 
 def _after_a_seek(bar: PlayBar) -> Tick:
@@ -131,8 +138,8 @@ def test_a_viewer_that_subscribes_late_gets_the_last_message_and_the_state(log: 
 
 
 def test_it_waits_for_the_first_viewer_where_it_is_told_to(log: LogFile) -> None:
-    player = Player(log)
-    bar = PlayBar(player, log, log.end_ns, waiting=True)
+    feed = LogFeed(log)
+    bar = PlayBar(Player(feed), feed, feed.end_ns, waiting=True)
     assert _shown(bar.advance(5.0)) == []
     assert bar.state.status is Status.PAUSED
 
@@ -147,10 +154,14 @@ def test_of_very_many_messages_a_tick_sends_some_and_the_next_ones_the_rest(
     monkeypatch.setattr("farside.logs.live.playbar.MOST_AT_ONCE", 5)
     bar = _bar(log)
     bar.advance(0)
-    ticks = [bar.advance(9.0), bar.advance(9.0), bar.advance(0)]
-    assert [len(tick.records) for tick in ticks] == [5, 5, 2]
-    assert [to_s(tick.time_ns) for tick in ticks] == [4, 8, 10]
-    assert [bar.state.status] == [Status.ENDED]
+    due = list(log.records(start_ns=1, pictures=True))
+    ticks = [bar.advance(9.0) for _ in range(len(due) // 5 + 1)]
+    assert [len(tick.records) for tick in ticks[:-1]] == [5] * (len(due) // 5)
+    assert [record for tick in ticks for record in tick.records] == due
+    assert [tick.time_ns for tick in ticks[:-1]] == [
+        due[4::5][n].log_time_ns for n in range(len(due) // 5)
+    ]
+    assert bar.state.status is Status.ENDED
 
 
 _ASKED = st.lists(
@@ -169,7 +180,7 @@ _ASKED = st.lists(
 def test_as_ground_nothing_that_is_shown_was_unknown_to_it_then(
     heard: LogFile, asked: list[tuple[bool, float, int | None, float]], known_s: int
 ) -> None:
-    ground = heard.as_ground(to_ns(known_s))
+    ground = LogFeed(heard.as_ground(to_ns(known_s)))
     bar = PlayBar(Player(ground), ground, ground.end_ns)
     for playing, speed, seek_s, wall_s in asked:
         seek_ns = None if seek_s is None else max(0, to_ns(seek_s))
@@ -222,6 +233,11 @@ def going(log: LogFile) -> _Run:
     return going
 
 
+def test_a_run_is_shown_as_its_log_will_be_pictures_included(going: _Run, log: LogFile) -> None:
+    shown = [record for _ in range(20) for record in going.tick(0.5)]
+    assert shown == list(log.records(start_ns=1, pictures=True))
+
+
 def test_a_run_goes_on_when_playback_has_caught_up_with_it(going: _Run) -> None:
     assert [(going.tick(1.0) and None, going.reached_s)[1] for _ in range(5)] == [2, 4, 4, 6, 6]
 
@@ -234,7 +250,9 @@ def test_a_pause_holds_the_run(going: _Run) -> None:
     assert (going.reached_s, going.bar.state.time_ns) == (2, to_ns(1.5))
 
 
-def test_a_seek_back_replays_what_was_recorded_and_the_run_waits_for_it(going: _Run) -> None:
+def test_a_seek_back_replays_what_was_recorded_and_the_run_waits_for_it(
+    going: _Run, log: LogFile
+) -> None:
     going.tick(2.0)
     going.tick(2.0)
     assert going.reached_s == 6
@@ -244,7 +262,8 @@ def test_a_seek_back_replays_what_was_recorded_and_the_run_waits_for_it(going: _
     assert max(to_s(record.log_time_ns) for record in back) == 1
 
     again = going.tick(4.4)
-    assert [to_s(record.log_time_ns) for record in again] == [2, 2, 3, 4, 5]
+    assert [to_s(record.log_time_ns) for record in _own(again)] == [2, 2, 3, 4, 5]
+    assert again == list(log.records(start_ns=to_ns(1.5), end_ns=to_ns(5.9), pictures=True))
     assert going.reached_s == 6
     going.tick(0.2)
     assert going.reached_s == 8
