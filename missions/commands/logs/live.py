@@ -186,4 +186,4 @@ def _is_loopback(host: str) -> bool:
 
 
 def _say(line: str) -> None:
-    print(printable(line), file=sys.stderr)  # noqa: T201
+    print(printable(line), file=sys.stderr, flush=True)  # noqa: T201
