@@ -7,8 +7,8 @@ and `terminal` shows it.
 
 from farside.logs.events import EventLine, sign_text, time_text
 from farside.logs.file.digest import Digest, digest_of
-from farside.logs.file.index import Attachment, LogError
 from farside.logs.file.packing import Recovered, recover
+from farside.logs.file.parts import Attachment, LogError
 from farside.logs.file.reading import LogEntry, LogFile, decode
 from farside.logs.picture import LinkPicture, Picture, picture_at
 from farside.logs.recording import Recorder

@@ -7,7 +7,7 @@ import typer
 
 from farside.escaping import printable
 from farside.missions.commands.display.patience import patience
-from farside.missions.commands.failures import print_error
+from farside.missions.commands.logs.finding import tell_damage
 from farside.missions.commands.values import (
     As,
     Listen,
@@ -53,15 +53,18 @@ def replay_log(
         file = LogFile(log)
     if as_ is not None:
         file = file.as_ground()
-    if (address := address_of(live=live, listen=listen, port=port)) is not None:
-        from farside.missions.commands.logs.live import serve_log
-
-        serve_log(file, address, speed=live_speed(speed), start_ns=to_ns(start))
-        return
+    address = address_of(live=live, listen=listen, port=port)
     try:
+        if address is not None:
+            from farside.missions.commands.logs.live import serve_log
+
+            serve_log(file, address, speed=live_speed(speed), start_ns=to_ns(start))
+            return
         replay(file, Console(), speed=speed, start_s=start, waiting=patience)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--start") from error
+    finally:
+        tell_damage(file)
 
 
 def recover_log(
@@ -77,7 +80,7 @@ def recover_log(
     from farside.logs import LogFile, recover
 
     with patience("making a whole log"):
-        recovered = recover(LogFile(log))
+        file = LogFile(log)
+        recovered = recover(file)
     print(f"{printable(str(recovered.path))}: {recovered.messages} messages")  # noqa: T201
-    if recovered.damage is not None:
-        print_error(recovered.damage)
+    tell_damage(file)
