@@ -5,8 +5,9 @@ run; `events` and `picture` say what happened, and `terminal` shows it. A name i
 is first used: who only reads a log does not wait for what draws one.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from farside.lazily import lazily
 
 if TYPE_CHECKING:
     from farside.logs.events import EventLine, sign_text, time_text
@@ -89,10 +90,4 @@ __all__ = [
     "time_text",
 ]
 
-
-def __getattr__(name: str) -> object:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found: object = getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
-    globals()[name] = found
-    return found
+__getattr__ = lazily(__name__, _HOME)

@@ -1,8 +1,9 @@
 """Reading a run's log by topic and time, even if its writer was killed."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import copy
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, Self
 
@@ -14,6 +15,8 @@ from farside.logs.file.mcap_bytes import DAMAGE, PICTURE, messages
 from farside.logs.file.parts import Attachment, Block, LogError, block_records
 from farside.node import NEVER_NS, Record, Topic, to_s
 from farside.topics import TOPICS
+
+_log_time_ns = attrgetter("log_time_ns")
 
 
 class LogEntry(NamedTuple):
@@ -205,16 +208,36 @@ class LogFile:
         Raises:
             LogError: as `records`.
         """
-        names = self._known({topic.name})
+        return next(iter(self.latest_each(time_ns, (topic.name,))), None)
+
+    def latest_each(self, time_ns: int, names: Iterable[str] | None = None) -> list[Record]:
+        """The last record of each topic with a log time of `time_ns` or before, in log order.
+
+        Args:
+            time_ns: greatest log time.
+            names: of these topics; of all that the log holds by default, pictures included.
+
+        Raises:
+            LogError: as `records`.
+        """
+        missing = self._known(self._names(pictures=True) if names is None else set(names))
         time_ns = self._end_ns(time_ns)
+        found: list[Record] = []
         with self._opened() as file:
-            wanted, channels = self._wanted(names)
+            wanted, channels = self._wanted(missing)
             for block in reversed(self.index.blocks):
-                if block.start_ns <= time_ns and block.has(channels):
-                    for record in reversed(self._read(file, block, wanted)):
-                        if record.log_time_ns <= time_ns:
-                            return record
-        return None
+                if not missing:
+                    break
+                if block.start_ns > time_ns or not block.has(channels):
+                    continue
+                last: dict[str, Record] = {}
+                for record in self._read(file, block, wanted):
+                    if record.log_time_ns <= time_ns:
+                        last[record.topic] = record
+                found += last.values()
+                missing -= last.keys()
+                wanted, channels = self._wanted(missing)
+        return sorted(found, key=_log_time_ns)
 
     def entries(self) -> Iterator[LogEntry]:
         """All records in log order, each decoded when it is reached.
