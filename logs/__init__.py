@@ -10,7 +10,8 @@ from farside.logs.file.index import Attachment, LogError
 from farside.logs.file.packing import Recovered, recover
 from farside.logs.file.reading import LogEntry, LogFile, decode
 from farside.logs.file.recording import Recorder
-from farside.logs.picture import LinkPicture, Picture, picture_at
+from farside.logs.moments import Moments, picture_at
+from farside.logs.picture import LinkPicture, Picture
 from farside.logs.spans import GoalSpan, LinkCounters, ModeSpan, OutageSpan
 from farside.logs.terminal.replay import replay
 from farside.logs.terminal.screen import screen
@@ -27,6 +28,7 @@ __all__ = [
     "LogError",
     "LogFile",
     "ModeSpan",
+    "Moments",
     "OutageSpan",
     "Picture",
     "Recorder",

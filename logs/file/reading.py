@@ -105,6 +105,17 @@ class LogFile:
         known.end_ns = known.known_until_ns
         return known
 
+    def refresh(self) -> None:
+        """Take in what was written since, if somebody still writes it.
+
+        Raises:
+            LogError: as on opening it.
+        """
+        grown = LogFile(self.path)
+        self.index, self.end_ns = grown.index, grown.end_ns
+        if self.known_until_ns is not None:
+            self.known_until_ns = self.end_ns
+
     @property
     def is_as_ground(self) -> bool:
         """Whether it holds only what the ground knew; see `as_ground`."""
