@@ -6,7 +6,7 @@ from typing import Any, cast
 from farside.logs.events import EVENT_TOPICS, EventLine
 from farside.logs.file.reading import LogEntry, decode
 from farside.logs.known import COMMAND_TOPICS
-from farside.logs.picture import PICTURE_TOPICS, RECENT_NS, Picture, recent_since_ns
+from farside.logs.picture import PICTURE_TOPICS, Picture, recent_since_ns
 from farside.logs.playing import Source
 from farside.node import NS_PER_S, Record, Topic
 from farside.topics import (
@@ -162,7 +162,7 @@ def _state_at(log: Source, time_ns: int) -> Picture:
         started_ns = _time_ns(latest, ROVER_ACTION_STARTED, 0)
         _play(picture, log, _ACTION, started_ns, time_ns)
     heard_ns = max((_time_ns(latest, topic, 0) for topic in _TELEMETRY), default=0)
-    _play(picture, log, _TELEMETRY, max(0, heard_ns - RECENT_NS), time_ns)
+    _play(picture, log, _TELEMETRY, recent_since_ns(heard_ns), time_ns)
     _know_commands(picture, log, time_ns)
     picture.lines.clear()
     picture.visited.clear()

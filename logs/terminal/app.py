@@ -56,11 +56,12 @@ class ReplayApp(App[None]):
     Screen { layout: vertical; overflow: hidden; }
     Static { width: 100%; height: auto; }
     #board { height: 1fr; }
-    #banner { display: none; height: 1; text-style: reverse; }
+    #banner { height: 1; text-style: reverse; }
+    #transport { height: 1; }
     #go { display: none; height: 1; border: none; padding: 0 1; }
     """
     BINDINGS: ClassVar[list[BindingType]] = [
-        ("space", "toggle"),
+        ("space", "pause_or_play"),
         ("left", f"step({-_STEP_S})"),
         ("right", f"step({_STEP_S})"),
         ("shift+left", f"skip({-_SEEK_S})"),
@@ -95,12 +96,15 @@ class ReplayApp(App[None]):
         self.theme = "ansi-dark"  # takes all colours from the terminal, of a light one too
         self.player = Player(log, PICTURE_TOPICS, speed=speed, start_ns=start_ns)
         self.failure: LogError | None = None
-        self._log = log
+        self._source = log
         self._moments = Moments(log)
         self._picture = self._moments.at(self.player.now_ns)
         self._refresh_log, self._wall_s = refresh, now
         self._seen_s = now()
         self._standing = ""
+        self._board, self._transport = Static(id="board"), Static(id="transport")
+        self._keys, self._keys_shown = Static(id="keys"), list[Text]()
+        self._go = Input(id="go", compact=True, select_on_focus=False)
         self._note = ""
         self._loop_from_ns: int | None = None
 
@@ -121,16 +125,12 @@ class ReplayApp(App[None]):
 
     def compose(self) -> ComposeResult:
         """See `textual.app.App`."""
-        yield Static(Text(_AS_GROUND, no_wrap=True), id="banner")
-        yield Static(id="board")
-        yield Static(id="transport")
-        yield Static(id="keys")
-        yield Input(id="go", compact=True, select_on_focus=False)
+        if self._source.is_as_ground:
+            yield Static(Text(_AS_GROUND, no_wrap=True), id="banner")
+        yield from (self._board, self._transport, self._keys, self._go)
 
     def on_mount(self) -> None:
         """Begin to play."""
-        self.query_one("#banner").display = self._log.is_as_ground
-        self.set_focus(None)
         self.set_interval(_UPDATE_S, self.tick)
         self.tick()
 
@@ -179,26 +179,26 @@ class ReplayApp(App[None]):
         ]
 
     def _draw(self) -> None:
-        if not self.is_mounted:
-            return
         width, height = self.size
         keys = keys_text(self.keys, width)
-        if height - len(keys) < LEAST_HEIGHT + _KEYS_ROOM or self.query_one("#go").display:
+        if height - len(keys) < LEAST_HEIGHT + _KEYS_ROOM or self._go.display:
             keys = []
         foot = transport(
             self.player,
             width,
             loop_from_ns=self._loop_from_ns,
-            at_end="end" if self._log.complete else "so far",
+            at_end="end" if self._source.complete else "so far",
             note=self._note or self._standing,
         )
-        rows = height - len(keys) - 1 - self._log.is_as_ground - self.query_one("#go").display
-        self.query_one("#board", Static).update(self._board(width, rows))
-        self.query_one("#transport", Static).update(foot)
-        self.query_one("#keys", Static).update(Group(*keys))
-        self.query_one("#keys").display = bool(keys)
+        rows = height - len(keys) - 1 - self._source.is_as_ground - self._go.display
+        self._board.update(self._board_of(width, rows), layout=False)
+        self._transport.update(foot, layout=False)
+        if keys != self._keys_shown:
+            self._keys_shown = keys
+            self._keys.update(Group(*keys))
+            self._keys.display = bool(keys)
 
-    def _board(self, width: int, height: int) -> RenderableType:
+    def _board_of(self, width: int, height: int) -> RenderableType:
         now_ns = self.player.now_ns
         if width < LEAST_WIDTH or height < LEAST_HEIGHT:
             state = f"{time_text(now_ns)} {self._picture.mode or ''} {self._picture.failsafe or ''}"
@@ -208,20 +208,20 @@ class ReplayApp(App[None]):
             now_ns,
             width=width,
             height=height,
-            title=self._log.path.name,
-            end_ns=self._log.end_ns,
+            title=self._source.path.name,
+            end_ns=self._source.end_ns,
         )
 
     # --- keys ----------------------------------------------------------------------------------
 
-    def action_toggle(self) -> None:
+    def action_pause_or_play(self) -> None:
         """Pause, or play on; from the end, from the beginning."""
         player = self.player
         if player.playing and not player.at_end:
             player.pause()
         else:
-            if player.at_end and self._log.complete:
-                player.seek(self._log.end_ns if player.backwards else 0)
+            if player.at_end and self._source.complete:
+                player.seek(self._source.end_ns if player.backwards else 0)
             player.play()
         self.moved()
 
@@ -237,7 +237,7 @@ class ReplayApp(App[None]):
 
     def action_edge(self, at_end: bool) -> None:  # noqa: FBT001 - textual passes it by position
         """Go to the beginning, or to the end."""
-        self.player.seek(self._log.end_ns if at_end else 0)
+        self.player.seek(self._source.end_ns if at_end else 0)
         self.moved()
 
     def action_next_event(self) -> None:
@@ -295,16 +295,15 @@ class ReplayApp(App[None]):
 
     def action_go(self) -> None:
         """Ask for a time."""
-        field = self.query_one("#go", Input)
-        field.value = ""
-        field.placeholder = f"go to which second, 0 to {to_s(self._log.end_ns):g}? Esc: stay"
-        field.display = True
-        field.focus()
+        self._go.value = ""
+        self._go.placeholder = f"go to which second, 0 to {to_s(self._source.end_ns):g}? Esc: stay"
+        self._go.display = True
+        self._go.focus()
         self._draw()
 
     def action_close(self) -> None:
         """Stay where it is."""
-        self.query_one("#go").display = False
+        self._go.display = False
         self.set_focus(None)
         self._draw()
 
@@ -315,11 +314,11 @@ class ReplayApp(App[None]):
         except ValueError:
             seconds = math.nan
         self.action_close()
-        if 0 <= seconds <= to_s(self._log.end_ns):
+        if 0 <= seconds <= to_s(self._source.end_ns):
             self.player.seek(to_ns(seconds))
             self.moved()
         else:
-            within = f"expected 0 to {to_s(self._log.end_ns):g} s"
+            within = f"expected 0 to {to_s(self._source.end_ns):g} s"
             self.moved(f"{within}, found {printable(event.value)!r}")
 
     def moved(self, note: str = "") -> None:
