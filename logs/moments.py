@@ -1,7 +1,7 @@
 """Pictures of any moment of a log, and the events about it, read through the log's index."""
 
 from collections.abc import Iterator
-from typing import Any, cast
+from typing import Any, Protocol, cast
 
 from farside.logs.events import EVENT_TOPICS, EventLine
 from farside.logs.file.reading import LogEntry, decode
@@ -46,8 +46,17 @@ _BEFORE_NS = 12 * _APART_NS
 _KEPT = 256
 
 
-def picture_at(log: Source, time_ns: int) -> Picture:
-    """The picture of a run at a time, of which no more is read than it tells of.
+class Scene(Source, Protocol):
+    """What pictures are made of: a `LogFile`."""
+
+    @property
+    def is_as_ground(self) -> bool:
+        """See `LogFile`."""
+        ...
+
+
+def picture_at(log: Scene, time_ns: int) -> Picture:
+    """The picture of a run at a time, of which no more is read than it tells of; as ground, if so.
 
     That is the last ten minutes, what is older and still so, and the goals and outages from the
     start.
@@ -56,7 +65,7 @@ def picture_at(log: Source, time_ns: int) -> Picture:
         LogError: if the log is damaged there.
     """
     since_ns = recent_since_ns(time_ns)
-    picture = _state_at(log, since_ns - 1) if since_ns > 0 else Picture()
+    picture = _state_at(log, since_ns - 1) if since_ns > 0 else _blank(log)
     _play(picture, log, PICTURE_TOPICS, since_ns, time_ns)
     picture.settle(time_ns)
     return picture
@@ -72,7 +81,7 @@ class Moments:
         log: the log; it may grow.
     """
 
-    def __init__(self, log: Source) -> None:
+    def __init__(self, log: Scene) -> None:
         self._log = log
         self._kept: dict[int, Picture] = {}
 
@@ -142,34 +151,38 @@ def _backwards(end_ns: int) -> Iterator[tuple[int, int]]:
 
 
 def _play(
-    picture: Picture, log: Source, topics: tuple[Topic[Any], ...], start_ns: int, end_ns: int
+    picture: Picture, log: Scene, topics: tuple[Topic[Any], ...], start_ns: int, end_ns: int
 ) -> None:
     for record in log.records(topics, start_ns=start_ns, end_ns=end_ns):
         picture.apply(LogEntry.of(record))
 
 
-def _state_at(log: Source, time_ns: int) -> Picture:
+def _blank(log: Scene) -> Picture:
+    return Picture(as_ground=log.is_as_ground)
+
+
+def _state_at(log: Scene, time_ns: int) -> Picture:
     """What is so at a time, without anything that only happened: track, events, frames."""
-    picture = Picture()
+    picture = _blank(log)
     latest = _latest(log, (*_LATEST, *_TELEMETRY, _ACTION[0], _PROPOSAL[0]), time_ns)
     proposed_ns = _time_ns(latest, ROVER_PROPOSAL, time_ns + 1)
     _play(picture, log, _ADDING_UP, 0, proposed_ns - 1)
     _play(picture, log, (*_ADDING_UP, *_PROPOSAL), proposed_ns, time_ns)
-    for topic in _LATEST:
-        if topic.name in latest:
-            picture.apply(LogEntry.of(latest[topic.name]))
     if ROVER_ACTION_STARTED.name in latest:
         started_ns = _time_ns(latest, ROVER_ACTION_STARTED, 0)
         _play(picture, log, _ACTION, started_ns, time_ns)
     heard_ns = max((_time_ns(latest, topic, 0) for topic in _TELEMETRY), default=0)
     _play(picture, log, _TELEMETRY, recent_since_ns(heard_ns), time_ns)
+    for topic in _LATEST:
+        if topic.name in latest:
+            picture.apply(LogEntry.of(latest[topic.name]))
     _know_commands(picture, log, time_ns)
     picture.lines.clear()
     picture.visited.clear()
     return picture
 
 
-def _latest(log: Source, topics: tuple[Topic[Any], ...], time_ns: int) -> dict[str, Record]:
+def _latest(log: Scene, topics: tuple[Topic[Any], ...], time_ns: int) -> dict[str, Record]:
     """The last record of each topic up to a time, by name, as far as there is one."""
     found: dict[str, Record] = {}
     missing = list(topics)
@@ -188,7 +201,7 @@ def _time_ns(latest: dict[str, Record], topic: Topic[Any], default_ns: int) -> i
     return latest[topic.name].log_time_ns if topic.name in latest else default_ns
 
 
-def _know_commands(picture: Picture, log: Source, time_ns: int) -> None:
+def _know_commands(picture: Picture, log: Scene, time_ns: int) -> None:
     """The commands that were not known to be over; all up to a number are, by telemetry."""
     done = picture.telemetry.commands_done if picture.telemetry else 0
     sent_ns = time_ns + 1

@@ -126,7 +126,7 @@ def _print_lines(
 
 def _lines(log: LogFile, sleep: Callable[[float], None] | None) -> Iterator[EventLine]:
     """Its event lines; with `sleep`, until it is whole."""
-    picture, read_ns = Picture(), -1
+    picture, read_ns = Picture(as_ground=log.is_as_ground), -1
     while True:
         begin_ns, read_ns, whole = read_ns + 1, log.end_ns, log.complete
         for record in log.records(EVENT_TOPICS, start_ns=begin_ns, end_ns=read_ns):

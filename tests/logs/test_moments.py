@@ -106,7 +106,7 @@ def short(monkeypatch: pytest.MonkeyPatch) -> None:
 
 def played(log: LogFile, times_s: Sequence[float]) -> list[Picture]:
     """The pictures at times in order, by applying all from the beginning."""
-    state, pictures = Picture(), []
+    state, pictures = Picture(as_ground=log.is_as_ground), []
     records = iter([*log.records(PICTURE_TOPICS)])
     coming = next(records)
     for time_ns in map(to_ns, times_s):
@@ -119,9 +119,13 @@ def played(log: LogFile, times_s: Sequence[float]) -> list[Picture]:
     return pictures
 
 
-def test_a_picture_sought_is_the_picture_played(blackout: LogFile, short: None) -> None:
-    for time_s, expected in zip(TIMES_S, played(blackout, TIMES_S), strict=True):
-        sought = picture_at(blackout, to_ns(time_s))
+@pytest.mark.parametrize("as_ground", [False, True])
+def test_a_picture_sought_is_the_picture_played(
+    blackout: LogFile, short: None, as_ground: bool
+) -> None:
+    log = blackout.as_ground() if as_ground else blackout
+    for time_s, expected in zip(TIMES_S, played(log, TIMES_S), strict=True):
+        sought = picture_at(log, to_ns(time_s))
         assert sought.chart is not None
         sought.chart = None
         assert sought == expected, time_s
@@ -166,6 +170,8 @@ def test_a_seek_reads_no_more_than_what_is_recent_however_long_the_run(blackout:
 
 class Repeated:
     """A log over and over, which counts the records that are read of it."""
+
+    is_as_ground = False
 
     def __init__(self, log: LogFile, times: int) -> None:
         self._log, self.read = log, 0
