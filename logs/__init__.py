@@ -1,7 +1,8 @@
 """A run's log: writing and reading it, querying a run, and showing one.
 
-`open` a log to ask about the run in it. `file` writes and reads it, `views` answers queries on a
-run; `events` and `picture` say what happened, and `terminal` shows it.
+`open` a log to ask about the run in it. `recording` writes one, with the pictures of `foxglove`;
+`file` reads it, and `views` answers queries on a run; `events` and `picture` say what happened,
+and `terminal` shows it.
 """
 
 from farside.logs.events import EventLine, sign_text, time_text
@@ -9,9 +10,9 @@ from farside.logs.file.digest import Digest, digest_of
 from farside.logs.file.index import Attachment, LogError
 from farside.logs.file.packing import Recovered, recover
 from farside.logs.file.reading import LogEntry, LogFile, decode
-from farside.logs.file.recording import Recorder
 from farside.logs.moments import Moments, picture_at
 from farside.logs.picture import LinkPicture, Picture
+from farside.logs.recording import Recorder
 from farside.logs.result import Outcome, RunResult
 from farside.logs.spans import (
     Believed,

@@ -8,7 +8,7 @@ from typing import NamedTuple, Protocol
 
 from farside.acts import Act
 from farside.ground.config import QUEUED
-from farside.logs.file.recording import Recorder
+from farside.logs.recording import Recorder
 from farside.missions.crew.crew import Crew
 from farside.missions.interrupts import Interrupts
 from farside.missions.schema import MissionFile

@@ -22,6 +22,9 @@ GREATEST_RECORD_BYTE = 64 * 1024 * 1024
 Ours are little longer than a megabyte, while a crafted file could ask for all memory.
 """
 
+PICTURE = "farside.picture"
+"""Key in the metadata of a channel that holds pictures, which are made of the other channels."""
+
 _HEAD = struct.Struct("<BQ")
 
 HEAD_BYTE = _HEAD.size

@@ -52,7 +52,7 @@ class _Readable:
 
     def __iter__(self) -> Iterator[Record]:
         try:
-            for record in self._log.records():
+            for record in self._log.records(pictures=True):
                 yield record
                 self.count += 1
         except LogError as error:
@@ -73,7 +73,7 @@ def pack(log: LogFile, target: Path, records: Iterable[Record] | None = None) ->
     scratch = target.with_name(f".{target.name}.{os.getpid()}.packing")
     try:
         with scratch.open("xb") as file:
-            _write(log, log.records() if records is None else records, file)
+            _write(log, log.records(pictures=True) if records is None else records, file)
         scratch.replace(target)
     except OSError as error:
         raise LogError(f"{target} cannot be packed: {error.strerror}") from error

@@ -1,9 +1,9 @@
 """Reading a run's log by topic and time, even if its writer was killed."""
 
-from collections import deque
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import copy
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, Self
 
@@ -19,9 +19,11 @@ from farside.logs.file.index import (
     block_bytes,
     reporting_damage,
 )
-from farside.logs.file.mcap_bytes import messages
+from farside.logs.file.mcap_bytes import PICTURE, messages
 from farside.node import NEVER_NS, Record, Topic, to_s
 from farside.topics import TOPICS
+
+_log_time_ns = attrgetter("log_time_ns")
 
 
 class LogEntry(NamedTuple):
@@ -150,18 +152,22 @@ class LogFile:
         *,
         start_ns: int = 0,
         end_ns: int = NEVER_NS,
+        pictures: bool = False,
     ) -> Iterator[Record]:
         """The records of some topics in log order. Each call reads the file again.
 
         Args:
-            topics: which ones; all by default.
+            topics: which ones; all of Farside's own by default.
             start_ns: least log time.
             end_ns: greatest log time.
+            pictures: whether all topics are those of the pictures, too: all that the log holds.
 
         Raises:
             LogError: at a damaged part of the file, or one that is missing by now.
         """
-        names = self._known(None if topics is None else {topic.name for topic in topics})
+        names = self._known(
+            self._names(pictures=pictures) if topics is None else {topic.name for topic in topics}
+        )
         end_ns = self._end_ns(end_ns)
         with self._opened() as file:
             for block in self.index.blocks:
@@ -178,15 +184,33 @@ class LogFile:
         Raises:
             LogError: as `records`.
         """
-        names = self._known({topic.name})
+        return next(iter(self.latest_each(time_ns, (topic.name,))), None)
+
+    def latest_each(self, time_ns: int, names: Iterable[str] | None = None) -> list[Record]:
+        """The last record of each topic with a log time of `time_ns` or before, in log order.
+
+        Args:
+            time_ns: greatest log time.
+            names: of these topics; of all that the log holds by default, pictures included.
+
+        Raises:
+            LogError: as `records`.
+        """
+        missing = self._known(self._names(pictures=True) if names is None else set(names))
         time_ns = self._end_ns(time_ns)
+        found: list[Record] = []
         with self._opened() as file:
             for block in reversed(self.index.blocks):
-                if block.start_ns <= time_ns and self._has(block, names):
-                    known = (r for r in self._read(file, block, names) if r.log_time_ns <= time_ns)
-                    if found := deque(known, maxlen=1):
-                        return found[0]
-        return None
+                if not missing:
+                    break
+                if block.start_ns <= time_ns and self._has(block, missing):
+                    known = (
+                        r for r in self._read(file, block, missing) if r.log_time_ns <= time_ns
+                    )
+                    last = {record.topic: record for record in known}
+                    found += last.values()
+                    missing -= last.keys()
+        return sorted(found, key=_log_time_ns)
 
     def entries(self) -> Iterator[LogEntry]:
         """All records in log order, each decoded when it is reached.
@@ -197,15 +221,22 @@ class LogFile:
         return map(LogEntry.of, self.records())
 
     def digest(self) -> str:
-        """The `Digest` of all records, computed from the file."""
-        return digest_of(self.records())
+        """The `Digest` of all that the log holds, pictures included, computed from the file."""
+        return digest_of(self.records(pictures=True))
 
-    def _known(self, names: set[str] | None) -> set[str] | None:
-        """Of these topics those that may be told of; `None` for all."""
+    def _names(self, *, pictures: bool) -> set[str]:
+        """The topics of the log."""
+        return {
+            channel.topic
+            for channel in self.index.channels.values()
+            if pictures or PICTURE not in channel.metadata
+        }
+
+    def _known(self, names: set[str]) -> set[str]:
+        """Of these topics those that may be told of."""
         if not self.is_as_ground:
             return names
-        ground = {name for name in TOPICS if name.startswith("/ground/")}
-        return ground if names is None else ground & names
+        return {name for name in names if name.startswith("/ground/")}
 
     def _end_ns(self, end_ns: int) -> int:
         known_ns = self.known_until_ns
@@ -222,18 +253,16 @@ class LogFile:
         with file:
             yield file
 
-    def _has(self, block: Block, names: Collection[str] | None) -> bool:
-        if names is None or block.channels is None:
+    def _has(self, block: Block, names: Collection[str]) -> bool:
+        if block.channels is None:
             return True
         return any(self.index.channels[number].topic in names for number in block.channels)
 
-    def _read(
-        self, file: BinaryIO, block: Block, names: Collection[str] | None
-    ) -> Iterator[Record]:
+    def _read(self, file: BinaryIO, block: Block, names: Collection[str]) -> Iterator[Record]:
         wanted = {
             number: channel.topic
             for number, channel in self.index.channels.items()
-            if names is None or channel.topic in names
+            if channel.topic in names
         }
         with reporting_damage(self.path, block.offset):
             records = list(messages(self._bytes(file, block), wanted, self.index.channels))

@@ -26,7 +26,9 @@ from farside.logs.foxglove.states import (
 YARD = "yard"
 """The frame of the chart, which all others hang on."""
 
-ROVER_TRUTH, ROVER_ESTIMATE, ROVER_BELIEVED = "rover_truth", "rover_estimate", "rover_believed"
+FRAME_TRUTH = "rover_truth"
+FRAME_ESTIMATE = "rover_estimate"
+FRAME_BELIEVED = "rover_believed"
 """The frames of the rover as it was, as it placed itself, and as the ground knew it then."""
 
 
@@ -88,6 +90,7 @@ ROVER_FRAMES = _picture("/rover/frames", "foxglove.FrameTransforms")
 ROVER_POSE_IN_YARD = _picture("/rover/pose_in_yard", "foxglove.PoseInFrame")
 ROVER_BODY = _picture("/rover/body", "foxglove.SceneUpdate")
 ROVER_POLICY = _picture("/rover/policy", "foxglove.SceneUpdate")
+ROVER_POLICY_CELLS = _picture("/rover/policy_cells", "foxglove.SceneUpdate")
 ROVER_STATE = _picture("/rover/state", RoverState)
 ROVER_NUMBERS = _picture("/rover/numbers", RoverNumbers)
 ROVER_EVENTS = _picture("/rover/events", "foxglove.Log")

@@ -21,10 +21,11 @@ from mcap.writer import Writer
 
 from farside.logs.file.digest import Digest
 from farside.logs.file.index import LIBRARY, LogError
-from farside.logs.file.mcap_bytes import end_marks, message_bytes
+from farside.logs.file.mcap_bytes import PICTURE, end_marks, message_bytes
 from farside.logs.file.packing import pack
 from farside.logs.file.reading import LogFile
 from farside.logs.file.schemas import topic_schema
+from farside.logs.foxglove.names import PICTURES, PictureTopic
 from farside.node import Record, Topic
 from farside.topics import TOPICS
 
@@ -80,9 +81,9 @@ class _Tail:
 class Recorder:
     """Writes a new log. A context manager that closes the log on exit, even after an error.
 
-    Every log has a channel for each of `TOPICS`, used or not, so that viewers list the same
-    topics for every run. Attachments have no timestamps: nothing in a log depends on the wall
-    clock.
+    Every log has a channel for each of `TOPICS` and of `PICTURES`, used or not, so that viewers
+    list the same topics for every run. Attachments have no timestamps: nothing in a log depends
+    on the wall clock.
 
     Args:
         path: the file to create, in an existing folder.
@@ -104,13 +105,19 @@ class Recorder:
         except (OSError, ValueError) as error:
             reason = error.strerror if isinstance(error, OSError) else str(error)
             raise LogError(f"the log {path} cannot be written: {reason}") from error
+        # Foxglove's library takes its time to load, and only who writes a log needs it.
+        from farside.logs.foxglove.pictures import Pictures  # noqa: PLC0415
+
         self._is_open = True
+        self._pictures = Pictures()
         self._digest = Digest()
         self._tail = _Tail(path, self._file)
         self._writer = Writer(self._tail, use_chunking=False)  # type: ignore[arg-type]
         self._writer.start(library=f"{LIBRARY} {_VERSION}")
-        self._schemas: dict[type[msgspec.Struct], int] = {}
+        self._schemas: dict[str, int] = {}
         self._channels = {topic.name: self._register(topic) for topic in TOPICS.values()}
+        for picture in PICTURES.values():
+            self._channels[picture.name] = self._register_picture(picture)
         try:
             self.flush()
         except LogError:
@@ -143,16 +150,26 @@ class Recorder:
         raise AssertionError
 
     def _register(self, topic: Topic[msgspec.Struct]) -> int:
-        kind = topic.kind
-        if kind not in self._schemas:
-            self._schemas[kind] = self._writer.register_schema(
-                f"farside.{kind.__name__}", SchemaEncoding.JSONSchema, topic_schema(kind)
+        name = f"farside.{topic.kind.__name__}"
+        if name not in self._schemas:
+            self._schemas[name] = self._writer.register_schema(
+                name, SchemaEncoding.JSONSchema, topic_schema(topic.kind)
             )
-        return self._writer.register_channel(topic.name, MessageEncoding.JSON, self._schemas[kind])
+        return self._writer.register_channel(topic.name, MessageEncoding.JSON, self._schemas[name])
+
+    def _register_picture(self, picture: PictureTopic) -> int:
+        name = picture.schema_name
+        if name not in self._schemas:
+            self._schemas[name] = self._writer.register_schema(
+                name, picture.schema_encoding, picture.schema()
+            )
+        return self._writer.register_channel(
+            picture.name, picture.message_encoding, self._schemas[name], {PICTURE: "1"}
+        )
 
     @property
     def digest(self) -> str:
-        """The `Digest` of all records written so far."""
+        """The `Digest` of all records written so far, and of their pictures."""
         return self._digest.hex
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
@@ -164,14 +181,14 @@ class Recorder:
         self._writer.add_metadata(name, data)
 
     def write(self, records: Iterable[Record]) -> None:
-        """Add records, which must come in log order.
+        """Add records, which must come in log order, and their pictures.
 
         Raises:
             KeyError: if a record's topic is not in `TOPICS`.
         """
-        records = tuple(records)
-        self._tail.write(message_bytes(records, self._channels))
-        for record in records:
+        both = self._pictures.beside(records)
+        self._tail.write(message_bytes(both, self._channels))
+        for record in both:
             self._digest.add(record)
 
     def flush(self) -> None:
