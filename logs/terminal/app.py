@@ -2,8 +2,10 @@
 
 import math
 import os
+import signal
 import time
 from collections.abc import Callable
+from signal import SIGCONT, SIGTSTP
 from typing import ClassVar
 
 from rich.console import Group, RenderableType
@@ -114,12 +116,16 @@ class ReplayApp(App[None]):
         Raises:
             LogError: if the log is damaged.
         """
+        # Textual takes the variable out, and leaves its handlers behind.
         colourless = os.environ.get("NO_COLOR")
+        handlers = {number: signal.getsignal(number) for number in (SIGTSTP, SIGCONT)}
         try:
-            self.run()
+            self.run(mouse=False)
         finally:
-            if colourless is not None:  # which Textual takes out
+            if colourless is not None:
                 os.environ["NO_COLOR"] = colourless
+            for number, handler in handlers.items():
+                signal.signal(number, handler)
         if self.failure is not None:
             raise self.failure
 

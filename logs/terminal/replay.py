@@ -10,13 +10,11 @@ from rich.console import Console
 from rich.text import Text
 
 from farside.escaping import printable
-from farside.logs.events import EVENT_TOPICS, EventLine, time_text
+from farside.logs.events import EVENT_TOPICS, time_text
 from farside.logs.file.reading import LogEntry, LogFile
+from farside.logs.following import LOOK_AGAIN_S, followed
 from farside.logs.picture import Picture
-from farside.node import to_ns, to_s
-
-_LOOK_AGAIN_S = 0.5
-"""Wall time between two looks at a log that is still being written."""
+from farside.node import Record, to_ns, to_s
 
 
 def _unseen(_words: str) -> AbstractContextManager[None]:
@@ -65,7 +63,8 @@ def replay(
                 start_ns = log.end_ns
             _show(log, speed, start_ns, follow=follow, waiting=waiting)
         else:
-            _print_lines(log, console, start_ns, sleep if follow else None)
+            coming = followed(log, EVENT_TOPICS, sleep) if follow else log.records(EVENT_TOPICS)
+            _print_lines(log, console, coming, start_ns)
     except KeyboardInterrupt:
         return
     if not log.complete:
@@ -81,7 +80,7 @@ def replay(
 def has_screen(console: Console) -> bool:
     """Whether a person sits at a terminal that can be drawn on and sends keys."""
     # Textual draws on standard error, and reads keys from standard input.
-    ends = (sys.__stdin__, sys.__stderr__)
+    ends = (sys.stdin, sys.stderr)
     return console.is_interactive and all(end is not None and end.isatty() for end in ends)
 
 
@@ -109,30 +108,16 @@ class _Following:
         self._looked_s = now()
 
     def __call__(self) -> str:
-        if not self._log.complete and self._now() - self._looked_s >= _LOOK_AGAIN_S:
+        if not self._log.complete and self._now() - self._looked_s >= LOOK_AGAIN_S:
             self._log.refresh()
             self._looked_s = self._now()
         return "the run is over" if self._log.complete else "still being written"
 
 
-def _print_lines(
-    log: LogFile, console: Console, start_ns: int, sleep: Callable[[float], None] | None
-) -> None:
-    for line in _lines(log, sleep):
-        if line.t_ns >= start_ns:
+def _print_lines(log: LogFile, console: Console, records: Iterator[Record], start_ns: int) -> None:
+    picture = Picture(as_ground=log.is_as_ground)
+    for record in records:
+        line = picture.apply(LogEntry.of(record))
+        if line is not None and line.t_ns >= start_ns:
             text = f"{time_text(line.t_ns):>11}  {line.role:<6}  {line.text}"
             console.print(Text(text), soft_wrap=True)
-
-
-def _lines(log: LogFile, sleep: Callable[[float], None] | None) -> Iterator[EventLine]:
-    """Its event lines; with `sleep`, until it is whole."""
-    picture, read_ns = Picture(as_ground=log.is_as_ground), -1
-    while True:
-        begin_ns, read_ns, whole = read_ns + 1, log.end_ns, log.complete
-        for record in log.records(EVENT_TOPICS, start_ns=begin_ns, end_ns=read_ns):
-            if (line := picture.apply(LogEntry.of(record))) is not None:
-                yield line
-        if whole or sleep is None:
-            return
-        sleep(_LOOK_AGAIN_S)
-        log.refresh()

@@ -7,6 +7,7 @@ or the log's libraries.
 import math
 import signal
 import sys
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
     from farside.missions.run import FinishedRun
 
 _DONE, _UNMET, _BAD_INPUT, _INFRASTRUCTURE, _INTERRUPTED = 0, 1, 2, 3, 130
+
+_WATCH_SPEED = 20.0  # as of a replay
 
 _STATUS = (
     "Exit status: 0 done and all expectations met; 1 an expectation was not met; 2 bad input; "
@@ -128,11 +131,14 @@ def run(
         bool, typer.Option("--in-process", help="Run everything in this process, without Zenoh.")
     ] = False,
     pace: Annotated[
-        float,
+        float | None,
         typer.Option(
-            parser=pace_of, metavar="X|max", help="At most X simulated seconds per wall second."
+            parser=pace_of,
+            metavar="X|max",
+            help="At most X simulated seconds per wall second.",
+            show_default="max; with --watch 20",
         ),
-    ] = "max",  # type: ignore[assignment]  # typer parses the default as it parses an argument
+    ] = None,
     set_: Set = None,
     out: Annotated[
         Path, typer.Option(metavar="DIR", help="Folder for the log.", show_default=True)
@@ -148,20 +154,30 @@ def run(
             help="End the run if a process does not answer for so many wall-clock seconds. "
             "Without it the run waits, and says for whom every ten seconds.",
         ),
-    ] = "never",  # type: ignore[assignment]
+    ] = "never",  # type: ignore[assignment]  # typer parses the default as it parses an argument
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Watch it on the screen of `farside replay`.")
+    ] = False,
 ) -> None:
     """Run a mission and write its log.
 
     It takes a process each for rover, link and ground, unless --in-process.
 
+    With --watch it goes on as the screen's keys play it, at 20 simulated seconds per wall
+    second without --pace: a pause holds it, a look back does, too. What is recorded is the
+    same. Leaving the screen does not end the run, which then goes on as fast as it can;
+    Ctrl-C ends it.
+
     \b
     farside run blackout
     farside run missions/blackout.toml --seed 7 --set link.up.loss=0.2
     farside run blackout --in-process --pace 10
+    farside run blackout --watch --pace 5
     """
     import msgspec
     from rich.console import Console
 
+    from farside.logs.terminal.replay import has_screen
     from farside.missions.commands.display.progress import ProgressDisplay
     from farside.missions.commands.display.summary import show_summary
     from farside.missions.crew.crew import Patience
@@ -169,20 +185,33 @@ def run(
     from farside.missions.loading import load_mission
     from farside.missions.run import run_mission
 
+    if watch and not has_screen(Console()):
+        raise typer.BadParameter("expected a terminal to watch it on", param_hint="--watch")
     with patience("reading the mission"):
         loaded = load_mission(mission, set_ or (), seed=seed)
     # Until the last line is out: an impatient Ctrl-C must not cost the name of the log.
     with Interrupts() as interrupts:
-        with ProgressDisplay(loaded.mission, Console(stderr=True)) as display:
-            finished = run_mission(
-                loaded,
-                in_process=in_process,
-                pace=pace,
-                out=out,
-                watcher=display,
-                patience=Patience(give_up_s=give_up_after),
-                interrupts=interrupts,
+        display = ProgressDisplay(loaded.mission, Console(stderr=True))
+        run_it = partial(
+            run_mission,
+            loaded,
+            in_process=in_process,
+            out=out,
+            patience=Patience(give_up_s=give_up_after),
+            interrupts=interrupts,
+        )
+        if watch:
+            from farside.missions.commands.display.watching import LONGEST_WINDOW_NS, watched
+
+            finished = watched(
+                lambda gate: run_it(watcher=gate, window_ns=LONGEST_WINDOW_NS),
+                display,
+                interrupts,
+                speed=_WATCH_SPEED if pace is None else pace,
             )
+        else:
+            with display:
+                finished = run_it(watcher=display, pace=math.inf if pace is None else pace)
         if json:
             print(msgspec.json.encode(finished.result).decode())  # noqa: T201
         else:

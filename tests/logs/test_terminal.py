@@ -286,7 +286,7 @@ def test_no_color_is_kept_for_what_comes_after(
 ) -> None:
     monkeypatch.setenv("NO_COLOR", "1")
     app = ReplayApp(log)
-    monkeypatch.setattr(app, "run", lambda: None)
+    monkeypatch.setattr(app, "run", lambda **_: None)
 
     app.show()
 
