@@ -50,16 +50,14 @@ class RunFeed:
     The records of the last window are at hand. What lies before them is read from the log, when a
     viewer asks for it.
 
-    Args:
-        path: the log, flushed up to `end_ns` whenever that moves.
-
     Attributes:
+        path: the log, flushed up to `end_ns` whenever that moves; set it before the first window.
         end_ns: simulated time that the run has reached.
     """
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self) -> None:
+        self.path = Path()
         self.end_ns = 0
-        self._path = path
         self._window: Sequence[Record] = ()
         self._window_begin_ns = -1
         self._pictures = Pictures()
@@ -109,9 +107,9 @@ class RunFeed:
 
     def latest_each(self, time_ns: int, names: Iterable[str] | None = None) -> list[Record]:
         """See `LogFile.latest_each`."""
-        return self._log.latest_each(time_ns, names)
+        return self._log.latest_each(time_ns, names) if self.end_ns else []
 
     @cached_property
     def _log(self) -> LogFeed:
         """The log as it is now."""
-        return LogFeed(LogFile(self._path))
+        return LogFeed(LogFile(self.path))

@@ -12,9 +12,9 @@ from rich.text import Text
 from farside.escaping import printable
 from farside.logs.events import EVENT_TOPICS, time_text
 from farside.logs.file.reading import LogEntry, LogFile
-from farside.logs.following import LOOK_AGAIN_S, followed
+from farside.logs.following import LOOK_AGAIN_S, followed, start_of
 from farside.logs.picture import Picture
-from farside.node import Record, to_ns, to_s
+from farside.node import Record
 
 
 def _unseen(_words: str) -> AbstractContextManager[None]:
@@ -40,8 +40,8 @@ def replay(
         console: where to show it.
         speed: simulated seconds per wall second; `math.inf` goes straight to the end. Printed
             lines are not paced.
-        start_s: simulated time at which to start; by default the beginning or, to follow, what
-            was written last.
+        start_s: simulated time at which to start; by default the beginning or, to follow on the
+            screen, what was written last.
         follow: go on as the log grows, until it is whole.
         sleep: waits for a number of wall seconds.
         waiting: is entered, with words on what for, while a person has to wait.
@@ -52,15 +52,10 @@ def replay(
     """
     if not speed > 0:
         raise ValueError(f"expected a speed above 0, found {speed:g}")
-    if start_s is not None and not 0 <= start_s <= to_s(log.end_ns):
-        raise ValueError(
-            f"expected a start within the run, 0 to {to_s(log.end_ns)} s, found {start_s} s"
-        )
-    start_ns = to_ns(start_s or 0)
+    screen = has_screen(console)
+    start_ns = start_of(log, start_s, follow=follow and screen)
     try:
-        if has_screen(console):
-            if follow and start_s is None:
-                start_ns = log.end_ns
+        if screen:
             _show(log, speed, start_ns, follow=follow, waiting=waiting)
         else:
             coming = followed(log, EVENT_TOPICS, sleep) if follow else log.records(EVENT_TOPICS)

@@ -7,6 +7,7 @@ or the log's libraries.
 import math
 import signal
 import sys
+from contextlib import ExitStack
 from functools import partial
 from importlib import import_module
 from pathlib import Path
@@ -20,7 +21,15 @@ from farside.missions.commands import failures
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.formats import list_missions, show_schema
 from farside.missions.commands.logs.looking import recover_log, replay_log
-from farside.missions.commands.values import pace_of
+from farside.missions.commands.values import (
+    Listen,
+    Live,
+    Port,
+    address_of,
+    live_speed,
+    pace_of,
+)
+from farside.node import to_ns
 from farside.validation import dotted
 
 if TYPE_CHECKING:
@@ -136,7 +145,7 @@ def run(
             parser=pace_of,
             metavar="X|max",
             help="At most X simulated seconds per wall second.",
-            show_default="max; with --watch 20",
+            show_default="max; with --live 1, with --watch 20",
         ),
     ] = None,
     set_: Set = None,
@@ -158,21 +167,27 @@ def run(
     watch: Annotated[
         bool, typer.Option("--watch", help="Watch it on the screen of `farside replay`.")
     ] = False,
+    live: Live = False,
+    port: Port = None,
+    listen: Listen = None,
 ) -> None:
     """Run a mission and write its log.
 
-    It takes a process each for rover, link and ground, unless --in-process.
+    It takes a process each for rover, link and ground, unless --in-process. With --live it is seen
+    in Foxglove as it goes on, and Foxglove's play bar sets its pace: a pause holds the run, a seek
+    back shows again what was while the run waits, and a seek ahead makes it hurry there. When the
+    run is over its log stays in Foxglove until Ctrl-C. None of this changes what is recorded.
 
-    With --watch it goes on as the screen's keys play it, at 20 simulated seconds per wall
-    second without --pace: a pause holds it, a look back does, too. What is recorded is the
-    same. Leaving the screen does not end the run, which then goes on as fast as it can;
-    Ctrl-C ends it.
+    With --watch it is on the screen of `farside replay` as it goes on, and the same keys play it:
+    a pause holds the run, and so does a look back. Leaving the screen does not end the run, which
+    then goes on as fast as it can; Ctrl-C does. None of this changes what is recorded, either.
 
     \b
     farside run blackout
     farside run missions/blackout.toml --seed 7 --set link.up.loss=0.2
     farside run blackout --in-process --pace 10
     farside run blackout --watch --pace 5
+    farside run blackout --live --pace 20
     """
     import msgspec
     from rich.console import Console
@@ -185,13 +200,15 @@ def run(
     from farside.missions.loading import load_mission
     from farside.missions.run import run_mission
 
-    if watch and not has_screen(Console()):
-        raise typer.BadParameter("expected a terminal to watch it on", param_hint="--watch")
+    if watch and (live or not has_screen(Console())):
+        found = "found --live, too" if live else "found none"
+        raise typer.BadParameter(f"expected a terminal alone, {found}", param_hint="--watch")
     with patience("reading the mission"):
         loaded = load_mission(mission, set_ or (), seed=seed)
+    address = address_of(live=live, listen=listen, port=port)
     # Until the last line is out: an impatient Ctrl-C must not cost the name of the log.
-    with Interrupts() as interrupts:
-        display = ProgressDisplay(loaded.mission, Console(stderr=True))
+    with Interrupts() as interrupts, ExitStack() as stack:
+        display, shown = ProgressDisplay(loaded.mission, Console(stderr=True)), None
         run_it = partial(
             run_mission,
             loaded,
@@ -211,7 +228,23 @@ def run(
             )
         else:
             with display:
-                finished = run_it(watcher=display, pace=math.inf if pace is None else pace)
+                if address is not None:
+                    from farside.missions.commands.logs.live import LiveRun
+
+                    shown = stack.enter_context(
+                        LiveRun(
+                            display,
+                            interrupts,
+                            address,
+                            name=loaded.mission.name,
+                            end_ns=to_ns(loaded.mission.duration_s),
+                            speed=live_speed(pace or 1.0),
+                        )
+                    )
+                finished = run_it(
+                    watcher=shown or display,
+                    pace=math.inf if shown or pace is None else pace,
+                )
         if json:
             print(msgspec.json.encode(finished.result).decode())  # noqa: T201
         else:
@@ -219,6 +252,8 @@ def run(
         for lost in finished.lost_processes:
             failures.print_error(f"{lost}; the log is {finished.result.log}")
             _print_last_words(lost)
+        if shown is not None and not finished.interrupted:
+            shown.serve()
     raise typer.Exit(_status(finished))
 
 

@@ -202,7 +202,8 @@ class _Run:
 
     def __init__(self, log: LogFile, *, speed: float = 1.0) -> None:
         self._log = log
-        self.feed = RunFeed(log.path)
+        self.feed = RunFeed()
+        self.feed.path = log.path
         self.bar = PlayBar(Player(self.feed, speed=speed), self.feed, to_ns(END_S))
 
     @property

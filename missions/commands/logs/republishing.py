@@ -7,7 +7,6 @@ became known and when it was so. The keys over which the processes of a run work
 the log, of the frames only what became of each.
 """
 
-import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -17,7 +16,7 @@ import zenoh
 
 from farside.link.emulator.relay import open_session
 from farside.logs import LogFile
-from farside.logs.following import followed
+from farside.logs.following import followed, start_of
 from farside.missions.commands.failures import print_error
 from farside.missions.conductor import WallClock
 from farside.missions.crew.crew import InfrastructureError
@@ -41,7 +40,7 @@ def key_of(topic: str) -> str:
 
 
 def republish_log(
-    log: LogFile, endpoint: str, *, speed: float, start_ns: int, follow: bool
+    log: LogFile, endpoint: str, *, speed: float, start_s: float | None, follow: bool
 ) -> None:
     """Publish what a log holds, with the timing that it had, from when anybody subscribes to it.
 
@@ -49,13 +48,16 @@ def republish_log(
         log: the log; as ground, it holds only what the ground knew.
         endpoint: Zenoh locator of a router or peer; `listen/…` to be the router.
         speed: simulated seconds per wall second; infinite for as fast as they are taken.
-        start_ns: where to start.
+        start_s: where to start; by default at the beginning or, to follow, at what was written
+            last.
         follow: go on as the log grows, until it is whole.
 
     Raises:
         InfrastructureError: if there is no session at this endpoint.
         LogError: if the log is damaged.
+        ValueError: if `start_s` is not within the run.
     """
+    start_ns = start_of(log, start_s, follow=follow)
     records = (
         followed(log, None, time.sleep, start_ns=start_ns)
         if follow
@@ -104,9 +106,8 @@ def in_time(
     """
     began_s, count = clock.now(), 0
     for record in records:
-        due_s = began_s + (
-            0.0 if math.isinf(speed) else to_s(record.log_time_ns - start_ns) / speed
-        )
+        # At infinite speed everything is due at once.
+        due_s = began_s + to_s(record.log_time_ns - start_ns) / speed
         while (ahead_s := due_s - clock.now()) > 0:
             clock.sleep(min(ahead_s, _LONGEST_SLEEP_S))
         publish(record)
