@@ -1,6 +1,5 @@
 """The replay's screen under a person's fingers, on a fake clock."""
 
-import asyncio
 import math
 from collections.abc import Callable
 from pathlib import Path
@@ -8,69 +7,14 @@ from typing import Any
 
 import pytest
 from rich.console import Console
-from textual.pilot import Pilot
+from seats import Seat, seated
 
 from farside.control import Mode, ModeCause
 from farside.frames import LinkOutage, OutageReason
 from farside.logs import LogFile, Recorder
 from farside.logs.terminal.app import SPEEDS, ReplayApp
-from farside.node import Direction, to_ns, to_s
+from farside.node import Direction, to_ns
 from farside.topics import ModeEntry, Silence
-
-
-class Seat:
-    """A person at the terminal: presses keys, lets time pass, and looks."""
-
-    def __init__(self, app: ReplayApp, pilot: Pilot[None], clock: list[float]) -> None:
-        self.app, self._pilot, self._clock = app, pilot, clock
-
-    async def press(self, *keys: str) -> None:
-        """Press keys one after the other."""
-        await self._pilot.press(*keys)
-
-    async def wait(self, seconds: float) -> None:
-        """Let wall time pass."""
-        self._clock[0] += seconds
-        self.app.tick()
-        await self._pilot.pause()
-
-    async def resize(self, width: int, height: int) -> None:
-        """Make the terminal larger or smaller."""
-        await self._pilot.resize_terminal(width, height)
-
-    @property
-    def now_s(self) -> float:
-        """Simulated time of what is on the screen."""
-        return to_s(self.app.player.now_ns)
-
-    @property
-    def lines(self) -> list[str]:
-        """The screen's rows, as text."""
-        width, height = self.app.size
-        strips = self.app.screen._compositor.render_strips()
-        assert len(strips) == height
-        return ["".join(segment.text for segment in strip)[:width] for strip in strips]
-
-    @property
-    def text(self) -> str:
-        """The whole screen, as text."""
-        return "\n".join(self.lines)
-
-
-def seated(
-    app: Callable[[Callable[[], float]], ReplayApp],
-    does: Callable[[Seat], Any],
-    size: tuple[int, int] = (80, 24),
-) -> None:
-    """Run an app, made with a clock, as long as a person does something with it."""
-    clock = [1000.0]
-
-    async def run() -> None:
-        made = app(lambda: clock[0])
-        async with made.run_test(size=size) as pilot:
-            await does(Seat(made, pilot, clock))
-
-    asyncio.run(run())
 
 
 @pytest.fixture
@@ -87,7 +31,7 @@ def replaying(log: LogFile, **options: Any) -> Callable[[Callable[[], float]], R
 
 
 def test_simulated_time_keeps_pace_with_the_wall_clock_until_it_is_paused(log: LogFile) -> None:
-    async def does(seat: Seat) -> None:
+    async def does(seat: Seat[ReplayApp]) -> None:
         assert (seat.now_s, "▶ playing ×20" in seat.text) == (10, True)
         await seat.wait(1)
         assert (seat.now_s, "  30.0 s" in seat.lines[0]) == (30, True)
@@ -104,7 +48,7 @@ def test_simulated_time_keeps_pace_with_the_wall_clock_until_it_is_paused(log: L
 
 
 def test_the_arrows_step_and_seek(log: LogFile) -> None:
-    async def does(seat: Seat) -> None:
+    async def does(seat: Seat[ReplayApp]) -> None:
         await seat.press("shift+right", "shift+right")
         assert (seat.now_s, seat.app.player.playing) == (30, True)
         await seat.press("left", "left", "right")
@@ -122,7 +66,7 @@ def test_the_arrows_step_and_seek(log: LogFile) -> None:
 
 
 def test_the_brackets_go_to_the_events_about_now(log: LogFile) -> None:
-    async def does(seat: Seat) -> None:
+    async def does(seat: Seat[ReplayApp]) -> None:
         await seat.press("]")
         assert (seat.now_s, "blackout begins" in seat.text) == (20, True)
         await seat.press("]", "]")
@@ -138,7 +82,7 @@ def test_the_brackets_go_to_the_events_about_now(log: LogFile) -> None:
 
 
 def test_plus_and_minus_set_the_speed_and_r_turns_time_round(log: LogFile) -> None:
-    async def does(seat: Seat) -> None:
+    async def does(seat: Seat[ReplayApp]) -> None:
         await seat.press("+", "=")
         await seat.wait(1)
         assert (seat.now_s, "▶ playing ×5" in seat.text) == (15, True)
@@ -163,7 +107,7 @@ def test_plus_and_minus_set_the_speed_and_r_turns_time_round(log: LogFile) -> No
 
 
 def test_l_marks_a_loop_from_either_end_and_ends_it(log: LogFile) -> None:
-    async def does(seat: Seat) -> None:
+    async def does(seat: Seat[ReplayApp]) -> None:
         await seat.press("l")
         assert ("loop from 10.0 s" in seat.text, "l loop to here" in seat.text) == (True, True)
         await seat.press("l")
@@ -181,7 +125,7 @@ def test_l_marks_a_loop_from_either_end_and_ends_it(log: LogFile) -> None:
 
 
 def test_g_asks_for_a_time_and_says_what_it_expects(log: LogFile) -> None:
-    async def does(seat: Seat) -> None:
+    async def does(seat: Seat[ReplayApp]) -> None:
         await seat.press("g")
         assert "go to which second, 0 to 80?" in seat.text
         await seat.press(*"45.5", "enter")
@@ -197,7 +141,7 @@ def test_g_asks_for_a_time_and_says_what_it_expects(log: LogFile) -> None:
 
 
 def test_q_leaves(log: LogFile) -> None:
-    async def does(seat: Seat) -> None:
+    async def does(seat: Seat[ReplayApp]) -> None:
         await seat.press("q")
         assert not seat.app.is_running
 
@@ -208,7 +152,7 @@ def test_q_leaves(log: LogFile) -> None:
 def test_at_usual_sizes_all_keys_are_shown_and_nothing_is_cut(
     log: LogFile, width: int, height: int
 ) -> None:
-    async def does(seat: Seat) -> None:
+    async def does(seat: Seat[ReplayApp]) -> None:
         for words in ("space pause", "←→ 1 s", "⇧←→ 10 s", "[ ] event", "+ - speed", "r reverse",
                       "l loop from here", "g go to", "q leave"):  # fmt: skip
             assert words in seat.text
@@ -220,7 +164,7 @@ def test_at_usual_sizes_all_keys_are_shown_and_nothing_is_cut(
 
 
 def test_a_terminal_that_is_too_small_tells_the_time_and_is_no_trap(log: LogFile) -> None:
-    async def does(seat: Seat) -> None:
+    async def does(seat: Seat[ReplayApp]) -> None:
         assert ("10.0 s guided" in seat.text, "40 columns by 11 rows" in seat.text) == (True, True)
         for size in ((1, 1), (39, 50), (200, 3), (40, 11), (12, 8)):
             await seat.resize(*size)
@@ -241,7 +185,7 @@ def test_a_log_that_is_still_written_is_followed(run: Any, path: Path) -> None:
             log.refresh()
             return "whole" if log.complete else "still being written"
 
-        async def does(seat: Seat) -> None:
+        async def does(seat: Seat[ReplayApp]) -> None:
             await seat.wait(100)
             assert (seat.now_s, "■ so far" in seat.text) == (0, True)
             assert "still being written" in seat.text
@@ -262,7 +206,7 @@ def test_as_the_ground_knew_it_nothing_else_is_shown(run: Any, path: Path) -> No
     run.start("at:C").stand(50, "at:A").hear(5, "at:C", since_s=4)
     log = LogFile(run.log(path)).as_ground()
 
-    async def does(seat: Seat) -> None:
+    async def does(seat: Seat[ReplayApp]) -> None:
         assert "as the ground knew it" in seat.lines[0]
         assert "╭─ events" in seat.text
         await seat.press("end")
@@ -272,7 +216,7 @@ def test_as_the_ground_knew_it_nothing_else_is_shown(run: Any, path: Path) -> No
 
 
 def test_a_log_that_is_gone_ends_it_with_the_reason(log: LogFile) -> None:
-    async def does(seat: Seat) -> None:
+    async def does(seat: Seat[ReplayApp]) -> None:
         log.path.unlink()
         await seat.press("end")
         assert str(log.path) in str(seat.app.failure)

@@ -2,6 +2,7 @@
 
 import math
 import threading
+import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import ClassVar
@@ -154,6 +155,7 @@ class WatchApp(ReplayApp):
         gate: what holds it.
         interrupts: how it is ended.
         speed: simulated seconds per wall second, to begin with.
+        now: wall time in seconds, from any origin.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [("ctrl+c", "end_run")]
@@ -166,9 +168,10 @@ class WatchApp(ReplayApp):
         interrupts: Interrupts,
         *,
         speed: float,
+        now: Callable[[], float] = time.monotonic,
     ) -> None:
         self._going, self._gate, self._interrupts = run, gate, interrupts
-        super().__init__(log, speed=speed, refresh=self._look)
+        super().__init__(log, speed=speed, refresh=self._look, now=now)
 
     @property
     def keys(self) -> list[Key]:
