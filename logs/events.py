@@ -175,13 +175,14 @@ def _condition_line(entry: LogEntry) -> EventLine | None:
             return None
 
 
-_OUTAGES = {
+OUTAGES = {
     OutageReason.BLACKOUT: "blackout",
     OutageReason.PASS: "gap between passes",
     OutageReason.CONTACT: "gap between contacts",
     OutageReason.CONJUNCTION: "solar conjunction",
     OutageReason.CONTROL: "manual outage",
 }
+"""What an outage is called, by its reason."""
 
 
 def _link_or_ground_line(entry: LogEntry) -> EventLine | None:
@@ -189,7 +190,7 @@ def _link_or_ground_line(entry: LogEntry) -> EventLine | None:
     match entry.message:
         case LinkOutage(direction=direction, down=down, reason=reason):
             way = "uplink" if direction is Direction.UP else "downlink"
-            text = f"{way}: {_OUTAGES[reason]} {'begins' if down else 'ends'}"
+            text = f"{way}: {OUTAGES[reason]} {'begins' if down else 'ends'}"
             return EventLine(t_ns, Role.LINK, text)
         case CommandSent(number=number, order=order, when=when):
             text = f"command {number}: {order_text(order)}{when_text(when)}"
