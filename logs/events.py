@@ -182,7 +182,7 @@ OUTAGES = {
     OutageReason.CONJUNCTION: "solar conjunction",
     OutageReason.CONTROL: "manual outage",
 }
-"""What an outage is called, by its reason."""
+"""What an outage is called."""
 
 
 def _link_or_ground_line(entry: LogEntry) -> EventLine | None:

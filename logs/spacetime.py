@@ -1,0 +1,221 @@
+"""Every word between ground and rover: when it was sent, when it arrived, or what it was lost to.
+
+That is what a space-time diagram draws, and what `farside story` tells of a frame. The two ends
+say what was in a frame, the channel says what became of it; they are joined here as they are read,
+and only what is under way is kept.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple, cast
+
+from farside.frames import Carried, Fate, FrameEvent, FrameFate, FrameStage
+from farside.logs.events import OUTAGES, time_text
+from farside.logs.file.reading import LogFile, decode
+from farside.node import NEVER_NS, Direction, Record
+from farside.topics import GROUND_FRAME, LINK_FRAME, ROVER_FRAME
+
+_TOPICS = (ROVER_FRAME, LINK_FRAME, GROUND_FRAME)
+_SENDS = {ROVER_FRAME.name: Direction.DOWN, GROUND_FRAME.name: Direction.UP}
+
+_NAMES = {
+    "command": "command {}",
+    "proposal": "proposal {}",
+    "event": "event {}",
+    "shown": "word that proposal {} was shown",
+    "model": "update {} of the model",
+}
+
+_LOST = {
+    Fate.LOST: "lost on the way",
+    Fate.QUEUE_FULL: "dropped, since the transmit queue was full",
+    Fate.EXPIRED: "dropped, since it waited too long in the transmit queue",
+    Fate.BIT_ERROR: "lost to bit errors",
+}
+
+
+class Word(NamedTuple):
+    """One frame on its way between ground and rover.
+
+    Attributes:
+        direction: which way.
+        what: what it carries, in words, such as `command 12` or `event 5, sent 2 ×`.
+        sent_ns: when the sender handed it to the channel. Of a frame from the rover, as the ground
+            knew it: its arrival less the delay of the last telemetry.
+        arrives_ns: when its last bit arrived; `None` if it did not, or not within the log, or if
+            the ground cannot know.
+        lost: what it was lost to, or why it was refused, in words; `None` if it was used, or is on
+            its way at the end of the log, or if the ground cannot know.
+        frame: its sequence number in its direction.
+        priority: as the sender set it; 0 where the log does not say.
+        carries: the message, or part of one, that it carries; `None` of a report, and where the
+            log does not say.
+        stored: whether it is of the stored stream.
+    """
+
+    direction: Direction
+    what: str
+    sent_ns: int
+    arrives_ns: int | None
+    lost: str | None
+    frame: int
+    priority: int
+    carries: Carried | None = None
+    stored: bool = False
+
+
+def words(log: LogFile, start_ns: int = 0, end_ns: int = NEVER_NS) -> Iterator[Word]:
+    """The words sent from `start_ns` to `end_ns`, each as soon as the log tells what became of it.
+
+    So they come roughly in the order of their ends, and those still under way at the end of the log
+    last. A duplicate that the channel made is no word of its own. Of a log as the ground had it:
+    what the ground sent, and what it heard.
+
+    Raises:
+        LogError: if the log is damaged.
+    """
+    if log.is_as_ground:
+        yield from _heard_and_sent(log, start_ns, end_ns)
+        return
+    under_way = _UnderWay(start_ns)
+    for record in log.records(_TOPICS, start_ns=start_ns):
+        if record.log_time_ns > end_ns and not under_way.words:
+            return
+        yield from under_way.settle_used(record.log_time_ns)
+        message = decode(record)
+        if isinstance(message, FrameFate):
+            if message.queued_ns <= end_ns:
+                yield from under_way.fate(message)
+        else:
+            event = cast("FrameEvent", message)
+            if event.stage is FrameStage.MADE and record.log_time_ns > end_ns:
+                continue
+            yield from under_way.event(record, event)
+    yield from under_way.rest()
+
+
+class _UnderWay:
+    """The words whose end is not known yet.
+
+    Attributes:
+        words: those, by direction and sequence number.
+    """
+
+    def __init__(self, start_ns: int) -> None:
+        self.words: dict[tuple[Direction, int], Word] = {}
+        self._start_ns = start_ns
+        # Used by the receiver at this time, but the channel has not said when they arrived: at the
+        # same log time the rover's records come first.
+        self._used: dict[tuple[Direction, int], tuple[int, Word]] = {}
+
+    def event(self, record: Record, event: FrameEvent) -> Iterator[Word]:
+        """An end made a frame, lost it to terrain shadow, refused it or used it."""
+        key = event.direction, event.sequence
+        if event.stage is FrameStage.MADE:
+            self.words[key] = _made(record.log_time_ns, event)
+            return
+        word = self.words.get(key)
+        if word is None:
+            return  # sent before the start; or nothing that the other end made
+        if event.stage is FrameStage.SHADOWED:
+            yield self.words.pop(key)._replace(lost="lost in terrain shadow")
+        elif event.stage is FrameStage.REFUSED:
+            # A duplicate is refused after the frame itself was used, and so is gone from here.
+            yield self.words.pop(key)._replace(lost=f"refused by the receiver: {event.what}")
+        elif word.arrives_ns is None:
+            self._used[key] = record.log_time_ns, self.words.pop(key)
+        else:
+            yield self.words.pop(key)
+
+    def fate(self, fate: FrameFate) -> Iterator[Word]:
+        """The channel tells what became of a frame."""
+        if fate.copy or fate.queued_ns < self._start_ns:
+            return
+        key = fate.direction, fate.sequence
+        if key in self._used:
+            _, used = self._used.pop(key)
+            yield used._replace(arrives_ns=fate.arrival_ns, priority=fate.priority)
+            return
+        unknown = Word(fate.direction, "a frame", fate.queued_ns, None, None, fate.sequence, 0)
+        word = self.words.pop(key, unknown)
+        word = word._replace(arrives_ns=fate.arrival_ns, lost=lost_to(fate), priority=fate.priority)
+        if word.lost is not None or word.what == unknown.what:
+            yield word
+        else:
+            self.words[key] = word
+
+    def settle_used(self, now_ns: int) -> Iterator[Word]:
+        """Those used before `now_ns` whose fate the log lacks, as if they arrived when used."""
+        while self._used:
+            key = next(iter(self._used))
+            used_ns, word = self._used[key]
+            if used_ns >= now_ns:
+                return
+            del self._used[key]
+            yield word._replace(arrives_ns=used_ns)
+
+    def rest(self) -> Iterator[Word]:
+        """Those under way at the end, in the order of sending."""
+        yield from self.settle_used(NEVER_NS)
+        yield from self.words.values()
+
+
+def _heard_and_sent(log: LogFile, start_ns: int, end_ns: int) -> Iterator[Word]:
+    delay_ns = 0
+    for record in log.records([GROUND_FRAME], start_ns=start_ns):
+        event, now_ns = cast("FrameEvent", decode(record)), record.log_time_ns
+        if event.direction is Direction.UP:
+            if event.stage is FrameStage.MADE and now_ns <= end_ns:
+                yield _made(now_ns, event)
+            continue
+        carries = event.carries[0] if event.carries else None
+        if carries is not None and carries.kind == "telemetry" and not event.stored:
+            delay_ns = now_ns - (now_ns if carries.time_ns is None else carries.time_ns)
+        if now_ns - delay_ns > end_ns:
+            continue
+        used = event.stage is FrameStage.USED
+        yield _made(now_ns - delay_ns, event)._replace(
+            arrives_ns=now_ns, lost=None if used else f"refused by the receiver: {event.what}"
+        )
+
+
+def _made(sent_ns: int, event: FrameEvent) -> Word:
+    carries = event.carries[0] if event.carries else None
+    return Word(
+        direction=event.direction,
+        what=cargo_text(event),
+        sent_ns=sent_ns,
+        arrives_ns=None,
+        lost=None,
+        frame=event.sequence,
+        priority=0,
+        carries=carries,
+        stored=event.stored,
+    )
+
+
+def lost_to(fate: FrameFate) -> str | None:
+    """What the channel lost a frame to, in words; `None` if it was delivered."""
+    if fate.fate is Fate.OUTAGE and fate.outage is not None:
+        return f"lost to the {OUTAGES[fate.outage]}"
+    return _LOST.get(fate.fate)
+
+
+def cargo_text(event: FrameEvent) -> str:
+    """What a frame carries, in words: `command 12`, `telemetry`, `proposal 3, part 1 of 2`."""
+    if event.what == "segment" and not event.carries:
+        return "part of a message"
+    return ", ".join(carried_text(one, stored=event.stored) for one in event.carries) or event.what
+
+
+def carried_text(carried: Carried, *, stored: bool = False) -> str:
+    """A message, or the part of one, in a frame; see `cargo_text`."""
+    text = _NAMES.get(carried.kind, carried.kind)
+    if carried.number is not None:
+        text = text.format(carried.number)
+    if stored and carried.kind == "telemetry" and carried.time_ns is not None:
+        text = f"stored telemetry of {time_text(carried.time_ns)}"
+    if carried.parts > 1:
+        text += f", part {carried.part} of {carried.parts}"
+    if carried.attempt > 1:
+        text += f", sent {carried.attempt} ×"
+    return text
