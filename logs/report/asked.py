@@ -48,7 +48,7 @@ class Asked:
         return 0 if self._link is None else self._link.way(direction).overhead_byte
 
     def delay(self, direction: Direction) -> list[Series]:
-        """The light time of what arrives, by the time of arrival."""
+        """The light time of what is sent at a time."""
         if self._link is None:
             return []
         way = self._link.way(direction)

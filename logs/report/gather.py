@@ -48,10 +48,10 @@ def view_of(log: LogFile) -> View:
     view = View(ms(log.end_ns))
     gatherers: list[Gatherer] = [
         Lanes(log),
-        Tracks(log),
         Proposals(log),
         Orders(log),
         DeliveredLink(log),
+        Tracks(log),
         HeardAtGround(log),
         Learning(log),
         Events(log),

@@ -71,7 +71,7 @@ class _Way:
         if frame.copy:
             return
         if frame.arrival_ns is not None:
-            self.delay.add(frame.arrival_ns, to_s(frame.arrival_ns - frame.queued_ns))
+            self.delay.add(frame.queued_ns, to_s(frame.arrival_ns - frame.queued_ns))
             self.bits.add(frame.arrival_ns, (frame.size_byte + self._overhead_byte) * 8)
         if frame.arrival_ns is not None or frame.fate in _MISSED:
             self.tried.add(frame.sent_ns, 1)
@@ -101,31 +101,23 @@ class DeliveredLink:
         if self._as_ground:
             return
         view.notes += self._asked.problems
+        for panels in zip(*map(self._panels, Direction), strict=True):
+            view.panels += panels
         for direction, way in self._ways.items():
-            name, asked = _NAMES[direction], self._asked
-            counters = way.tally.counters()
-            mean_byte = counters.bytes / counters.sent if counters.sent else 0
-            span = f"in spans of {way.bits.width_text}"
-            view.panels += [
-                Panel(
-                    f"Delay, {name}",
-                    "s",
-                    [way.delay.series("delivered"), *asked.delay(direction)],
-                ),
-                Panel(
-                    f"Loss outside outages, {name}, {span}",
-                    "%",
-                    [
-                        way.lost.shares("lost", way.tried),
-                        *asked.loss(direction, mean_byte),
-                    ],
-                    top=0.02,
-                ),
-                Panel(
-                    f"Rate, {name}, {span}",
-                    "bit/s",
-                    [way.bits.rates("delivered"), *asked.rate(direction)],
-                ),
-            ]
+            name = _NAMES[direction]
             view.notes += thinning_note(f"Delay, {name}", [way.delay])
-            view.link.append(LinkRow(name, counters))
+            view.link.append(LinkRow(name, way.tally.counters()))
+
+    def _panels(self, direction: Direction) -> list[Panel]:
+        way, name, asked = self._ways[direction], _NAMES[direction], self._asked
+        counters = way.tally.counters()
+        mean_byte = counters.bytes / counters.sent if counters.sent else 0
+        span = f"in spans of {way.bits.width_text}"
+        delay = [way.delay.series("delivered"), *asked.delay(direction)]
+        loss = [way.lost.shares("lost", way.tried), *asked.loss(direction, mean_byte)]
+        rate = [way.bits.rates("delivered"), *asked.rate(direction)]
+        return [
+            Panel(f"Delay, {name}", "s", delay),
+            Panel(f"Loss outside outages, {name}, {span}", "%", loss, top=0.02),
+            Panel(f"Rate, {name}, {span}", "bit/s", rate),
+        ]

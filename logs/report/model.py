@@ -26,8 +26,8 @@ class Series(msgspec.Struct, omit_defaults=True):
     name: str
     t: list[int]
     v: list[float | None]
-    lo: list[float] = []
-    hi: list[float] = []
+    lo: list[float | None] = []
+    hi: list[float | None] = []
     known: list[int] = []
     look: str = "line"
     asked: bool = False
@@ -125,14 +125,15 @@ class Words(msgspec.Struct):
     """Every word that crossed, or was lost: columns, in order of sending.
 
     Attributes:
-        t: when its first bit was ready to leave, as in `Series`.
-        flight: how long it took; of a lost one, how long it would have taken at light speed alone.
+        t: when the sender handed it to the channel, as in `Series`.
+        flight: how long it took, in microseconds; of one that did not arrive, or is not known to,
+            how long the one before it took.
         kind: numbers of `kinds`, of a word from the rover plus 100.
-        lost: numbers of `losses`; 0 for a word that arrived.
+        lost: numbers of `losses`; 0 for a word that was not lost.
         again: numbers of the rows whose message had been sent before.
+        unended: numbers of the rows of which the log does not tell how they ended.
         named: what is said of a row that is not of many alike, by number of the row.
         kinds, losses: the words for both.
-        known: when the ground knew of it, as distances from `t`; empty for what was so.
     """
 
     t: list[int]
@@ -140,10 +141,10 @@ class Words(msgspec.Struct):
     kind: list[int]
     lost: list[int]
     again: list[int]
+    unended: list[int]
     named: dict[str, str]
     kinds: list[str]
     losses: list[str]
-    known: list[int] = []
 
 
 class CommandRow(msgspec.Struct, omit_defaults=True):

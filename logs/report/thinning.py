@@ -12,12 +12,20 @@ CURVE = 4000
 BUCKETS = 1500
 """How many spans of time such a curve has (project default: more than a screen is wide)."""
 
+_APART, _GAPS = 15_000, 8  # ms, and multiples of the usual distance: a line ends before such a gap
+
+_Point = tuple[int, float, int]
+
 T = TypeVar("T")
 
 
 def ms(time_ns: int) -> int:
     """Nanoseconds as whole milliseconds, rounded down."""
     return time_ns // 1_000_000
+
+
+def _rounded(value: float | None) -> float | None:
+    return None if value is None else rounded(value)
 
 
 def steps(times: Sequence[int]) -> list[int]:
@@ -77,7 +85,7 @@ class Curve:
     def __init__(self, until_ns: int, look: str = "line") -> None:
         self._width = max(1, -(-(ms(until_ns) + 1) // BUCKETS))
         self._look = look
-        self._points: list[tuple[int, float, int]] = []
+        self._points: list[_Point] = []
         self._buckets: dict[int, _Bucket] = {}
         self.thinned = False
 
@@ -97,6 +105,20 @@ class Curve:
         else:
             self._count(t, value, known)
 
+    def _broken(self, points: list[_Point]) -> list[tuple[int, float | None, int]]:
+        """The points, and a break wherever one is much farther from the next than usual."""
+        if self._look != "line" or len(points) < 3:
+            return list(points)
+        times = [t for t, _, _ in points]
+        apart = sorted(later - earlier for earlier, later in pairwise(times))
+        widest = max(_APART, _GAPS * apart[len(apart) // 2])
+        broken: list[tuple[int, float | None, int]] = [*points[:1]]
+        for before, point in pairwise(points):
+            if point[0] - before[0] > widest:
+                broken.append((before[0] + 1, None, before[2]))
+            broken.append(point)
+        return broken
+
     def _count(self, t: int, value: float, known: int) -> None:
         number = t // self._width
         bucket = self._buckets.get(number)
@@ -107,24 +129,33 @@ class Curve:
     def series(self, name: str, *, asked: bool = False) -> Series:
         """The curve, in order of time."""
         if not self.thinned:
-            points = sorted(self._points)
+            points = self._broken(sorted(self._points))
             known = [point[2] for point in points]
             return Series(
                 name,
                 steps([t for t, _, _ in points]),
-                [rounded(value) for _, value, _ in points],
+                [_rounded(value) for _, value, _ in points],
                 known=steps(known) if any(known) else [],
                 look=self._look,
                 asked=asked,
             )
         buckets = sorted(self._buckets.items())
-        known = [bucket.known for _, bucket in buckets]
+        middle = self._width // 2
+        means = [
+            (number * self._width + middle, bucket.total / bucket.count, bucket.known)
+            for number, bucket in buckets
+        ]
+        points = self._broken(means)
+        known = [point[2] for point in points]
+        bounds = {point[0]: bucket for point, (_, bucket) in zip(means, buckets, strict=True)}
+        least = [bounds[t].lo if t in bounds else None for t, _, _ in points]
+        greatest = [bounds[t].hi if t in bounds else None for t, _, _ in points]
         return Series(
             name,
-            steps([number * self._width + self._width // 2 for number, _ in buckets]),
-            [rounded(bucket.total / bucket.count) for _, bucket in buckets],
-            lo=[rounded(bucket.lo) for _, bucket in buckets],
-            hi=[rounded(bucket.hi) for _, bucket in buckets],
+            steps([t for t, _, _ in points]),
+            [_rounded(value) for _, value, _ in points],
+            lo=[_rounded(value) for value in least],
+            hi=[_rounded(value) for value in greatest],
             known=steps(known) if any(known) else [],
             asked=asked,
         )

@@ -19,6 +19,7 @@ from farside.missions.commands import failures
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.formats import list_missions, show_schema
 from farside.missions.commands.logs.looking import recover_log, replay_log
+from farside.missions.commands.logs.report import report_log
 from farside.missions.commands.values import pace_of
 from farside.validation import dotted
 
@@ -217,6 +218,7 @@ def check(mission: Mission, set_: Set = None) -> None:
 
 app.command("replay")(replay_log)
 app.command("recover")(recover_log)
+app.command("report")(report_log)
 app.command("missions")(list_missions)
 app.command("schema")(show_schema)
 

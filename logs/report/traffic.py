@@ -1,0 +1,120 @@
+"""Every word between ground and rover, as columns for the space-time diagram."""
+
+from collections import defaultdict
+from typing import NamedTuple
+
+from farside.logs.file.reading import LogFile
+from farside.logs.report.model import View, Words
+from farside.logs.report.thinning import Rows, ms, steps
+from farside.logs.spacetime import Word, words
+from farside.node import Direction
+
+_MOST = 5000
+"""Of one kind in one direction, that arrived or that were lost."""
+
+KINDS = {
+    "command": "command",
+    "event": "event",
+    "proposal": "proposal",
+    "shown": "proposal shown",
+    "model": "update of the model",
+    "telemetry": "telemetry",
+    "stored": "stored telemetry",
+    "heartbeat": "heartbeat",
+    "report": "report of what arrived",
+    "other": "other, or a part of a message",
+}
+"""The kinds of words, those first that are drawn last."""
+
+_ALIKE = {"telemetry", "stored", "heartbeat", "report", "other"}
+_NUMBERS = {kind: number for number, kind in enumerate(KINDS)}
+_DOWN = 100
+
+
+class _Sent(NamedTuple):
+    """A word; `t` in milliseconds, `flight` in microseconds."""
+
+    t: int
+    frame: int
+    kind: str
+    direction: Direction
+    flight: int | None
+    lost: str
+    again: bool
+    text: str
+
+
+class _Flights:
+    """How long a word takes that did not arrive, or is not known to: as long as the one before."""
+
+    def __init__(self) -> None:
+        self._last: dict[Direction, int] = {}
+
+    def of(self, sent: _Sent) -> int:
+        if sent.flight is not None and not sent.lost:
+            self._last[sent.direction] = sent.flight
+            return sent.flight
+        return self.last(sent.direction)
+
+    def last(self, direction: Direction) -> int:
+        return self._last.get(direction, self._last.get(direction.opposite, 0))
+
+
+def traffic(log: LogFile, view: View) -> None:
+    """Add the words to a view.
+
+    Raises:
+        LogError: if a message cannot be decoded.
+    """
+    groups: dict[tuple[Direction, str, bool], Rows[_Sent]] = defaultdict(lambda: Rows(_MOST))
+    for word in words(log):
+        sent = _sent(word)
+        groups[sent.direction, sent.kind, bool(sent.lost)].add(sent)
+    kept = sorted((sent for rows in groups.values() for sent in rows.rows), key=_order)
+    view.words = _columns(kept)
+    for (direction, kind, lost), rows in sorted(groups.items()):
+        if rows.every > 1:
+            what = f"{KINDS[kind]}{', lost' if lost else ''}"
+            view.notes.append(f"Words, {direction}, {what}: 1 of {rows.every} is drawn")
+
+
+def _order(sent: _Sent) -> tuple[int, Direction, int]:
+    return sent.t, sent.direction, sent.frame
+
+
+def _sent(word: Word) -> _Sent:
+    kind = word.carries.kind if word.carries is not None else word.what.partition(",")[0]
+    if kind == "telemetry" and word.stored:
+        kind = "stored"
+    if kind not in KINDS:
+        kind = "other"
+    flight = None if word.arrives_ns is None else (word.arrives_ns - word.sent_ns) // 1000
+    again = word.carries is not None and word.carries.attempt > 1
+    text = "" if kind in _ALIKE else word.what
+    return _Sent(ms(word.sent_ns), word.frame, kind, word.direction, flight, word.lost or "", again, text)
+
+
+def _columns(kept: list[_Sent]) -> Words:
+    flights = _Flights()
+    for sent in kept:  # so that the first ones, too, have one before them
+        flights.of(sent)
+        if flights.last(sent.direction):
+            break
+    losses = {"": 0}
+    numbers = [_NUMBERS[sent.kind] for sent in kept]
+    return Words(
+        t=steps([sent.t for sent in kept]),
+        flight=[flights.of(sent) for sent in kept],
+        kind=[
+            number + (_DOWN if sent.direction is Direction.DOWN else 0)
+            for number, sent in zip(numbers, kept, strict=True)
+        ],
+        lost=[losses.setdefault(sent.lost, len(losses)) for sent in kept],
+        again=[row for row, sent in enumerate(kept) if sent.again],
+        unended=[
+            row for row, sent in enumerate(kept) if sent.flight is None and not sent.lost
+        ],
+        named={str(row): sent.text for row, sent in enumerate(kept) if sent.text},
+        kinds=list(KINDS.values()),
+        losses=list(losses),
+    )
