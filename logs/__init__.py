@@ -1,7 +1,7 @@
 """A run's log: writing and reading it, querying a run, and showing one.
 
-`recording` and `schemas` write the file and `reading` reads it; `views` answers queries on a run;
-`events` and `picture` say what happened, and `terminal` shows it.
+`open` a log to ask about the run in it. `file` writes and reads it, `views` answers queries on a
+run; `events` and `picture` say what happened, and `terminal` shows it.
 """
 
 from farside.logs.events import EventLine, sign_text, time_text
@@ -11,15 +11,29 @@ from farside.logs.file.packing import Recovered, recover
 from farside.logs.file.reading import LogEntry, LogFile, decode
 from farside.logs.file.recording import Recorder
 from farside.logs.picture import LinkPicture, Picture, picture_at
-from farside.logs.spans import GoalSpan, LinkCounters, ModeSpan, OutageSpan
+from farside.logs.result import Outcome, RunResult
+from farside.logs.spans import (
+    Believed,
+    CommandLife,
+    CommandVerdict,
+    FailsafeSpan,
+    GoalSpan,
+    LinkCounters,
+    ModeSpan,
+    OutageSpan,
+)
 from farside.logs.terminal.replay import replay
 from farside.logs.terminal.screen import screen
-from farside.logs.views import RunView
+from farside.logs.views.run import RunView, open  # noqa: A004 - see there
 
 __all__ = [
     "Attachment",
+    "Believed",
+    "CommandLife",
+    "CommandVerdict",
     "Digest",
     "EventLine",
+    "FailsafeSpan",
     "GoalSpan",
     "LinkCounters",
     "LinkPicture",
@@ -28,12 +42,15 @@ __all__ = [
     "LogFile",
     "ModeSpan",
     "OutageSpan",
+    "Outcome",
     "Picture",
     "Recorder",
     "Recovered",
+    "RunResult",
     "RunView",
     "decode",
     "digest_of",
+    "open",
     "picture_at",
     "recover",
     "replay",

@@ -12,7 +12,21 @@ from typing import NamedTuple
 import msgspec
 
 from farside.logs import LogError, LogFile, Recorder
-from farside.logs.views import RunView
+from farside.logs.result import (
+    DemResult,
+    GoalResult,
+    Judgement,
+    LinkResult,
+    LostProcessResult,
+    ModeResult,
+    OperatorResult,
+    Outcome,
+    RoverResult,
+    RunResult,
+    ShadowResult,
+    StoreResult,
+)
+from farside.logs.views.run import RunView
 from farside.missions.build import build_node
 from farside.missions.conductor import Conductor, Watcher
 from farside.missions.crew.crew import (
@@ -28,20 +42,6 @@ from farside.missions.expectations import judge
 from farside.missions.extensions.kinds import searching
 from farside.missions.interrupts import Interrupts
 from farside.missions.loading import LoadedMission
-from farside.missions.result import (
-    DemResult,
-    GoalResult,
-    Judgement,
-    LinkResult,
-    LostProcessResult,
-    ModeResult,
-    OperatorResult,
-    Outcome,
-    RoverResult,
-    RunResult,
-    ShadowResult,
-    StoreResult,
-)
 from farside.missions.schema import MissionFile
 from farside.node import Direction, Node, Record, Role, to_ns, to_s
 
@@ -66,7 +66,6 @@ class FinishedRun(RunView):
     """A run that is over: its result, and the queries of a `RunView`.
 
     Attributes:
-        result: the result.
         lost_processes: processes that ended before the run, in order of loss.
         interrupted: whether the run was stopped, as by Ctrl-C.
     """
@@ -80,9 +79,14 @@ class FinishedRun(RunView):
         interrupted: bool,
     ) -> None:
         super().__init__(log)
-        self.result = result
+        self._result = result
         self.lost_processes = lost_processes
         self.interrupted = interrupted
+
+    @property
+    def result(self) -> RunResult:
+        """The result, as the log has it too."""
+        return self._result
 
     @property
     def log(self) -> Path:

@@ -224,7 +224,7 @@ app.command("schema")(show_schema)
 
 
 def _status(finished: "FinishedRun") -> int:
-    from farside.missions.result import Outcome
+    from farside.logs.result import Outcome
 
     if finished.interrupted:
         return _INTERRUPTED

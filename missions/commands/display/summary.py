@@ -7,7 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from farside.escaping import printable
-from farside.missions.result import (
+from farside.logs.result import (
     OperatorResult,
     Outcome,
     RoverResult,
