@@ -5,7 +5,7 @@ from typing import Any
 from farside.control import BatteryState, Failsafe, Verdict
 from farside.frames import LinkOutage
 from farside.logs.events import EVENT_TOPICS, EventLine
-from farside.logs.file.reading import LogEntry, LogFile
+from farside.logs.file.reading import LogEntry
 from farside.logs.known import COMMAND_TOPICS
 from farside.logs.picture import Picture
 from farside.logs.report.model import EventRow, View
@@ -38,7 +38,7 @@ from farside.topics import (
 )
 
 _ROUTINE, _WARNING, _ALARM = "routine", "warning", "alarm"
-_MOST = 4000
+_MOST = 2500
 
 
 class Events:
@@ -46,7 +46,7 @@ class Events:
 
     topics: tuple[Topic[Any], ...] = tuple(dict.fromkeys((*EVENT_TOPICS, *COMMAND_TOPICS)))
 
-    def __init__(self, log: LogFile) -> None:
+    def __init__(self) -> None:
         self._picture = Picture()
         self._routine: Rows[tuple[int, EventRow]] = Rows(_MOST)
         self._others: Rows[tuple[int, EventRow]] = Rows(_MOST)

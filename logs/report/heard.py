@@ -5,8 +5,8 @@ from typing import Any
 
 from farside.frames import FrameEvent, FrameStage
 from farside.logs.events import sign_text
-from farside.logs.file.reading import LogEntry, LogFile
-from farside.logs.report.model import Heard, Panel, Predicted, View
+from farside.logs.file.reading import LogEntry
+from farside.logs.report.model import Heard, Panel, Predicted, Side, View
 from farside.logs.report.thinning import Curve, Rows, ms, steps, thinning_note
 from farside.logs.report.link import Buckets
 from farside.messages import Telemetry
@@ -19,8 +19,8 @@ from farside.topics import (
     Prediction,
 )
 
-_ROWS = 10_000
-_PREDICTED = 4000
+_ROWS = 8000
+_PREDICTED = 2000
 _LIKELY = 6
 _GAPS = 5  # of the usual distance between two measurements
 
@@ -36,25 +36,22 @@ class _Words:
 
 
 class HeardAtGround:
-    """Telemetry and predictions; nothing of it in the view of what was so."""
+    """Telemetry and predictions."""
 
-    topics: tuple[Topic[Any], ...]
+    topics: tuple[Topic[Any], ...] = (
+        GROUND_TELEMETRY,
+        GROUND_STORED_TELEMETRY,
+        GROUND_PREDICTION,
+        GROUND_FRAME,
+    )
 
-    def __init__(self, log: LogFile) -> None:
-        self.topics = ()
-        if log.is_as_ground:
-            self.topics = (
-                GROUND_TELEMETRY,
-                GROUND_STORED_TELEMETRY,
-                GROUND_PREDICTION,
-                GROUND_FRAME,
-            )
+    def __init__(self, side: Side) -> None:
         self._words = _Words()
         self._rows: Rows[tuple[int, ...]] = Rows(_ROWS)
         self._last: dict[str, tuple[int, ...]] = {}
         self._distances: Counter[int] = Counter()
-        self._charge, self._delay = Curve(log.end_ns), Curve(log.end_ns)
-        self._bits = Buckets(log.end_ns)
+        self._charge, self._delay = Curve(side.until_ns), Curve(side.until_ns)
+        self._bits = Buckets(side.until_ns)
         self._predicted: Rows[Predicted] = Rows(_PREDICTED)
         self._likely: tuple[Any, ...] = ()
 
@@ -102,8 +99,6 @@ class HeardAtGround:
     def fill(self, view: View) -> None:
         """See `Gatherer`."""
         rows = self._rows.rows
-        if not self.topics:
-            return
         columns: list[list[int]] = [list(column) for column in zip(*rows, strict=True)] or [
             [] for _ in range(9)
         ]

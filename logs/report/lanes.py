@@ -5,8 +5,8 @@ from typing import Any
 from farside.control import BatteryState
 from farside.frames import LinkOutage
 from farside.logs.events import OUTAGES, sign_text
-from farside.logs.file.reading import LogEntry, LogFile
-from farside.logs.report.model import Lane, Mark, Span, View
+from farside.logs.file.reading import LogEntry
+from farside.logs.report.model import Lane, Mark, Side, Span, View
 from farside.logs.report.thinning import ms
 from farside.messages import Tokens
 from farside.node import Direction, Topic
@@ -32,30 +32,37 @@ from farside.topics import (
 )
 
 _GOALS = 10  # rows
-_SPANS = 8000  # of a row
+_SPANS = 3000  # of a row
+_WIDEST = 600_000  # ms
 
 
 class Row:
     """A row of the timeline in the making: one span lasts until the next, or until it is closed.
 
+    Where there are too many, neighbours of one kind are drawn as one, which says how many it is.
+
     Attributes:
         lane: the row.
-        left_out: how many spans there were beyond the most that a row has.
+        merged: spans that are nearer than this, in ms, may be drawn as one; 0 while none is.
+        left_out: how many spans and marks there were beyond the most that a row has.
     """
 
     def __init__(self, name: str) -> None:
         self.lane = Lane(name, [], [])
-        self.left_out = 0
+        self.merged = self.left_out = 0
         self._open: Span | None = None
 
     def open(self, t: int, kind: str, label: str, title: str) -> None:
         """Begin a span, and end the one before."""
         self.close(t)
-        if len(self.lane.spans) >= _SPANS:
+        spans = self.lane.spans
+        while len(spans) >= _SPANS and self.merged < _WIDEST:
+            self._merge()
+        if len(spans) >= _SPANS:
             self.left_out += 1
             return
         self._open = Span(t, None, kind, label, title)
-        self.lane.spans.append(self._open)
+        spans.append(self._open)
 
     def close(self, t: int, more: str = "") -> None:
         """End the span that is open, if one is, and add to what is told of it."""
@@ -70,6 +77,39 @@ class Row:
             self.left_out += 1
             return
         self.lane.marks.append(Mark(t, kind, title))
+
+    def _merge(self) -> None:
+        """Join pairs of neighbours of one kind that are near each other."""
+        self.merged = max(2000, 2 * self.merged)
+        spans, joined = self.lane.spans, []
+        for span in spans:
+            last = joined[-1] if joined else None
+            if (
+                last is not None
+                and last.kind == span.kind
+                and last.end is not None
+                and span.start - last.end <= self.merged
+                and span.start - last.start <= 10 * self.merged
+            ):
+                last.count += span.count
+                last.end, last.label = span.end, ""
+                last.title = f"{last.count} in turn, {span.kind}"
+            else:
+                joined.append(span)
+        spans[:] = joined
+
+    @property
+    def notes(self) -> list[str]:
+        """What the page says of spans that it does not show one by one."""
+        notes = []
+        if self.merged:
+            notes.append(
+                f"{self.lane.name}: neighbours of one kind, less than {self.merged / 1000:g} s "
+                "apart, are drawn as one"
+            )
+        if self.left_out:
+            notes.append(f"{self.lane.name}: {self.left_out} later ones are left out")
+        return notes
 
 
 class Lanes:
@@ -87,8 +127,8 @@ class Lanes:
         GROUND_SILENCE,
     )
 
-    def __init__(self, log: LogFile) -> None:
-        self._as_ground = log.is_as_ground
+    def __init__(self, side: Side) -> None:
+        self._as_ground = side.is_ground
         self._mode, self._failsafe = Row("Mode"), Row("Failsafe")
         self._action, self._battery, self._stuck = Row("Action"), Row("Battery"), Row("Stuck")
         self._ways = {Direction.UP: Row("Uplink"), Direction.DOWN: Row("Downlink")}
@@ -176,8 +216,5 @@ class Lanes:
             rows = [self._mode, self._failsafe, *conditions, self._action]
             rows += [*self._goals.values(), *others, *self._ways.values()]
         view.lanes += [row.lane for row in rows]
-        view.notes += [
-            f"{row.lane.name}: {row.left_out} later spans are left out, after {_SPANS}"
-            for row in rows
-            if row.left_out
-        ]
+        for row in rows:
+            view.notes += row.notes

@@ -3,8 +3,8 @@
 from typing import Any
 
 from farside.logs.events import sign_text
-from farside.logs.file.reading import LogEntry, LogFile
-from farside.logs.report.model import Panel, PolicyMoment, View
+from farside.logs.file.reading import LogEntry
+from farside.logs.report.model import Panel, PolicyMoment, Side, View
 from farside.logs.report.thinning import Curve, ms, rounded, thinning_note
 from farside.node import Topic
 from farside.topics import (
@@ -26,13 +26,13 @@ class Learning:
 
     topics: tuple[Topic[Any], ...] = (ROVER_CYCLE, ROVER_DECISION, ROVER_POLICY_MAP, GROUND_SHADOW)
 
-    def __init__(self, log: LogFile) -> None:
-        self._as_ground = log.is_as_ground
+    def __init__(self, side: Side) -> None:
+        self._as_ground = side.is_ground
         self._totals = {"novel": 0, "unexpected": 0, "failed predictions": 0}
-        self._surprises = {name: Curve(log.end_ns, "steps") for name in self._totals}
-        self._lists = {name: Curve(log.end_ns, "steps") for name in ("Signs", "hypotheses")}
-        self._mean = Curve(log.end_ns, "steps")
-        self._acted = Curve(log.end_ns, "dots")
+        self._surprises = {name: Curve(side.until_ns, "steps") for name in self._totals}
+        self._lists = {name: Curve(side.until_ns, "steps") for name in ("Signs", "hypotheses")}
+        self._mean = Curve(side.until_ns, "steps")
+        self._acted = Curve(side.until_ns, "dots")
         self._maps: list[PolicyMoment] = []
         self._places = 0
         self._more_maps = 0

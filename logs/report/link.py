@@ -4,9 +4,9 @@ from collections import Counter
 from typing import Any
 
 from farside.frames import Fate, FrameFate
-from farside.logs.file.reading import LogEntry, LogFile
+from farside.logs.file.reading import LogEntry
 from farside.logs.report.asked import Asked
-from farside.logs.report.model import LinkRow, Panel, Series, View
+from farside.logs.report.model import LinkRow, Panel, Series, Side, View
 from farside.logs.report.thinning import Curve, ms, rounded, steps, thinning_note
 from farside.logs.spans import LinkTally
 from farside.node import Direction, Topic, to_s
@@ -79,15 +79,14 @@ class _Way:
 
 
 class DeliveredLink:
-    """Delay, loss and rate of both directions; nothing of it is known at the ground."""
+    """Delay, loss and rate of both directions, of what was so."""
 
     topics: tuple[Topic[Any], ...] = (LINK_FRAME,)
 
-    def __init__(self, log: LogFile) -> None:
-        self._as_ground = log.is_as_ground
-        self._asked = Asked.of(log)
+    def __init__(self, side: Side, asked: Asked) -> None:
+        self._asked = asked
         self._ways = {
-            direction: _Way(log.end_ns, self._asked.overhead_byte(direction))
+            direction: _Way(side.until_ns, self._asked.overhead_byte(direction))
             for direction in Direction
         }
 
@@ -98,8 +97,6 @@ class DeliveredLink:
 
     def fill(self, view: View) -> None:
         """See `Gatherer`."""
-        if self._as_ground:
-            return
         view.notes += self._asked.problems
         for panels in zip(*map(self._panels, Direction), strict=True):
             view.panels += panels

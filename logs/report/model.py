@@ -5,9 +5,28 @@ corner. What the script of the page reads has the same names there. A `known` ti
 ground learned of a thing; where it is absent, the thing is of the run as it was.
 """
 
+from typing import Any, NamedTuple
+
 import msgspec
 
 from farside.logs.spans import LinkCounters
+from farside.node import Topic
+
+
+class Side(NamedTuple):
+    """From where a run is looked at.
+
+    Attributes:
+        until_ns: the end of what is known of it.
+        is_ground: whether it is what the ground knew, and not what was so.
+    """
+
+    until_ns: int
+    is_ground: bool
+
+    def may_read(self, topic: Topic[Any]) -> bool:
+        """Whether a topic tells what is known there."""
+        return not self.is_ground or topic.name.startswith("/ground/")
 
 
 class Series(msgspec.Struct, omit_defaults=True):
@@ -49,7 +68,7 @@ class Panel(msgspec.Struct, omit_defaults=True):
     top: float = 0.0
 
 
-class Span(msgspec.Struct, omit_defaults=True):
+class Span(msgspec.Struct, array_like=True):
     """Something lasted for a time.
 
     Attributes:
@@ -59,6 +78,7 @@ class Span(msgspec.Struct, omit_defaults=True):
         label: what is written on it.
         title: what is told where one points at it.
         known, known_end: when the ground learned that it had begun, and that it was over.
+        count: how many it stands for.
     """
 
     start: int
@@ -68,6 +88,7 @@ class Span(msgspec.Struct, omit_defaults=True):
     title: str
     known: int | None = None
     known_end: int | None = None
+    count: int = 1
 
 
 class Mark(msgspec.Struct, omit_defaults=True):
@@ -132,7 +153,7 @@ class Words(msgspec.Struct):
         lost: numbers of `losses`; 0 for a word that was not lost.
         again: numbers of the rows whose message had been sent before.
         unended: numbers of the rows of which the log does not tell how they ended.
-        named: what is said of a row that is not of many alike, by number of the row.
+        named: what is said of the rows that are not of many alike, in their order.
         kinds, losses: the words for both.
     """
 
@@ -142,21 +163,21 @@ class Words(msgspec.Struct):
     lost: list[int]
     again: list[int]
     unended: list[int]
-    named: dict[str, str]
+    named: list[str]
     kinds: list[str]
     losses: list[str]
 
 
-class CommandRow(msgspec.Struct, omit_defaults=True):
+class CommandRow(msgspec.Struct, array_like=True):
     """A command's life; on board in the view of what was so, as told in that of the ground.
 
     Attributes:
         number, text: of the command.
         sent: when it left.
         taken, begun, ended: when it came to these stages.
-        end: the stage that ended it.
+        end: the stage that ended it; empty while none is known.
         why: why it ended without being done.
-        told: when the ground learned of each stage, by its name.
+        told_taken, told_begun, told_ended: when the ground learned of these stages.
     """
 
     number: int
@@ -167,7 +188,9 @@ class CommandRow(msgspec.Struct, omit_defaults=True):
     ended: int | None = None
     end: str = ""
     why: str = ""
-    told: dict[str, int] = {}
+    told_taken: int | None = None
+    told_begun: int | None = None
+    told_ended: int | None = None
 
 
 class Proposed(msgspec.Struct, omit_defaults=True):
@@ -234,6 +257,7 @@ class View(msgspec.Struct, omit_defaults=True):
     link: list[LinkRow] = []
     maps: list[PolicyMoment] = []
     commands: list[CommandRow] = []
+    command_counts: dict[str, int] = {}
     proposals: list[Proposed] = []
     events: list[EventRow] = []
     notes: list[str] = []

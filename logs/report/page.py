@@ -12,8 +12,7 @@ import msgspec
 
 from farside.logs.events import sign_text
 from farside.logs.file.reading import LogFile
-from farside.logs.report.gather import view_of
-from farside.logs.report.model import View
+from farside.logs.report.gather import views_of
 from farside.messages import Tokens
 from farside.node import to_s
 
@@ -91,8 +90,7 @@ def report_page(log: LogFile) -> str:
     Raises:
         LogError: if a message cannot be decoded.
     """
-    ground = view_of(log if log.is_as_ground else log.as_ground())
-    views = {"ground": ground} if log.is_as_ground else {"so": view_of(log), "ground": ground}
+    views = views_of(log)
     head = _head(log)
     script = "(() => {\n\"use strict\";\n" + "\n".join(map(_file, _SCRIPTS)) + "})();\n"
     style = _file("page.css")

@@ -3,8 +3,8 @@
 from typing import Any
 
 from farside.logs.events import sign_text
-from farside.logs.file.reading import LogEntry, LogFile
-from farside.logs.report.model import Lane, Proposed, Span, View
+from farside.logs.file.reading import LogEntry
+from farside.logs.report.model import Lane, Proposed, Side, Span, View
 from farside.logs.report.thinning import ms
 from farside.messages import Proposal, Telemetry
 from farside.node import Topic
@@ -29,8 +29,8 @@ class Proposals:
 
     topics: tuple[Topic[Any], ...]
 
-    def __init__(self, log: LogFile) -> None:
-        self._as_ground = log.is_as_ground
+    def __init__(self, side: Side) -> None:
+        self._as_ground = side.is_ground
         self.topics = (
             (GROUND_PROPOSAL, GROUND_REVIEW, GROUND_TELEMETRY)
             if self._as_ground

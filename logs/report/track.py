@@ -2,8 +2,8 @@
 
 from typing import Any
 
-from farside.logs.file.reading import LogEntry, LogFile
-from farside.logs.report.model import Panel, Track, View
+from farside.logs.file.reading import LogEntry
+from farside.logs.report.model import Panel, Side, Track, View
 from farside.logs.report.thinning import Curve, Rows, ms, steps, thinning_note
 from farside.node import Topic
 from farside.topics import (
@@ -58,11 +58,11 @@ class Tracks:
         TRUTH_BUMP,
     )
 
-    def __init__(self, log: LogFile) -> None:
-        self._chart_topic = GROUND_CHART.name if log.is_as_ground else TRUTH_YARD.name
+    def __init__(self, side: Side) -> None:
+        self._chart_topic = GROUND_CHART.name if side.is_ground else TRUTH_YARD.name
         self._chart: Yard | None = None
         self._true, self._estimated = _Path(), _Path()
-        self._charge = Curve(log.end_ns)
+        self._charge = Curve(side.until_ns)
         self._bumps: Rows[tuple[int, int, int]] = Rows(_BUMPS)
 
     def take(self, entry: LogEntry) -> None:

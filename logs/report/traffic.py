@@ -1,15 +1,14 @@
 """Every word between ground and rover, as columns for the space-time diagram."""
 
-from collections import defaultdict
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
-from farside.logs.file.reading import LogFile
-from farside.logs.report.model import View, Words
+from farside.logs.file.reading import LogEntry
+from farside.logs.report.model import Side, View, Words
 from farside.logs.report.thinning import Rows, ms, steps
-from farside.logs.spacetime import Word, words
-from farside.node import Direction
+from farside.logs.spacetime import HeardAndSent, UnderWay, Word
+from farside.node import Direction, Topic
 
-_MOST = 5000
+_MOST = 3000
 """Of one kind in one direction, that arrived or that were lost."""
 
 KINDS = {
@@ -60,22 +59,38 @@ class _Flights:
         return self._last.get(direction, self._last.get(direction.opposite, 0))
 
 
-def traffic(log: LogFile, view: View) -> None:
-    """Add the words to a view.
+class Traffic:
+    """The words: of what was so, or those that the ground sent and heard."""
 
-    Raises:
-        LogError: if a message cannot be decoded.
-    """
-    groups: dict[tuple[Direction, str, bool], Rows[_Sent]] = defaultdict(lambda: Rows(_MOST))
-    for word in words(log):
+    topics: tuple[Topic[Any], ...]
+
+    def __init__(self, side: Side) -> None:
+        self._taking = HeardAndSent() if side.is_ground else UnderWay()
+        self.topics = self._taking.topics
+        self._groups: dict[tuple[Direction, str, bool], Rows[_Sent]] = {}
+
+    def take(self, entry: LogEntry) -> None:
+        """See `Gatherer`."""
+        for word in self._taking.take(entry.log_time_ns, entry.message):
+            self._add(word)
+
+    def _add(self, word: Word) -> None:
         sent = _sent(word)
-        groups[sent.direction, sent.kind, bool(sent.lost)].add(sent)
-    kept = sorted((sent for rows in groups.values() for sent in rows.rows), key=_order)
-    view.words = _columns(kept)
-    for (direction, kind, lost), rows in sorted(groups.items()):
-        if rows.every > 1:
-            what = f"{KINDS[kind]}{', lost' if lost else ''}"
-            view.notes.append(f"Words, {direction}, {what}: 1 of {rows.every} is drawn")
+        key = sent.direction, sent.kind, sent.lost != ""
+        if (rows := self._groups.get(key)) is None:
+            rows = self._groups[key] = Rows(_MOST)
+        rows.add(sent)
+
+    def fill(self, view: View) -> None:
+        """See `Gatherer`."""
+        for word in self._taking.rest():
+            self._add(word)
+        kept = (sent for rows in self._groups.values() for sent in rows.rows)
+        view.words = _columns(sorted(kept, key=_order))
+        for (direction, kind, lost), rows in sorted(self._groups.items()):
+            if rows.every > 1:
+                what = f"{KINDS[kind]}{', lost' if lost else ''}"
+                view.notes.append(f"Words, {direction}, {what}: 1 of {rows.every} is drawn")
 
 
 def _order(sent: _Sent) -> tuple[int, Direction, int]:
@@ -114,7 +129,7 @@ def _columns(kept: list[_Sent]) -> Words:
         unended=[
             row for row, sent in enumerate(kept) if sent.flight is None and not sent.lost
         ],
-        named={str(row): sent.text for row, sent in enumerate(kept) if sent.text},
+        named=[sent.text for sent in kept if sent.kind not in _ALIKE],
         kinds=list(KINDS.values()),
         losses=list(losses),
     )

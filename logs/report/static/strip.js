@@ -91,7 +91,7 @@ function wordPaths(words, x, top, bottom) {
     const left = x(words.t[row]), flight = words.flight[row] / 1000 * x.perMs;
     const part = lost ? CROSS : 1;
     const right = left + flight * part, y = from + (to - from) * part;
-    const unsure = asGround() && words.unended.has(row) && !arrived.has(words.named[row]?.split(",")[0]);
+    const unsure = asGround() && words.unended.has(row) && !arrived.has(words.named[row].split(",")[0]);
     add(`w-${WORD_CLASS[kind]}${unsure ? " w-open" : ""}`, `M${px(left)} ${from}L${px(right)} ${px(y)}`);
     if (lost) {
       const size = kind < ALIKE_FROM && !dense ? 4 : 2.5;
@@ -137,7 +137,7 @@ function tellWord(drawn, x, y) {
 }
 
 function wordTitle(words, row) {
-  const name = words.named[row] ?? words.kinds[words.kind[row] % 100];
+  const name = words.named[row] || words.kinds[words.kind[row] % 100];
   const flight = duration(words.flight[row] / 1000);
   const sent = `${name}, sent at ${seconds(words.t[row])}`;
   if (words.lost[row]) return `${sent}, ${words.losses[words.lost[row]]}`;

@@ -120,7 +120,7 @@ function commandTable(commands) {
   const after = (t, from) => html("td", { class: "number" }, t === undefined ? "–" : `+${duration(t - from)}`);
   const rows = commands.map((one) => html("tr", {}, html("td", { class: "number" }, String(one.number)),
     html("td", { class: "order" }, one.text), at(one.sent), after(one.taken, one.sent), after(one.begun, one.sent),
-    after(one.ended, one.sent), after(asGround() && one.end === undefined ? undefined : one.told?.ended, one.sent),
+    after(one.ended, one.sent), after(asGround() && one.end === undefined ? undefined : one.told_ended, one.sent),
     html("td", one.end && one.end !== "done" ? { class: "bad" } : {},
       one.end ? `${one.end}${one.why ? `: ${one.why}` : ""}` : "not over")));
   return html("div", { class: "scroll" }, html("table", {},
@@ -136,7 +136,12 @@ function drawCommandTables() {
   const shown = others.slice(-ENDED_OTHERWISE);
   byId("refused").replaceChildren(shown.length ? commandTable(shown) : html("p", { class: "soft" }, "None."),
     ...(others.length > shown.length ? [html("p", { class: "note" }, `The last ${shown.length} of ${others.length}.`)] : []));
-  byId("command-count").textContent = `${commands.length} sent, ${over.length} done.`;
+  byId("command-count").textContent = asGround() ? `${commands.length} sent, ${over.length} known to be done.` : commandCounts();
+}
+
+function commandCounts() {
+  const counts = here().command_counts ?? {}, all = Object.values(counts).reduce((a, b) => a + b, 0);
+  return [`${all} sent`, ...Object.entries(counts).map(([end, count]) => `${count} ${end || "not over"}`)].join(", ") + ".";
 }
 
 let listed = "", items = [];

@@ -15,6 +15,9 @@ function prepare(view) {
     view.words.t = summed(view.words.t);
     view.words.again = new Set(view.words.again);
     view.words.unended = new Set(view.words.unended);
+    let next = 0;
+    const names = view.words.named;
+    view.words.named = view.words.kind.map((kind) => (kind % 100 < ALIKE_FROM ? names[next++] : ""));
   }
   if (view.heard) {
     const heard = view.heard;
@@ -26,6 +29,12 @@ function prepare(view) {
   }
   for (const key of ["lanes", "panels", "commands", "proposals", "events", "maps", "notes", "bumps",
     "predicted", "rows", "link"]) view[key] ??= [];
+  const named = (names) => (row) => Object.fromEntries(names.map((name, place) => [name, row[place] ?? undefined]));
+  view.commands = view.commands.map(named(["number", "text", "sent", "taken", "begun", "ended", "end", "why",
+    "told_taken", "told_begun", "told_ended"]));
+  for (const lane of view.lanes) {
+    lane.spans = (lane.spans ?? []).map(named(["start", "end", "kind", "label", "title", "known", "known_end"]));
+  }
   view.chart = chartOf(view);
   return view;
 }
@@ -60,7 +69,7 @@ const isKnown = (t) => !asGround() || t <= state.t;
 function known(span) {
   if (!asGround()) return { ...span, end: span.end ?? state.until };
   if ((span.known ?? span.start) > state.t) return null;
-  const over = span.end !== null && (span.known_end ?? span.end) <= state.t;
+  const over = span.end !== undefined && (span.known_end ?? span.end) <= state.t;
   const horizon = span.known === undefined ? state.t : Math.max(span.start, heardUntil());
   return { ...span, end: over ? span.end : horizon };
 }
@@ -109,7 +118,7 @@ const unheard = (start, end) => ({ start, end, kind: "gap", label: end - start >
 function lanesHere() {
   const lanes = here().lanes.map((lane) => ({
     name: lane.name,
-    spans: (lane.spans ?? []).map(known).filter(Boolean),
+    spans: lane.spans.map(known).filter(Boolean),
     marks: (lane.marks ?? []).filter((mark) => isKnown(mark.known ?? mark.t)),
   }));
   return asGround() && here().heard ? [...heardLanes(), ...lanes] : lanes;
@@ -119,7 +128,7 @@ function lanesHere() {
 function commandsHere() {
   if (!asGround()) return here().commands;
   return here().commands.filter((one) => one.sent <= state.t).map((one) => {
-    const told = (stage) => one.told?.[stage] !== undefined && one.told[stage] <= state.t;
+    const told = (stage) => one[`told_${stage}`] <= state.t;
     return {
       ...one,
       taken: told("taken") ? one.taken : undefined,
