@@ -24,6 +24,7 @@ from farside.missions.commands.logs.comparing import DIFF_STATUS, diff_logs
 from farside.missions.commands.logs.exporting import export_log
 from farside.missions.commands.logs.looking import recover_log, replay_log
 from farside.missions.commands.logs.reliving import VERIFY_STATUS, rerun_log, verify_log
+from farside.missions.commands.logs.report import report_log
 from farside.missions.commands.logs.story import tell_story
 from farside.missions.commands.logs.why import tell_why
 from farside.missions.commands.values import (
@@ -291,6 +292,7 @@ app.command("rerun", epilog=_STATUS)(rerun_log)
 app.command("diff", epilog=DIFF_STATUS)(diff_logs)
 app.command("story")(tell_story)
 app.command("why")(tell_why)
+app.command("report")(report_log)
 app.command("missions")(list_missions)
 app.command("schema")(show_schema)
 
