@@ -7,7 +7,7 @@ import msgspec
 from farside.logs.events import sign_text
 from farside.logs.information.run import origin
 from farside.logs.known import command_text
-from farside.logs.picture import picture_at
+from farside.logs.moments import picture_at
 from farside.logs.views.run import RunView
 from farside.node import to_ns, to_s
 from farside.topics import BeliefItem
