@@ -13,9 +13,11 @@ from mcap.opcode import Opcode
 
 from farside.logs.file.mcap_bytes import (
     CHUNK_OVERHEAD_BYTE,
+    DAMAGE,
     HEAD,
     MAGIC,
     MESSAGE_HEAD,
+    DamageError,
     chunk_bytes,
     metadata_bytes,
     record_bytes,
@@ -26,6 +28,7 @@ from farside.logs.file.reading import LogFile
 _CHUNK_BYTE = 1 << 20
 _INDEX_HEAD = struct.Struct("<BQHI")
 _CRC = struct.Struct("<I")
+_MESSAGE_OVERHEAD_BYTE = MESSAGE_HEAD.size - HEAD.size
 
 
 class Recovered(NamedTuple):
@@ -97,16 +100,20 @@ class _Packer:
         self._metadata_indexes: list[mcap.MetadataIndex] = []
         self._declared = [*log.index.schemas.values(), *log.index.channels.values()]
         self._filled = bytearray(b"".join(map(record_bytes, self._declared)))
+        # Of each message log time, offset in the chunk and length, by channel.
         self._places: dict[int, list[int]] = {}
 
     def write(self) -> int:
         """Write all of it, and return the number of messages."""
         self._file.write(MAGIC + record_bytes(mcap.Header(profile="", library=self._log.library)))
         self._attach()
-        for data in self._log.contents():
+        for block, data in self._log.contents():
             if len(self._filled) + len(data) > _CHUNK_BYTE and self._places:
                 self._end_chunk()
-            self._add(data)
+            try:
+                self._add(data)
+            except DAMAGE as error:
+                self._log.index.note_block(block, error)
         if self._filled:
             self._end_chunk()
         for name, values in self._log.metadata.items():
@@ -139,23 +146,39 @@ class _Packer:
     # --- chunks --------------------------------------------------------------------------------
 
     def _add(self, data: bytes) -> None:
-        """Add the messages of a chunk of the old file to the chunk in progress."""
-        unpack, filled, at, size = MESSAGE_HEAD.unpack_from, self._filled, 0, len(data)
+        """Add the messages of a chunk of the old file to the chunk in progress.
+
+        Raises:
+            DamageError: if they are no messages of known channels; none is added then.
+            struct.error: likewise.
+        """
+        unpack, message = MESSAGE_HEAD.unpack_from, int(Opcode.MESSAGE)
+        added: dict[int, list[int]] = {}
+        row: list[bytes] = []
+        at, start, size, moved = 0, 0, len(data), len(self._filled)
         while at < size:
             opcode, length, channel, _, log_time_ns, _ = unpack(data, at)
-            end = at + HEAD.size + length
-            if opcode == Opcode.MESSAGE:
-                places = self._places.get(channel)
+            if opcode == message:
+                places = added.get(channel)
                 if places is None:
-                    places = self._places[channel] = []
-                places += (log_time_ns, len(filled))
-                self._sizes[channel] += end - at - MESSAGE_HEAD.size
-                filled += data[at:end]
-            at = end
+                    if channel not in self._log.index.channels:
+                        raise DamageError(f"a message of channel {channel}, which is unknown")
+                    places = added[channel] = []
+                places += (log_time_ns, moved + at, length)
+                at += HEAD.size + length
+            else:
+                row.append(data[start:at])
+                start = at = at + HEAD.size + length
+                moved = len(self._filled) + sum(map(len, row)) - start
+        if at > size:
+            raise DamageError(f"{at - size} bytes are missing from the last record")
+        self._filled += b"".join((*row, data[start:]))
+        for channel, places in added.items():
+            self._places.setdefault(channel, []).extend(places)
 
     def _end_chunk(self) -> None:
         """Write the chunk in progress, and the index of its messages."""
-        times_ns = [time_ns for places in self._places.values() for time_ns in places[::2]]
+        times_ns = [time_ns for places in self._places.values() for time_ns in places[::3]]
         start_ns, end_ns = min(times_ns, default=0), max(times_ns, default=0)
         data = bytes(self._filled)
         chunk = chunk_bytes(data, start_ns, end_ns, compressed=True)
@@ -164,8 +187,11 @@ class _Packer:
         offsets = {}
         for channel, places in self._places.items():
             offsets[channel] = self._file.tell()
+            count = len(places) // 3
+            self._counts[channel] += count
+            self._sizes[channel] += sum(places[2::3]) - count * _MESSAGE_OVERHEAD_BYTE
+            del places[2::3]
             self._file.write(_message_index(channel, places))
-            self._counts[channel] += len(places) // 2
         self._chunk_indexes.append(
             mcap.ChunkIndex(
                 message_start_time=start_ns,

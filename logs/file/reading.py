@@ -304,8 +304,8 @@ class LogFile:
 
     # --- by block ------------------------------------------------------------------------------
 
-    def contents(self) -> Iterator[bytes]:
-        """The encoded messages of each readable chunk, in order.
+    def contents(self) -> Iterator[tuple[Block, bytes]]:
+        """The encoded records of each chunk that is as it was written, in order.
 
         Raises:
             LogError: if the file is gone.
@@ -314,11 +314,10 @@ class LogFile:
             for block in self.index.blocks:
                 try:
                     data = self._bytes(file, block)
-                    messages(data, {}, self.index.channels)
                 except DAMAGE as error:
                     self.index.note_block(block, error)
                 else:
-                    yield data
+                    yield block, data
 
     @contextmanager
     def _file(self) -> Iterator[BinaryIO]:

@@ -23,6 +23,7 @@ from rich.table import Table
 from farside.logs import LogFile, Recorder, RunView, picture_at
 from farside.logs.file.mcap_bytes import inner_records
 from farside.logs.file.packing import pack
+from farside.logs.file.parts import Block
 from farside.missions import load_mission, run_mission
 from farside.missions.expectations import judge
 from farside.node import Direction, to_ns
@@ -42,15 +43,15 @@ class Repeated(LogFile):
         super().__init__(path)
         self._times = times
 
-    def contents(self) -> Iterator[bytes]:
+    def contents(self) -> Iterator[tuple[Block, bytes]]:
         """See `LogFile.contents`."""
-        chunks = [(data, _places_of_times(data)) for data in super().contents()]
+        chunks = [(block, data, _places_of_times(data)) for block, data in super().contents()]
         for number in range(self._times):
-            for data, places in chunks:
+            for block, data, places in chunks:
                 shifted = np.frombuffer(data, np.uint8).copy()
                 times_ns = shifted[places].view(np.uint64) + np.uint64(number * PERIOD_NS)
                 shifted[places] = times_ns.view(np.uint8)
-                yield shifted.tobytes()
+                yield block, shifted.tobytes()
 
 
 def _places_of_times(data: bytes) -> "np.ndarray[tuple[int, int], np.dtype[np.int64]]":
