@@ -5,7 +5,7 @@ from pathlib import Path
 
 import msgspec
 
-from farside.logs.file.index import LogError
+from farside.logs.file.parts import LogError
 from farside.logs.file.reading import LogFile
 from farside.logs.result import RunResult
 from farside.logs.views.goals import GoalView

@@ -7,7 +7,7 @@ import typer
 
 from farside.escaping import printable
 from farside.missions.commands.display.patience import patience
-from farside.missions.commands.failures import print_error
+from farside.missions.commands.logs.finding import tell_damage
 from farside.missions.commands.values import pace_of
 
 
@@ -40,6 +40,8 @@ def replay_log(
         replay(file, Console(), speed=speed, start_s=start, waiting=patience)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--start") from error
+    finally:
+        tell_damage(file)
 
 
 def recover_log(
@@ -55,7 +57,7 @@ def recover_log(
     from farside.logs import LogFile, recover
 
     with patience("making a whole log"):
-        recovered = recover(LogFile(log))
+        file = LogFile(log)
+        recovered = recover(file)
     print(f"{printable(str(recovered.path))}: {recovered.messages} messages")  # noqa: T201
-    if recovered.damage is not None:
-        print_error(recovered.damage)
+    tell_damage(file)
