@@ -11,7 +11,7 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 
-from farside.logs.file.index import LogError
+from farside.logs.file.parts import LogError
 from farside.logs.file.reading import LogEntry, LogFile
 from farside.logs.tables.columns import Column, Value, columns_of
 from farside.node import Topic, to_s
