@@ -25,6 +25,9 @@ GREATEST_RECORD_BYTE = 64 * 1024 * 1024
 Ours are little longer than a megabyte, while a crafted file could ask for all memory.
 """
 
+PICTURE = "farside.picture"
+"""Key in the metadata of a channel that holds pictures, which are made of the other channels."""
+
 HEAD = struct.Struct("<BQ")
 """What a record has before its body: opcode and length."""
 

@@ -1,8 +1,9 @@
 """Reading a run's log by topic and time, even if its writer was killed."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import copy
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, Self
 
@@ -10,10 +11,12 @@ import msgspec
 
 from farside.logs.file.digest import digest_of
 from farside.logs.file.index import LogIndex
-from farside.logs.file.mcap_bytes import DAMAGE, messages
+from farside.logs.file.mcap_bytes import DAMAGE, PICTURE, messages
 from farside.logs.file.parts import Attachment, Block, LogError, block_records
 from farside.node import NEVER_NS, Record, Topic, to_s
 from farside.topics import TOPICS
+
+_log_time_ns = attrgetter("log_time_ns")
 
 
 class LogEntry(NamedTuple):
@@ -171,18 +174,22 @@ class LogFile:
         *,
         start_ns: int = 0,
         end_ns: int = NEVER_NS,
+        pictures: bool = False,
     ) -> Iterator[Record]:
         """The records of some topics in log order. Each call reads the file again.
 
         Args:
-            topics: which ones; all by default.
+            topics: which ones; all of Farside's own by default.
             start_ns: least log time.
             end_ns: greatest log time.
+            pictures: whether all topics are those of the pictures, too: all that the log holds.
 
         Raises:
             LogError: if the file is gone.
         """
-        names = self._known(None if topics is None else {topic.name for topic in topics})
+        names = self._known(
+            self._names(pictures=pictures) if topics is None else {topic.name for topic in topics}
+        )
         end_ns = self._end_ns(end_ns)
         with self._opened() as file:
             wanted, channels = self._wanted(names)
@@ -201,16 +208,36 @@ class LogFile:
         Raises:
             LogError: as `records`.
         """
-        names = self._known({topic.name})
+        return next(iter(self.latest_each(time_ns, (topic.name,))), None)
+
+    def latest_each(self, time_ns: int, names: Iterable[str] | None = None) -> list[Record]:
+        """The last record of each topic with a log time of `time_ns` or before, in log order.
+
+        Args:
+            time_ns: greatest log time.
+            names: of these topics; of all that the log holds by default, pictures included.
+
+        Raises:
+            LogError: as `records`.
+        """
+        missing = self._known(self._names(pictures=True) if names is None else set(names))
         time_ns = self._end_ns(time_ns)
+        found: list[Record] = []
         with self._opened() as file:
-            wanted, channels = self._wanted(names)
+            wanted, channels = self._wanted(missing)
             for block in reversed(self.index.blocks):
-                if block.start_ns <= time_ns and block.has(channels):
-                    for record in reversed(self._read(file, block, wanted)):
-                        if record.log_time_ns <= time_ns:
-                            return record
-        return None
+                if not missing:
+                    break
+                if block.start_ns > time_ns or not block.has(channels):
+                    continue
+                last: dict[str, Record] = {}
+                for record in self._read(file, block, wanted):
+                    if record.log_time_ns <= time_ns:
+                        last[record.topic] = record
+                found += last.values()
+                missing -= last.keys()
+                wanted, channels = self._wanted(missing)
+        return sorted(found, key=_log_time_ns)
 
     def entries(self) -> Iterator[LogEntry]:
         """All records in log order, each decoded when it is reached.
@@ -221,22 +248,29 @@ class LogFile:
         return map(LogEntry.of, self.records())
 
     def digest(self) -> str:
-        """The `Digest` of all records, computed from the file.
+        """The `Digest` of all that the log holds, pictures included, computed from the file.
 
         Raises:
             LogError: if some are missing: it would not be that of the run.
         """
-        digest = digest_of(self.records())
+        digest = digest_of(self.records(pictures=True))
         if self.damage:
             raise LogError(f"{self.path} is damaged: {self.damage[0]}")
         return digest
 
-    def _known(self, names: set[str] | None) -> set[str] | None:
-        """Of these topics those that may be told of; `None` for all."""
+    def _names(self, *, pictures: bool) -> set[str]:
+        """The topics of the log."""
+        return {
+            channel.topic
+            for channel in self.index.channels.values()
+            if pictures or PICTURE not in channel.metadata
+        }
+
+    def _known(self, names: set[str]) -> set[str]:
+        """Of these topics those that may be told of."""
         if not self.is_as_ground:
             return names
-        ground = {name for name in TOPICS if name.startswith("/ground/")}
-        return ground if names is None else ground & names
+        return {name for name in names if name.startswith("/ground/")}
 
     def _end_ns(self, end_ns: int) -> int:
         known_ns = self.known_until_ns
@@ -277,12 +311,12 @@ class LogFile:
                 self._look_over(file)
             yield file
 
-    def _wanted(self, names: Collection[str] | None) -> tuple[dict[int, str], int]:
+    def _wanted(self, names: Collection[str]) -> tuple[dict[int, str], int]:
         """The topics of these names by channel number, and a bit for each number."""
         wanted = {
             number: channel.topic
             for number, channel in self.index.channels.items()
-            if names is None or channel.topic in names
+            if channel.topic in names
         }
         return wanted, sum(1 << number for number in wanted)
 

@@ -7,14 +7,14 @@ memory nor the index grows with the number of windows.
 """
 
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
-from functools import cache
+from functools import cache, partial
 from importlib.metadata import PackageNotFoundError, version
 from itertools import count
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import NamedTuple, Self
 
 import msgspec
 from mcap import records as mcap
@@ -23,6 +23,7 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 from farside.logs.file.digest import Digest
 from farside.logs.file.mcap_bytes import (
     MAGIC,
+    PICTURE,
     chunk_bytes,
     end_marks,
     message_bytes,
@@ -33,7 +34,8 @@ from farside.logs.file.packing import pack
 from farside.logs.file.parts import LIBRARY, LogError
 from farside.logs.file.reading import LogFile
 from farside.logs.file.schemas import topic_schema
-from farside.node import NEVER_NS, Record
+from farside.logs.foxglove.names import PICTURES, PictureTopic
+from farside.node import NEVER_NS, Record, Topic
 from farside.topics import TOPICS
 
 try:
@@ -87,9 +89,9 @@ class _Tail:
 class Recorder:
     """Writes a new log. A context manager that closes the log on exit, even after an error.
 
-    Every log has a channel for each of `TOPICS`, used or not, so that viewers list the same
-    topics for every run. Attachments have no timestamps: nothing in a log depends on the wall
-    clock.
+    Every log has a channel for each of `TOPICS` and of `PICTURES`, used or not, so that viewers
+    list the same topics for every run. Attachments have no timestamps: nothing in a log depends
+    on the wall clock.
 
     Args:
         path: the file to create, in an existing folder.
@@ -111,7 +113,11 @@ class Recorder:
         except (OSError, ValueError) as error:
             reason = error.strerror if isinstance(error, OSError) else str(error)
             raise LogError(f"the log {path} cannot be written: {reason}") from error
+        # Foxglove's library takes its time to load, and only who writes a log needs it.
+        from farside.logs.foxglove.pictures import Pictures  # noqa: PLC0415
+
         self._is_open = True
+        self._pictures = Pictures()
         self._digest = Digest()
         self._tail = _Tail(path, self._file)
         self._tail.write(MAGIC + record_bytes(mcap.Header("", f"{LIBRARY} {_VERSION}")))
@@ -153,7 +159,7 @@ class Recorder:
 
     @property
     def digest(self) -> str:
-        """The `Digest` of all records written so far."""
+        """The `Digest` of all records written so far, and of their pictures."""
         return self._digest.hex
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
@@ -165,19 +171,21 @@ class Recorder:
         self._tail.write(metadata_bytes(name, data))
 
     def write(self, records: Iterable[Record]) -> None:
-        """Add records, which must come in log order.
+        """Add records, which must come in log order, and their pictures.
 
         Raises:
             KeyError: if a record's topic is not in `TOPICS`.
         """
-        records = tuple(records)
+        self._add(self._pictures.beside(records))
+
+    def _add(self, records: Sequence[Record]) -> None:
         if not records:
             return
         data = message_bytes(records, self._channels)
         if len(data) > _CHUNK_BYTE and len(records) > 1:
             half = len(records) // 2
-            self.write(records[:half])
-            self.write(records[half:])
+            self._add(records[:half])
+            self._add(records[half:])
             return
         for record in records:
             self._digest.add(record)
@@ -258,33 +266,54 @@ class Recorder:
             self.close()
 
 
+class _Declared(NamedTuple):
+    """What is declared of a topic."""
+
+    topic: str
+    schema: str
+    schema_encoding: str
+    message_encoding: str
+    metadata: dict[str, str]
+    data: Callable[[], bytes]
+
+    @classmethod
+    def of_topic(cls, topic: Topic[msgspec.Struct]) -> Self:
+        name, json = f"{LIBRARY}.{topic.kind.__name__}", MessageEncoding.JSON
+        data = partial(topic_schema, topic.kind)
+        return cls(topic.name, name, SchemaEncoding.JSONSchema, json, {}, data)
+
+    @classmethod
+    def of_picture(cls, topic: PictureTopic) -> Self:
+        schema, protobuf = SchemaEncoding.Protobuf, MessageEncoding.Protobuf
+        return cls(topic.name, topic.schema_name, schema, protobuf, {PICTURE: "1"}, topic.schema)
+
+
 @cache
 def _declarations() -> tuple[dict[str, int], bytes]:
     """The number of the channel of each topic, and a chunk that declares them all."""
-    schemas: dict[type[msgspec.Struct], int] = {}
+    schemas: dict[str, int] = {}
     channels: dict[str, int] = {}
-    declared: list[mcap.McapRecord] = []
-    for topic in TOPICS.values():
-        kind = topic.kind
-        if kind not in schemas:
-            schemas[kind] = len(schemas) + 1
-            declared.append(
-                mcap.Schema(
-                    id=schemas[kind],
-                    data=topic_schema(kind),
-                    encoding=SchemaEncoding.JSONSchema,
-                    name=f"{LIBRARY}.{kind.__name__}",
-                )
+    records: list[mcap.McapRecord] = []
+    for topic in (
+        *map(_Declared.of_topic, TOPICS.values()),
+        *map(_Declared.of_picture, PICTURES.values()),
+    ):
+        name = topic.schema
+        if name not in schemas:
+            schemas[name] = len(schemas) + 1
+            schema = mcap.Schema(
+                id=schemas[name], data=topic.data(), encoding=topic.schema_encoding, name=name
             )
-        channels[topic.name] = len(channels) + 1
-        declared.append(
+            records.append(schema)
+        channels[topic.topic] = len(channels) + 1
+        records.append(
             mcap.Channel(
-                id=channels[topic.name],
-                topic=topic.name,
-                message_encoding=MessageEncoding.JSON,
-                metadata={},
-                schema_id=schemas[kind],
+                id=channels[topic.topic],
+                topic=topic.topic,
+                message_encoding=topic.message_encoding,
+                metadata=topic.metadata,
+                schema_id=schemas[name],
             )
         )
-    data = b"".join(map(record_bytes, declared))
+    data = b"".join(map(record_bytes, records))
     return channels, chunk_bytes(data, 0, 0, compressed=True)
