@@ -11,6 +11,8 @@ COMMANDS = [
     ("check",),
     ("replay",),
     ("recover",),
+    ("story",),
+    ("why",),
     ("missions",),
     ("schema",),
     ("link",),

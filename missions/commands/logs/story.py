@@ -52,10 +52,11 @@ def tell_story(
         bool, typer.Option("--json", help="Print the story as one JSON object.")
     ] = False,
 ) -> None:
-    """Tell the story of one thing, from birth to effect, across both sides of the link.
+    """Tell the story of one thing, from birth to effect.
 
-    Each line says when it was so, how long after the line before, and where. Told are waits,
-    losses, what was sent again, refusals, and the light time of each leg.
+    Across both sides of the link: each line says when it was so, how long after the line before,
+    and where. Told are waits, losses, what was sent again, refusals, and the light time of each
+    leg.
 
     \b
     SUBJECT is one of
