@@ -8,7 +8,7 @@ from farside.rover.node import Rover
 from farside.rover.world.faults import Faults
 
 
-def change(rover: Rover, config: RoverConfig) -> None:
+def change(rover: Rover, config: RoverConfig, now_ns: int) -> None:
     """Go by another `[rover]` table from now on.
 
     What the rover was told stays: goals that were reached or withdrawn, and what the operator said
@@ -18,6 +18,7 @@ def change(rover: Rover, config: RoverConfig) -> None:
         rover: the rover, between two ticks.
         config: equal to `rover.config` but for `goals`, `failsafe`, `consent`, `battery`, `faults`
             and `dem`.
+        now_ns: the present.
 
     Raises:
         ValueError: if a parameter of the model differs that cannot; see
@@ -25,6 +26,7 @@ def change(rover: Rover, config: RoverConfig) -> None:
     """
     before, rover.config = rover.config, config
     parts, failsafe = rover.parts, config.failsafe
+    parts.journal.now_ns = now_ns
     if config.dem != before.dem and isinstance(rover.controller, DynamicExpectancyModel):
         rover.controller.change(config.dem)
     parts.silence.change(failsafe)

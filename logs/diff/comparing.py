@@ -129,18 +129,18 @@ def _chain(
     if record is None or found.first is None:
         return ()
     parted_ns = found.first.at_ns
-    links = {
-        (cause.t_ns, cause.sentence): Link(
-            to_s(cause.t_ns), cause.topic, cause.sentence, cause.t_ns < parted_ns
-        )
+    chain = [
+        Link(to_s(cause.t_ns), cause.topic, cause.sentence, cause.t_ns < parted_ns)
         for cause in causes(log, record)
-    }
+    ]
+    told = {link.text for link in chain}
     for one in (*before, record):
         if one is not None and one.log_time_ns <= record.log_time_ns:
             seen = Seen.of(one)
-            so_ns = one.publish_time_ns
-            links[so_ns, seen.text] = Link(seen.so_s, seen.topic, seen.text, shared=False)
-    chain = sorted(links.values(), key=lambda link: link.t_s)
+            if seen.is_told and seen.text not in told:
+                chain.append(Link(seen.t_s, seen.topic, seen.text, shared=False))
+                told.add(seen.text)
+    chain.sort(key=lambda link: link.t_s)
     shared = [link for link in chain if link.shared]
     apart = [link for link in chain if not link.shared]
     return (*shared[-_MOST_SHARED:], *apart)

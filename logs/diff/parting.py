@@ -5,7 +5,7 @@ from typing import Any
 
 import msgspec
 
-from farside.logs.file.index import LogError
+from farside.logs.file.parts import LogError
 from farside.logs.file.reading import LogEntry
 from farside.logs.story.sentences import sentence
 from farside.node import Record, to_s
@@ -26,6 +26,7 @@ class Seen(msgspec.Struct, frozen=True):
         so_s: when it was so.
         message: the message in JSON; of a picture, how many bytes it has and their beginning.
         text: what it says, in the words of `farside story`; or the beginning of its JSON.
+        is_told: whether there are words for it.
     """
 
     topic: str
@@ -33,12 +34,15 @@ class Seen(msgspec.Struct, frozen=True):
     so_s: float
     message: Any
     text: str
+    is_told: bool
 
     @classmethod
     def of(cls, record: Record) -> "Seen":
         """What a record says."""
-        t_s, so_s = to_s(record.log_time_ns), to_s(record.publish_time_ns)
-        return cls(record.topic, t_s, so_s, _message(record.payload), _text(record))
+        message, text = _message(record.payload), _text(record)
+        shown = text or one_line(f"{record.topic} {msgspec.json.encode(message).decode()}", _LENGTH)
+        times_s = to_s(record.log_time_ns), to_s(record.publish_time_ns)
+        return cls(record.topic, *times_s, message, shown, text is not None)
 
 
 class Parting(msgspec.Struct, frozen=True):
@@ -105,16 +109,12 @@ def different(first: Any, second: Any, key: str = "") -> Iterator[tuple[str, Any
             yield key, first, second
 
 
-def _text(record: Record) -> str:
-    untold = f"{record.topic} is recorded"
+def _text(record: Record) -> str | None:
     try:
         text = sentence(LogEntry.of(record))
     except LogError:
-        text = untold
-    if text != untold:
-        return text
-    message = msgspec.json.encode(_message(record.payload)).decode()
-    return f"{record.topic} {one_line(message, _LENGTH)}"
+        return None
+    return None if text == f"{record.topic} is recorded" else text
 
 
 def _message(payload: bytes) -> Plain:

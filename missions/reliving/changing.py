@@ -110,7 +110,7 @@ def change(
     if after.link != before.link:
         live.link.adopt(after.link)
     if after.rover != before.rover:
-        change_rover(live.rover, after.rover)
+        change_rover(live.rover, after.rover, now_ns)
         if live.ground.shadow is not None:
             live.ground.shadow.model.agree(after.rover.dem)
     if after.ground != before.ground:

@@ -8,9 +8,15 @@ import msgspec
 
 from farside.missions.assignments import Assignment, read_assignments
 from farside.missions.conductor import Watcher
-from farside.missions.extensions.kinds import ExtensionError, searching
+from farside.missions.extensions.kinds import (
+    CONTROLLER,
+    OPERATOR,
+    ExtensionError,
+    Kind,
+    searching,
+)
 from farside.missions.interrupts import Interrupts
-from farside.missions.loading import LoadedMission, load_text
+from farside.missions.loading import LoadedMission, MissionError, load_text
 from farside.missions.reliving.changing import different_keys, refusals
 from farside.missions.reliving.crew import RelivedCrew
 from farside.missions.reliving.past import Past, RelivingError, read_past, refuse_beyond
@@ -24,6 +30,7 @@ if TYPE_CHECKING:
     from farside.rover.controller import Controller
 
 _RECORDED = ("ground", "recorded")
+_THEN, _LATER = " set in that run", " changed during that run"
 
 
 class _Classes(NamedTuple):
@@ -73,12 +80,12 @@ def load_again(
     try:
         made = read_assignments(assignments)
     except ValueError as error:
-        raise RelivingError(str(error)) from error
+        raise MissionError(f"{log}: {error}") from error
     if seed is not None:
         made.append(Assignment(("seed",), seed, f"--seed {seed}"))
     classes = _Classes(controller, operator)
     stages = [_Stage(0, tuple(_set_then(past)))]
-    stages += [_Stage(one.at_ns, tuple(_assigned(one.overrides))) for one in past.changes]
+    stages += [_Stage(one.at_ns, tuple(_assigned(one.overrides, _LATER))) for one in past.changes]
     again = {"log": past.log.path.name, "digest": _digest(past)}
     if from_s is None:
         first = stages[0]._replace(made=(*stages[0].made, *made))
@@ -166,17 +173,17 @@ def run_again(
 
 def _set_then(past: Past) -> Iterator[Assignment]:
     """What was set when the run began, with the recorded orders that it was to give."""
-    yield from _assigned(past.overrides)
+    yield from _assigned(past.overrides, _THEN)
     if past.mission.ground.operator == "recorded":
-        recorded = msgspec.to_builtins(past.mission.ground.recorded)
+        recorded = msgspec.json.decode(msgspec.json.encode(past.mission.ground.recorded))
         given = {key: value for key, value in recorded.items() if value is not None}
         yield Assignment(_RECORDED, given, f"the orders in {past.log.path}")
 
 
-def _assigned(overrides: Sequence[tuple[str, object]]) -> Iterator[Assignment]:
+def _assigned(overrides: Sequence[tuple[str, object]], when: str) -> Iterator[Assignment]:
     for key, value in overrides:
         for made in read_assignments({key: value}):
-            yield made._replace(origin=f"{key} set in that run")
+            yield made._replace(origin=f"{key}{when}")
 
 
 def _overrides(made: Sequence[Assignment]) -> tuple[tuple[str, object], ...]:
@@ -192,9 +199,14 @@ def _loaded(past: Past, made: Sequence[Assignment], classes: _Classes) -> Loaded
         f"mission.toml of {past.log.path.name}",
         made,
         dict(past.files),
-        controller=classes.controller,
-        operator=classes.operator,
+        controller=None if _is_set(CONTROLLER, made) else classes.controller,
+        operator=None if _is_set(OPERATOR, made) else classes.operator,
     )
+
+
+def _is_set(kind: Kind, made: Sequence[Assignment]) -> bool:
+    """Whether the run is to have another controller or operator than the recorded one."""
+    return any(one.touches(kind.key) and not one.origin.endswith(_THEN) for one in made)
 
 
 def _changes(

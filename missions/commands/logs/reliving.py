@@ -23,15 +23,13 @@ VERIFY_STATUS = (
 
 Log = Annotated[
     Path | None,
-    typer.Argument(
-        metavar="[LOG]", help="Log of a run; the newest by default.", show_default=False
-    ),
+    typer.Argument(metavar="LOG", help="Log of a run; the newest by default.", show_default=False),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
 
 
 def verify_log(log: Log = None, json: Json = False) -> None:
-    """Run what is in a log again, and prove that it comes out the same.
+    """Run a log again, and prove that it comes out the same.
 
     Whoever gave the orders, and whatever the pace: they are in the log. Of a log that nobody
     finished, what it holds is compared. Nothing is written.
@@ -105,16 +103,16 @@ def rerun_log(
     ] = Path("logs/runs"),
     json: Json = False,
 ) -> None:
-    """Run what is in a log again, otherwise, and write a new log.
+    """Run a log again, otherwise: from the start, or from a moment on.
 
-    Orders that a person gave are given again at their times. With --from the run up to then is the
-    recorded one, record by record. The new log can be verified and run again like any other;
-    'farside diff' says where the two part, and what came of it.
+    It writes a new log. Orders that a person gave are given again at their times. With --from the
+    run up to then is the recorded one, record by record. The new log can be verified and run again
+    like any other; 'farside diff' says where the two part, and what came of it.
 
     \b
-    farside rerun logs/runs/blackout-seed1-1.mcap --set link.blackouts=[]
-    farside rerun logs/runs/blackout-seed1-1.mcap --from 700 --set link.blackouts=[]
-    farside rerun logs/runs/blackout-seed1-1.mcap --seed 2
+    farside rerun --seed 2                                 the newest run
+    farside rerun blackout-seed1-1.mcap --set link.blackouts=[]
+    farside rerun blackout-seed1-1.mcap --set link.blackouts=[] --from 700
     """
     import msgspec
     from rich.console import Console

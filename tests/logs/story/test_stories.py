@@ -53,8 +53,8 @@ def test_a_command_caught_in_the_blackout(blackout: LogFile) -> None:
             "though it had arrived"
         ),
         (
-            "981.64 s rover: event 187 (it is done) leaves in frame down:1827, sent for the 2nd time "
-            "as its arrival was not reported (13 ms to send)"
+            "981.64 s rover: event 187 (it is done) leaves in frame down:1827, sent for the 2nd "
+            "time as its arrival was not reported (13 ms to send)"
         ),
         "982.93 s ground: frame down:1827 arrives after 1.28 s of light time",
         "985.52 s ground: the ground learns that it was done at 621.6 s, 363.9 s later",
@@ -88,8 +88,8 @@ def test_an_event_that_waits_for_those_before_it(blackout: LogFile) -> None:
         ),
         "982.93 s ground: frame down:1827 arrives after 1.28 s of light time",
         (
-            "985.52 s ground: the ground learns of event 187, which was so at 621.6 s, 363.9 s later, "
-            "2.59 s after it arrived: it is delivered after those before it"
+            "985.52 s ground: the ground learns of event 187, which was so at 621.6 s, 363.9 s "
+            "later, 2.59 s after it arrived: it is delivered after those before it"
         ),
     ]
 
