@@ -80,7 +80,7 @@ def words(log: LogFile, start_ns: int = 0, end_ns: int = NEVER_NS) -> Iterator[W
         return
     under_way = _UnderWay(start_ns)
     for record in log.records(_TOPICS, start_ns=start_ns):
-        if record.log_time_ns > end_ns and not under_way.words:
+        if record.log_time_ns > end_ns and under_way.is_empty:
             return
         yield from under_way.settle_used(record.log_time_ns)
         message = decode(record)
@@ -96,37 +96,38 @@ def words(log: LogFile, start_ns: int = 0, end_ns: int = NEVER_NS) -> Iterator[W
 
 
 class _UnderWay:
-    """The words whose end is not known yet.
-
-    Attributes:
-        words: those, by direction and sequence number.
-    """
+    """The words whose end is not known yet."""
 
     def __init__(self, start_ns: int) -> None:
-        self.words: dict[tuple[Direction, int], Word] = {}
+        self._words: dict[tuple[Direction, int], Word] = {}
         self._start_ns = start_ns
         # Used by the receiver at this time, but the channel has not said when they arrived: at the
         # same log time the rover's records come first.
         self._used: dict[tuple[Direction, int], tuple[int, Word]] = {}
 
+    @property
+    def is_empty(self) -> bool:
+        """Whether no word is under way."""
+        return not (self._words or self._used)
+
     def event(self, record: Record, event: FrameEvent) -> Iterator[Word]:
         """An end made a frame, lost it to terrain shadow, refused it or used it."""
         key = event.direction, event.sequence
         if event.stage is FrameStage.MADE:
-            self.words[key] = _made(record.log_time_ns, event)
+            self._words[key] = _made(record.log_time_ns, event)
             return
-        word = self.words.get(key)
+        word = self._words.get(key)
         if word is None:
             return  # sent before the start; or nothing that the other end made
         if event.stage is FrameStage.SHADOWED:
-            yield self.words.pop(key)._replace(lost="lost in terrain shadow")
+            yield self._words.pop(key)._replace(lost="lost in terrain shadow")
         elif event.stage is FrameStage.REFUSED:
             # A duplicate is refused after the frame itself was used, and so is gone from here.
-            yield self.words.pop(key)._replace(lost=f"refused by the receiver: {event.what}")
+            yield self._words.pop(key)._replace(lost=f"refused by the receiver: {event.what}")
         elif word.arrives_ns is None:
-            self._used[key] = record.log_time_ns, self.words.pop(key)
+            self._used[key] = record.log_time_ns, self._words.pop(key)
         else:
-            yield self.words.pop(key)
+            yield self._words.pop(key)
 
     def fate(self, fate: FrameFate) -> Iterator[Word]:
         """The channel tells what became of a frame."""
@@ -138,14 +139,14 @@ class _UnderWay:
             yield used._replace(arrives_ns=fate.arrival_ns, priority=fate.priority, fate=fate)
             return
         unknown = Word(fate.direction, "a frame", fate.queued_ns, None, None, fate.sequence, 0)
-        word = self.words.pop(key, unknown)
+        word = self._words.pop(key, unknown)
         word = word._replace(
             arrives_ns=fate.arrival_ns, lost=lost_to(fate), priority=fate.priority, fate=fate
         )
         if word.lost is not None or word.what == unknown.what:
             yield word
         else:
-            self.words[key] = word
+            self._words[key] = word
 
     def settle_used(self, now_ns: int) -> Iterator[Word]:
         """Those used before `now_ns` whose fate the log lacks, as if they arrived when used."""
@@ -160,7 +161,7 @@ class _UnderWay:
     def rest(self) -> Iterator[Word]:
         """Those under way at the end, in the order of sending."""
         yield from self.settle_used(NEVER_NS)
-        yield from self.words.values()
+        yield from self._words.values()
 
 
 def _heard_and_sent(log: LogFile, start_ns: int, end_ns: int) -> Iterator[Word]:

@@ -159,8 +159,9 @@ def test_what_is_under_way_at_the_end_comes_last(wire: Wire) -> None:
 def test_a_time_takes_in_the_words_sent_in_it(wire: Wire) -> None:
     """One sent before it is left out though it arrives in it; one sent in it is told to its end."""
     for number, sent_s in enumerate((1, 5, 9)):
-        wire.made(sent_s, UP, number).fate(sent_s + 3, UP, number, sent_s)
+        wire.made(sent_s, UP, number)
         wire.used(sent_s + 3, UP, number, COMMAND)
+        wire.fate(sent_s + 3, UP, number, sent_s)
     found = wire.words(2, 6)
     assert [(word.frame, word.arrives_ns) for word in found] == [(1, to_ns(8))]
 
