@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from farside.logs.file.packing import Recovered, recover
     from farside.logs.file.parts import Attachment, LogError
     from farside.logs.file.reading import LogEntry, LogFile, decode
-    from farside.logs.picture import LinkPicture, Picture, picture_at
+    from farside.logs.moments import Moments, picture_at
+    from farside.logs.picture import LinkPicture, Picture
     from farside.logs.recording import Recorder
     from farside.logs.result import Outcome, RunResult
     from farside.logs.spans import (
@@ -39,7 +40,8 @@ _HOMES = {
     "file.parts": ("Attachment", "LogError"),
     "file.reading": ("LogEntry", "LogFile", "decode"),
     "recording": ("Recorder",),
-    "picture": ("LinkPicture", "Picture", "picture_at"),
+    "moments": ("Moments", "picture_at"),
+    "picture": ("LinkPicture", "Picture"),
     "result": ("Outcome", "RunResult"),
     "spans": (
         "Believed",
@@ -72,6 +74,7 @@ __all__ = [
     "LogError",
     "LogFile",
     "ModeSpan",
+    "Moments",
     "OutageSpan",
     "Outcome",
     "Picture",

@@ -132,4 +132,4 @@ def path(tmp_path: Path) -> Path:
 def blackout(tmp_path_factory: pytest.TempPathFactory) -> LogFile:
     """The log of the mission `blackout`, run once for all."""
     run = run_mission(load_mission("blackout"), in_process=True, out=tmp_path_factory.mktemp("run"))
-    return LogFile(Path(run.result.log))
+    return LogFile(run.log)
