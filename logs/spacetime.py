@@ -77,31 +77,14 @@ def words(log: LogFile, start_ns: int = 0, end_ns: int = NEVER_NS) -> Iterator[W
     Raises:
         LogError: if the log is damaged.
     """
-<<<<<<< HEAD
-    if log.is_as_ground:
-        yield from _heard_and_sent(log, start_ns, end_ns)
-        return
-    under_way = _UnderWay(start_ns)
-    for record in log.records(_TOPICS, start_ns=start_ns):
-        if record.log_time_ns > end_ns and under_way.is_empty:
-=======
     taking = HeardAndSent(end_ns) if log.is_as_ground else UnderWay(start_ns, end_ns)
     for record in log.records(taking.topics, start_ns=start_ns):
         if record.log_time_ns > end_ns and taking.is_done:
->>>>>>> b821bc1fe8bacd4b9018879034cccd87118b8ae1
             return
         yield from taking.take(record.log_time_ns, decode(record))
     yield from taking.rest()
 
 
-<<<<<<< HEAD
-class _UnderWay:
-    """The words whose end is not known yet."""
-
-    def __init__(self, start_ns: int) -> None:
-        self._words: dict[tuple[Direction, int], Word] = {}
-        self._start_ns = start_ns
-=======
 class UnderWay:
     """The words whose end is not known yet: for who reads other topics in the same pass.
 
@@ -118,26 +101,14 @@ class UnderWay:
     def __init__(self, start_ns: int = 0, end_ns: int = NEVER_NS) -> None:
         self.words: dict[tuple[Direction, int], Word] = {}
         self._start_ns, self._end_ns = start_ns, end_ns
->>>>>>> b821bc1fe8bacd4b9018879034cccd87118b8ae1
         # Used by the receiver at this time, but the channel has not said when they arrived: at the
         # same log time the rover's records come first.
         self._used: dict[tuple[Direction, int], tuple[int, Word]] = {}
 
     @property
-<<<<<<< HEAD
-    def is_empty(self) -> bool:
-        """Whether no word is under way."""
-        return not (self._words or self._used)
-
-    def event(self, record: Record, event: FrameEvent) -> Iterator[Word]:
-        """An end made a frame, lost it to terrain shadow, refused it or used it."""
-        key = event.direction, event.sequence
-        if event.stage is FrameStage.MADE:
-            self._words[key] = _made(record.log_time_ns, event)
-=======
     def is_done(self) -> bool:
         """Whether no word is under way."""
-        return not self.words
+        return not (self.words or self._used)
 
     def take(self, now_ns: int, message: msgspec.Struct) -> Iterator[Word]:
         """Take the next message of `topics`; gives the words whose end it tells."""
@@ -156,24 +127,19 @@ class UnderWay:
         key = event.direction, event.sequence
         if event.stage is FrameStage.MADE:
             self.words[key] = _made(now_ns, event)
->>>>>>> b821bc1fe8bacd4b9018879034cccd87118b8ae1
             return
-        word = self._words.get(key)
+        word = self.words.get(key)
         if word is None:
             return  # sent before the start; or nothing that the other end made
         if event.stage is FrameStage.SHADOWED:
-            yield self._words.pop(key)._replace(lost="lost in terrain shadow")
+            yield self.words.pop(key)._replace(lost="lost in terrain shadow")
         elif event.stage is FrameStage.REFUSED:
             # A duplicate is refused after the frame itself was used, and so is gone from here.
-            yield self._words.pop(key)._replace(lost=f"refused by the receiver: {event.what}")
+            yield self.words.pop(key)._replace(lost=f"refused by the receiver: {event.what}")
         elif word.arrives_ns is None:
-<<<<<<< HEAD
-            self._used[key] = record.log_time_ns, self._words.pop(key)
-=======
             self._used[key] = now_ns, self.words.pop(key)
->>>>>>> b821bc1fe8bacd4b9018879034cccd87118b8ae1
         else:
-            yield self._words.pop(key)
+            yield self.words.pop(key)
 
     def fate(self, fate: FrameFate) -> Iterator[Word]:
         """The channel tells what became of a frame."""
@@ -185,14 +151,14 @@ class UnderWay:
             yield used._replace(arrives_ns=fate.arrival_ns, priority=fate.priority, fate=fate)
             return
         unknown = Word(fate.direction, "a frame", fate.queued_ns, None, None, fate.sequence, 0)
-        word = self._words.pop(key, unknown)
+        word = self.words.pop(key, unknown)
         word = word._replace(
             arrives_ns=fate.arrival_ns, lost=lost_to(fate), priority=fate.priority, fate=fate
         )
         if word.lost is not None or word.what == unknown.what:
             yield word
         else:
-            self._words[key] = word
+            self.words[key] = word
 
     def settle_used(self, now_ns: int) -> Iterator[Word]:
         """Those used before `now_ns` whose fate the log lacks, as if they arrived when used."""
@@ -207,7 +173,7 @@ class UnderWay:
     def rest(self) -> Iterator[Word]:
         """Those under way at the end, in the order of sending."""
         yield from self.settle_used(NEVER_NS)
-        yield from self._words.values()
+        yield from self.words.values()
 
 
 class HeardAndSent:
