@@ -8,7 +8,7 @@ from noting import log_of, records_of
 
 from farside.control import Mode, ModeCause, OnLoss
 from farside.frames import Carried, Fate, FrameEvent, FrameFate, FrameStage, OutageReason
-from farside.link.endpoint.cargo import carried, part_of
+from farside.link.endpoint.services import carried, part_of
 from farside.logs import LogFile, RunView
 from farside.logs.spacetime import Word, words
 from farside.messages import Command, Event, ModeChanged, SetOnLoss, Shown
