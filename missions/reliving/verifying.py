@@ -122,15 +122,32 @@ def verify(
     if (why := past.not_whole()) is not None:
         raise RelivingError(f"{past.log.path}: the run cannot be lived again to its end: {why}")
     extensions = Extensions(controller, operator, search_path(Path.cwd()))
-    recorded = past.log.metadata.get("farside.result", {}).get("digest")
-    comparison = _Comparison(past.log.records(), whole=recorded is not None)
+    return compared(past, past.end_ns, extensions, progress)
+
+
+def compared(
+    past: Past,
+    until_ns: int,
+    extensions: Extensions,
+    progress: Callable[[float], None] | None = None,
+) -> Verdict:
+    """`verify`, up to, not including, a moment; the digest counts if that is the end of the run.
+
+    Raises:
+        RelivingError: if the run cannot be lived again.
+    """
+    recorded = None
+    if until_ns >= past.end_ns:
+        recorded = past.log.metadata.get("farside.result", {}).get("digest")
+    records = past.log.records(end_ns=until_ns - 1)
+    comparison = _Comparison(records, whole=recorded is not None or until_ns < past.end_ns)
     with searching(extensions.path), UnwrittenRecorder(comparison) as recorder:
         crew = revived(past, extensions)
-        while crew.now_ns < past.end_ns and not comparison.over:
-            _advance(crew, past, recorder)
+        while crew.now_ns < until_ns and not comparison.over:
+            _advance(crew, past, until_ns, recorder)
             if progress is not None:
                 progress(to_s(crew.now_ns))
-    if crew.now_ns >= past.end_ns:
+    if crew.now_ns >= until_ns:
         comparison.end()
     return Verdict(
         log=str(past.log.path),
@@ -145,9 +162,9 @@ def verify(
     )
 
 
-def _advance(crew: RelivedCrew, past: Past, recorder: UnwrittenRecorder) -> None:
+def _advance(crew: RelivedCrew, past: Past, until_ns: int, recorder: UnwrittenRecorder) -> None:
     """Live on a little, and compare what is recorded of it."""
-    records = advanced(crew, past, min(crew.now_ns + _TOLD_NS, past.end_ns))
+    records = advanced(crew, past, min(crew.now_ns + _TOLD_NS, until_ns))
     # As the conductor orders them.
     records.sort(key=attrgetter("log_time_ns"))
     recorder.write(records)

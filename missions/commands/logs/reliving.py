@@ -118,13 +118,18 @@ def rerun_log(
     from rich.console import Console
 
     from farside.missions.commands.display.progress import ProgressDisplay
+    from farside.missions.commands.display.steps import going_through
     from farside.missions.commands.display.summary import show_summary
     from farside.missions.interrupts import Interrupts
     from farside.missions.reliving.rerunning import load_again, run_again
 
     log = log_named(log)
-    with patience("reading the log"):
-        loaded, past = load_again(log, set_ or (), seed, from_s=from_s)
+    if from_s is None:
+        with patience("reading the log"):
+            loaded, past = load_again(log, set_ or (), seed)
+    else:
+        with going_through(f"up to {from_s:g} s", from_s, Console(stderr=True)) as come_to:
+            loaded, past = load_again(log, set_ or (), seed, from_s=from_s, progress=come_to)
     with Interrupts() as interrupts:
         with ProgressDisplay(loaded.last, Console(stderr=True)) as display:
             run = run_again(loaded, past, out=out, watcher=display, interrupts=interrupts)
