@@ -229,8 +229,11 @@ class Ground:
         self._belief.look(self._now_ns)
 
     def _learn(self, telemetry: Telemetry, *, stored: bool) -> None:
-        topic = GROUND_STORED_TELEMETRY if stored else GROUND_TELEMETRY
-        self._journal.note(topic, telemetry, publish_time_ns=telemetry.time_ns)
+        if stored:
+            # What was found missing late comes behind what is newer: it says itself when it was so.
+            self._journal.note(GROUND_STORED_TELEMETRY, telemetry)
+        else:
+            self._journal.note(GROUND_TELEMETRY, telemetry, publish_time_ns=telemetry.time_ns)
         self._belief.learn(telemetry, self._now_ns, stored=stored)
         self._desk.learn(telemetry, self._now_ns)
         if telemetry is self._belief.telemetry:

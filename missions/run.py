@@ -158,6 +158,7 @@ def run_mission(
         stack.enter_context(_log_failures())
         stack.enter_context(recorder)
         _describe(recorder, loaded)
+        watcher.opened(recorder.path)
         conductor = Conductor(
             mission,
             crew,

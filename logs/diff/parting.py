@@ -5,7 +5,7 @@ from typing import Any
 
 import msgspec
 
-from farside.logs.file.index import LogError
+from farside.logs.file.parts import LogError
 from farside.logs.file.reading import LogEntry
 from farside.logs.story.sentences import sentence
 from farside.node import Record, to_s

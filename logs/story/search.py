@@ -10,13 +10,14 @@ from farside.logs.file.reading import LogEntry, LogFile, decode
 from farside.node import NEVER_NS, NS_PER_S, Record, Topic
 
 T = TypeVar("T", bound=msgspec.Struct)
+M_co = TypeVar("M_co", bound=msgspec.Struct, covariant=True)
 
 _WINDOW_NS = 30 * NS_PER_S
 _WINDOWS_KEPT = 256  # of one topic each; of a busy link some hundred records (project default)
 _GAPS_KEPT = 4096  # a number each
 
 
-class Found(NamedTuple, Generic[T]):
+class Found(NamedTuple, Generic[M_co]):
     """A record with its message.
 
     Attributes:
@@ -29,7 +30,7 @@ class Found(NamedTuple, Generic[T]):
     t_ns: int
     so_ns: int
     topic: str
-    message: T
+    message: M_co
 
     @classmethod
     def of(cls, record: Record) -> "Found[msgspec.Struct]":

@@ -41,6 +41,7 @@ from farside.topics import (
 from farside.validation import one_line
 
 _LENGTH = 400
+_SHORT_S = 0.0995
 
 _STAGES = {
     CommandStage.TAKEN: "arrives on board",
@@ -57,8 +58,10 @@ _ANSWERED = {
 
 
 def seconds(duration_ns: int) -> str:
-    """A duration for people, such as `1.28 s`; tenths from a minute on."""
+    """A duration for people, such as `1.28 s`: tenths from a minute on, ms below a tenth."""
     duration_s = to_s(duration_ns)
+    if 0 < duration_s < _SHORT_S:
+        return f"{duration_s * 1000:.2g} ms"
     return f"{duration_s:.2f} s" if abs(duration_s) < 60 else f"{duration_s:.1f} s"
 
 

@@ -9,7 +9,7 @@ import msgspec
 
 from farside.logs import Digest
 from farside.logs.diff.parting import Parting
-from farside.logs.file.unwritten import UnwrittenRecorder
+from farside.logs.unwritten import UnwrittenRecorder
 from farside.missions.extensions.kinds import Extensions, search_path, searching
 from farside.missions.reliving.crew import RelivedCrew, advanced, revived
 from farside.missions.reliving.past import Past, RelivingError, read_past

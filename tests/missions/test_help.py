@@ -10,6 +10,7 @@ COMMANDS = [
     ("run",),
     ("check",),
     ("replay",),
+    ("export",),
     ("recover",),
     ("verify",),
     ("rerun",),

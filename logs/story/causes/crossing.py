@@ -26,6 +26,7 @@ from farside.topics import (
     GROUND_PROPOSAL,
     LINK_FRAME,
     LINK_OUTAGE,
+    ROVER_ACTION_STARTED,
     ROVER_BATTERY,
     ROVER_COMMAND,
     ROVER_FAILSAFE,
@@ -56,14 +57,28 @@ def fate(search: Search, found: Found[FrameFate]) -> Iterator[_Any]:
 
 
 def event(search: Search, found: Found[FrameEvent]) -> Iterator[_Any]:
-    """What an endpoint did with a frame: its fate in the channel, or the message it was made of."""
+    """What an endpoint did with a frame: its fate in the channel, or the message it was made of.
+
+    What terrain shadow took was lost since the rover had driven into it.
+    """
     one, is_sender = found.message, found.topic == SENDER[found.message.direction].name
+    if one.stage is FrameStage.SHADOWED:
+        drove = search.last(ROVER_ACTION_STARTED, found.t_ns)
+        if drove is not None:
+            yield drove
+        return
     if is_sender:
         yield from message_in(search, found)
         return
-    came = fate_of(search, one, found.t_ns)
-    if came is not None:
-        yield came
+    fate = fate_of(search, one, found.t_ns)
+    if fate is not None:
+        yield fate
+
+
+def came(search: Search, heard: Found[FrameEvent] | None) -> Iterator[_Any]:
+    """The frame that was heard, by what the channel says of it, or else the receiver."""
+    if heard is not None:
+        yield fate_of(search, heard.message, heard.t_ns) or heard
 
 
 def made_of(search: Search, one: FrameFate) -> Found[FrameEvent] | None:
@@ -167,8 +182,7 @@ def message_in(search: Search, made: Found[FrameEvent]) -> Iterator[_Any]:
         if one.number is None:
             continue
         if one.kind == "event":
-            number = one.number
-            learned = _learned(search, number, made.t_ns)
+            learned = _learned(search, one.number, one.time_ns or 0)
             if learned is not None:
                 yield from happened(search, learned.message.event)
         elif (topic := _MADE_OF.get(one.kind)) is not None:

@@ -8,6 +8,7 @@ import msgspec
 from farside.control import Cause, CommandStage, ModeCause
 from farside.logs.events import time_text
 from farside.logs.story import silence
+from farside.logs.story.causes.crossing import came
 from farside.logs.story.search import Found, Search
 from farside.messages import Drive, SetMode, SetOnLoss
 from farside.node import Direction, to_ns
@@ -20,6 +21,7 @@ from farside.topics import (
     ROVER_GOAL,
     ROVER_MODE,
     ROVER_STUCK,
+    TRUTH_POSE,
     CommandEntry,
     FailsafeEntry,
     GoalChange,
@@ -30,15 +32,20 @@ _Any = Found[Any]
 
 
 class Given(NamedTuple):
-    """What stands in the mission and in no record: a goal, a fault, a setting.
+    """What is not looked into any further.
+
+    Either it stands in the mission and in no record, such as a goal, a fault or a setting; or it
+    says only when something could begin, so that what led to it is another story.
 
     Attributes:
         t_ns: from when it counts.
         sentence: what it is.
+        topic: of its record; empty for what stands in the mission.
     """
 
     t_ns: int
     sentence: str
+    topic: str = ""
 
 
 Finds = Iterator[_Any | Given]
@@ -91,15 +98,16 @@ def ordered_at(
 def failsafe(search: Search, found: Found[FailsafeEntry]) -> Finds:
     """What has become so, or is so no more, since the failsafe was noted before.
 
-    What the reason does not rest on is told after what it does: no goal left matters only when the
-    link is lost. Where the link was silent before it was lost, the silence tells why.
+    Only what its reason speaks of now, or spoke of before: that no goal is left matters only when
+    the link is lost. Where the link was silent before it was lost, the silence tells why.
     """
     before = search.last(ROVER_FAILSAFE, found.t_ns - 1)
     now = frozenset(found.message.causes)
     was = frozenset() if before is None else frozenset(before.message.causes)
     told: list[_Any | Given] = []
     for cause in Cause:
-        if cause in now ^ was:
+        reason = found.message.why if cause in now else "" if before is None else before.message.why
+        if cause in now ^ was and any(words in reason for words in _SPEAKS[cause]):
             told += _CHANGED[cause](search, found, cause in now)
     yield from told
     if before is not None and (not told or Cause.LOST in now - was):
@@ -111,7 +119,7 @@ def _silence(search: Search, found: Found[FailsafeEntry], so: bool) -> Finds:  #
         yield from _heard(search, found.t_ns)
         return
     explained = silence.explain(search, Direction.UP, found.t_ns)
-    yield from explained.outages or explained.losses or some(explained.heard)
+    yield from explained.outages or explained.losses or came(search, explained.heard)
 
 
 def _expected(search: Search, found: Found[FailsafeEntry], so: bool) -> Finds:  # noqa: FBT001
@@ -119,7 +127,7 @@ def _expected(search: Search, found: Found[FailsafeEntry], so: bool) -> Finds:  
         yield from _heard(search, found.t_ns)
         return
     explained = silence.explain(search, Direction.UP, found.t_ns)
-    yield from explained.outages or some(explained.heard)
+    yield from explained.outages or came(search, explained.heard)
 
 
 def _lost(search: Search, found: Found[FailsafeEntry], so: bool) -> Finds:  # noqa: FBT001
@@ -130,7 +138,7 @@ def _lost(search: Search, found: Found[FailsafeEntry], so: bool) -> Finds:  # no
 def _heard(search: Search, t_ns: int) -> Finds:
     """The frame that ended a silence, and the end of the outage before it."""
     heard = silence.heard_before(search, Direction.UP, t_ns)
-    yield from some(heard)
+    yield from came(search, heard)
     if heard is not None:
         before = silence.heard_before(search, Direction.UP, heard.t_ns - 1)
         since_ns = 0 if before is None else before.t_ns
@@ -169,7 +177,16 @@ def _exhausted(search: Search, found: Found[FailsafeEntry], so: bool) -> Finds: 
 
 
 def _reserve(search: Search, found: Found[FailsafeEntry], _so: bool) -> Finds:  # noqa: FBT001
-    yield from some(search.last(ROVER_BATTERY, found.t_ns))
+    yield from charge_at(search, found.t_ns)
+
+
+def charge_at(search: Search, t_ns: int) -> Finds:
+    """The charge of that moment, and the state of the battery if it has just changed."""
+    pose = search.last(TRUTH_POSE, t_ns)
+    if pose is not None:
+        charge = f"the battery holds {pose.message.battery:.0%}"
+        yield Given(pose.t_ns, charge, pose.topic)
+    yield from search.at(ROVER_BATTERY, t_ns)
 
 
 def _signal(search: Search, found: Found[FailsafeEntry], _so: bool) -> Finds:  # noqa: FBT001
@@ -208,6 +225,21 @@ def _fault(what: str) -> "_Changed":
 
     return find
 
+
+_SPEAKS: Mapping[Cause, tuple[str, ...]] = {
+    Cause.EXPECTED_SILENCE: ("as planned",),
+    Cause.SILENCE: ("nothing is heard", "link is lost"),
+    Cause.LOST: ("link is lost",),
+    Cause.UNCONFIRMED: ("who drives",),
+    Cause.FORBIDDEN: ("forbidden",),
+    Cause.EXHAUSTED: ("no goal",),
+    Cause.RESERVE: ("charge",),
+    Cause.NO_SIGNAL: ("terrain",),
+    Cause.STUCK: ("stuck",),
+    Cause.TILT: ("tilt",),
+    Cause.SENSOR_DEAD: ("where it is",),
+}
+"""By which words the failsafe's reasons speak of each of its causes."""
 
 _Changed = Callable[[Search, Found[FailsafeEntry], bool], Finds]
 

@@ -5,7 +5,7 @@ import tempfile
 from pathlib import Path
 
 from farside.logs.file.digest import Digest
-from farside.logs.file.recording import Recorder
+from farside.logs.recording import Recorder
 
 
 class _Nowhere:

@@ -6,9 +6,10 @@ from typing import Any
 
 from farside.control import CommandStage
 from farside.logs.events import sign_text
-from farside.logs.story.authority import Finds, Given, ordered_at, some
-from farside.logs.story.crossing import brought
+from farside.logs.story.causes.authority import Finds, Given, charge_at, ordered_at, some
+from farside.logs.story.causes.crossing import brought
 from farside.logs.story.search import Found, Search
+from farside.logs.story.sentences import sentence
 from farside.messages import (
     ACTS,
     Approve,
@@ -21,6 +22,7 @@ from farside.messages import (
     WithdrawGoal,
 )
 from farside.node import Direction, Topic
+from farside.places import ON_CHARGE
 from farside.topics import (
     ROVER_ACTION_ENDED,
     ROVER_ACTION_STARTED,
@@ -139,11 +141,12 @@ def command(search: Search, found: Found[CommandEntry]) -> Finds:
     yield from _stage(search, entry.number, found.t_ns, CommandStage.TAKEN)
 
 
-def _let_begin(search: Search, entry: CommandEntry, t_ns: int) -> Iterator[_Any]:
+def _let_begin(search: Search, entry: CommandEntry, t_ns: int) -> Finds:
     """What a command waited for that came about at this moment, if it had waited."""
     for waited in _stage(search, entry.number, t_ns, CommandStage.WAITING):
         if waited.t_ns < t_ns:
-            yield from search.at(ROVER_ACTION_ENDED, t_ns)
+            for ended in search.at(ROVER_ACTION_ENDED, t_ns):
+                yield Given(t_ns, sentence(ended.entry), ended.topic)
             yield from search.at(ROVER_FAILSAFE, t_ns)
 
 
@@ -191,7 +194,7 @@ def _withdrawn(search: Search, entry: CommandEntry, t_ns: int) -> Iterator[_Any]
     yield from ordered_at(search, t_ns, TakeBack, lambda order: order.number == entry.number)
 
 
-_COMMAND: Mapping[CommandStage, Callable[[Search, CommandEntry, int], Iterator[_Any]]] = {
+_COMMAND: Mapping[CommandStage, Callable[[Search, CommandEntry, int], Finds]] = {
     CommandStage.BEGUN: _let_begin,
     CommandStage.REFUSED: _refused,
     CommandStage.SUPERSEDED: _superseded,
@@ -231,7 +234,9 @@ def _wish(search: Search, entry: GoalEntry, t_ns: int) -> Finds:
         at_once: list[_Any] = [*search.at(ROVER_FAILSAFE, t_ns), *search.at(ROVER_MODE, t_ns)]
         yield from at_once or some(search.last(ROVER_FAILSAFE, t_ns))
     else:
-        yield from some(search.last(ROVER_BATTERY, t_ns), search.last(ROVER_FAILSAFE, t_ns))
+        if entry.tokens == (ON_CHARGE,):
+            yield from charge_at(search, t_ns)
+        yield from some(search.last(ROVER_FAILSAFE, t_ns))
 
 
 # --- proposals, the model, the rest -----------------------------------------------------------

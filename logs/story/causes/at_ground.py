@@ -6,7 +6,7 @@ from typing import Any
 from farside.acts import Discard, Planned
 from farside.control import Verdict
 from farside.logs.story import silence as silences
-from farside.logs.story.crossing import brought
+from farside.logs.story.causes.crossing import brought, came
 from farside.logs.story.search import Found, Search
 from farside.messages import Approve, CommandReached, Override, Proposal, Telemetry, Veto
 from farside.node import Direction, Topic
@@ -125,8 +125,7 @@ def silence(search: Search, found: Found[Silence]) -> Iterator[_Any]:
     explained = silences.explain(search, Direction.DOWN, found.t_ns)
     if found.message.silent or found.message.expected:
         yield from explained.outages or explained.losses
-    if explained.heard is not None:
-        yield explained.heard
+    yield from came(search, explained.heard)
 
 
 def life(search: Search, found: Found[LifeEntry]) -> Iterator[_Any]:

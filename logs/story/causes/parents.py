@@ -6,8 +6,8 @@ from typing import Any
 import msgspec
 
 from farside.frames import FrameEvent, FrameFate
-from farside.logs.story import at_ground, authority, crossing, on_board
-from farside.logs.story.authority import Given
+from farside.logs.story.causes import at_ground, authority, crossing, on_board
+from farside.logs.story.causes.authority import Given
 from farside.logs.story.search import Found, Search
 from farside.messages import Proposal, Telemetry
 from farside.topics import (

@@ -5,7 +5,8 @@ ends where the log knows of nothing before: at an order of the operator, a goal 
 outage or a fault, the battery, or the start.
 """
 
-from collections.abc import Iterable
+from collections import Counter
+from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
 import msgspec
@@ -13,9 +14,9 @@ import msgspec
 from farside.frames import FrameFate
 from farside.logs.file.reading import LogFile
 from farside.logs.spacetime import cargo_text
-from farside.logs.story.authority import Given
-from farside.logs.story.crossing import made_of
-from farside.logs.story.parents import parents_of
+from farside.logs.story.causes.authority import Given
+from farside.logs.story.causes.crossing import made_of
+from farside.logs.story.causes.parents import parents_of
 from farside.logs.story.search import Found, Search
 from farside.logs.story.sentences import fate_text, sentence
 from farside.node import Record
@@ -28,7 +29,7 @@ class Cause(NamedTuple):
     """A record that led to another one.
 
     Attributes:
-        t_ns: when it was so.
+        t_ns: its log time; of what stands in the mission, from when it counts.
         topic: its topic; empty for what stands in the mission and not in a record.
         sentence: what it says.
         depth: how many steps before the record asked for: 1 for what led to it at once. What
@@ -87,7 +88,7 @@ def _follow(
         if len(chain) > _MOST or depth > _DEEPEST:
             return
         if isinstance(one, Given):
-            chain.append(Cause(one.t_ns, "", one.sentence, depth, is_first=True))
+            chain.append(Cause(one.t_ns, one.topic, one.sentence, depth, not one.topic))
             continue
         key = one.t_ns, one.topic, msgspec.json.encode(one.message)
         if key in told:
@@ -95,7 +96,27 @@ def _follow(
         told.add(key)
         place = len(chain)
         text = _sentence(search, one)
-        chain.append(Cause(one.so_ns, one.topic, text, depth, is_first=False))
+        chain.append(Cause(one.t_ns, one.topic, text, depth, is_first=False))
         parents = parents_of(search, one)
         _follow(search, parents, depth + 1, chain, told)
         chain[place] = chain[place]._replace(is_first=not parents)
+
+
+def outline(chain: tuple[Cause, ...]) -> Iterator[tuple[int, Cause]]:
+    """The causes with the depth to indent each by: one more only where several led to one.
+
+    A long chain of one cause each stays at one margin, so that branches are seen.
+    """
+    children: Counter[int] = Counter()
+    parents: list[int] = []  # of each cause, by place; -1 for the record itself
+    above: dict[int, int] = {0: -1}
+    for place, cause in enumerate(chain):
+        parent = above.get(cause.depth - 1, -1)
+        above[cause.depth] = place
+        parents.append(parent)
+        children[parent] += 1
+    indents: dict[int, int] = {-1: -1 if children[-1] > 1 else 0}
+    for place, cause in enumerate(chain):
+        parent = parents[place]
+        indents[place] = indents[parent] + (children[parent] > 1)
+        yield indents[place], cause
