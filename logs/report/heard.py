@@ -102,7 +102,9 @@ class HeardAtGround:
         columns: list[list[int]] = [list(column) for column in zip(*rows, strict=True)] or [
             [] for _ in range(9)
         ]
-        usual = max((n, -distance) for distance, n in self._distances.items()) if rows[1:] else (0, 0)
+        usual = (
+            max((n, -distance) for distance, n in self._distances.items()) if rows[1:] else (0, 0)
+        )
         gap = max(5000, _GAPS * -usual[1] * 100) * self._rows.every
         known, so, *others = columns
         view.heard = Heard(

@@ -12,6 +12,8 @@ COMMANDS = [
     ("replay",),
     ("export",),
     ("recover",),
+    ("story",),
+    ("why",),
     ("verify",),
     ("rerun",),
     ("diff",),
