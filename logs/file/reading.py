@@ -1,5 +1,6 @@
 """Reading a run's log by topic and time, even if its writer was killed."""
 
+from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import copy
@@ -167,6 +168,31 @@ class LogFile:
         if not self.is_as_ground:
             return metadata
         return {name: values for name, values in metadata.items() if name == "farside.run"}
+
+    @property
+    def size_byte(self) -> int:
+        """Length of the file when it was looked at last."""
+        return self.index.size_byte
+
+    def sizes(self) -> dict[str, tuple[int, int]]:
+        """For each topic with messages how many it has, and the length of all their payloads.
+
+        A finished log says it. Any other is read for it.
+
+        Raises:
+            LogError: if the file is gone.
+        """
+        index = self.index
+        if index.counts is not None and index.payload_byte and not self.is_as_ground:
+            topics = {number: channel.topic for number, channel in index.channels.items()}
+            said = {topics[number]: count for number, count in index.counts.items()}
+            return {topic: (count, index.payload_byte[topic]) for topic, count in said.items()}
+        counts: Counter[str] = Counter()
+        sizes: Counter[str] = Counter()
+        for record in self.records(pictures=True):
+            counts[record.topic] += 1
+            sizes[record.topic] += len(record.payload)
+        return {topic: (count, sizes[topic]) for topic, count in counts.items()}
 
     def records(
         self,

@@ -6,9 +6,9 @@ from typing import Any
 from farside.frames import FrameEvent, FrameStage
 from farside.logs.events import sign_text
 from farside.logs.file.reading import LogEntry
+from farside.logs.report.link import Buckets
 from farside.logs.report.model import Heard, Panel, Predicted, Side, View
 from farside.logs.report.thinning import Curve, Rows, ms, steps, thinning_note
-from farside.logs.report.link import Buckets
 from farside.messages import Telemetry
 from farside.node import Direction, Topic, to_s
 from farside.topics import (
