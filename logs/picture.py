@@ -14,11 +14,13 @@ from farside.logs.file.reading import LogEntry, LogFile
 from farside.logs.known import COMMAND_TOPICS, KnownCommands
 from farside.messages import Proposal, Telemetry, Tokens
 from farside.node import Direction, Topic
-from farside.places import Chart
+from farside.places import Chart, is_place_token
 from farside.topics import (
     GROUND_BELIEF,
+    GROUND_CHART,
     GROUND_OPERATOR,
     GROUND_PREDICTION,
+    GROUND_PROPOSAL,
     GROUND_SHADOW,
     GROUND_SILENCE,
     GROUND_STORED_TELEMETRY,
@@ -77,15 +79,21 @@ class LinkPicture:
 class Picture:
     """The whole state of a run, on both sides of the link; `None` where nothing is logged yet.
 
+    As ground, all of it is what the ground knew, and what it did not know is `None` or empty.
+
     Attributes:
-        chart: the yard.
+        as_ground: whether it is the run as the ground had it.
+        chart: the yard; as ground, the ground's map of it.
         pose: the true pose of the rover.
-        visited: Tokens of the places where it has been.
-        mode, failsafe: of the rover.
-        action: the action in progress, `None` while the rover stands.
-        goals: the Goal List: each Sign with its priority, top-goal first.
+        visited: Tokens of the places where it has been, or was heard to be.
+        mode, failsafe: of the rover; as ground, as believed.
+        action: the action in progress, `None` while the rover stands; of what the ground takes it
+            to do `belief` tells.
+        goals: the Goal List: each Sign with its priority, top-goal first; the ground does not know
+            priorities.
         cycle: the DEM's last cycle.
-        proposal: the DEM's proposal that stands, until it ends or its goal leaves the Goal List.
+        proposal: the DEM's proposal that stands, until it ends or its goal leaves the Goal List; as
+            ground, until telemetry says that it does not stand any more.
         telemetry: the latest that the ground has received, by the time it was measured.
         silent: whether the rover counts as silent at the ground.
         commands: those on their way and the last that ended, as the ground knows them.
@@ -93,17 +101,18 @@ class Picture:
         prediction: where the ground predicts the rover to be by now.
         shadow: the shadow of the model on board.
         operator: how far the operator is.
-        link: the two directions.
+        link: the two directions; empty as ground.
         lines: the last 100 events, newest last.
     """
 
+    as_ground: bool = False
     chart: Chart | None = None
     pose: Pose | None = None
     visited: set[str] = field(default_factory=set)
     mode: Mode | None = None
     failsafe: Failsafe | None = None
     action: ActionStarted | None = None
-    goals: dict[Tokens, float] = field(default_factory=dict)
+    goals: dict[Tokens, float | None] = field(default_factory=dict)
     cycle: Cycle | None = None
     proposal: Proposal | None = None
     telemetry: Telemetry | None = None
@@ -118,12 +127,17 @@ class Picture:
     )
     lines: deque[EventLine] = field(default_factory=lambda: deque(maxlen=_LINES_KEPT))
 
+    def __post_init__(self) -> None:
+        if self.as_ground:
+            self.link.clear()
+
     def apply(self, entry: LogEntry) -> EventLine | None:
         """Update the state with the next entry of the log; returns its event line, if any."""
         line = event_line(entry) if self._is_news(entry.message) else None
         if line is not None:
             self.lines.append(line)
-        if (update := _UPDATE_OF.get(entry.topic)) is not None:
+        updates = _GROUND_UPDATE_OF if self.as_ground else _UPDATE_OF
+        if (update := updates.get(entry.topic)) is not None:
             update(self, entry.message)
         self.commands.apply(entry.message, entry.log_time_ns)
         return line
@@ -175,7 +189,7 @@ def _action_ended(picture: Picture, _message: ActionEnded) -> None:
 def _goal_entry(picture: Picture, message: GoalEntry) -> None:
     if message.change is GoalChange.SET:
         goals = {**picture.goals, message.tokens: message.priority}
-        picture.goals = dict(sorted(goals.items(), key=lambda goal: -goal[1]))
+        picture.goals = dict(sorted(goals.items(), key=lambda goal: -(goal[1] or 0)))
         return
     if message.change in {GoalChange.SUSPENDED, GoalChange.RECOVERED}:
         return
@@ -236,6 +250,36 @@ def _link_outage(picture: Picture, message: LinkOutage) -> None:
     picture.link[message.direction].down = message.down
 
 
+# --- as ground ---------------------------------------------------------------------------------
+
+
+def _heard(picture: Picture, message: Telemetry) -> None:
+    _telemetry(picture, message)
+    picture.visited.update(filter(is_place_token, message.tokens))
+    _drop_proposal(picture)
+
+
+def _proposed(picture: Picture, message: Proposal) -> None:
+    picture.proposal = message
+    _drop_proposal(picture)
+
+
+def _drop_proposal(picture: Picture) -> None:
+    """Without a proposal that, by telemetry measured since, does not stand any more."""
+    proposal, heard = picture.proposal, picture.telemetry
+    if proposal is None or heard is None or heard.time_ns < proposal.time_ns:
+        return
+    if heard.proposal != proposal.number:
+        picture.proposal = None
+
+
+def _believed(picture: Picture, message: BeliefEntry) -> None:
+    picture.belief = message
+    picture.mode = None if message.mode is None else message.mode.value
+    picture.failsafe = None if message.failsafe is None else message.failsafe.value
+    picture.goals = dict.fromkeys(() if message.goals is None else message.goals.value)
+
+
 _UPDATES: dict[Topic[Any], Callable[[Picture, Any], None]] = {
     TRUTH_YARD: _yard,
     TRUTH_POSE: _pose,
@@ -258,9 +302,17 @@ _UPDATES: dict[Topic[Any], Callable[[Picture, Any], None]] = {
     LINK_OUTAGE: _link_outage,
 }
 _UPDATE_OF = {topic.name: update for topic, update in _UPDATES.items()}
+_GROUND_UPDATE_OF: dict[str, Callable[[Picture, Any], None]] = {
+    **_UPDATE_OF,
+    GROUND_CHART.name: _yard,
+    GROUND_TELEMETRY.name: _heard,
+    GROUND_STORED_TELEMETRY.name: _heard,
+    GROUND_PROPOSAL.name: _proposed,
+    GROUND_BELIEF.name: _believed,
+}
 
 PICTURE_TOPICS: tuple[Topic[Any], ...] = tuple(
-    dict.fromkeys((*_UPDATES, *COMMAND_TOPICS, *EVENT_TOPICS))
+    dict.fromkeys((*_UPDATES, GROUND_CHART, GROUND_PROPOSAL, *COMMAND_TOPICS, *EVENT_TOPICS))
 )
 """The topics that a picture is made from."""
 
@@ -269,12 +321,12 @@ _OVERWRITTEN = (ROVER_CYCLE, GROUND_PREDICTION)
 
 
 def picture_at(log: LogFile, time_ns: int) -> Picture:
-    """The picture of a run at a time, read through the log's index.
+    """The picture of a run at a time, read through the log's index; as ground, if the log is.
 
     Raises:
         LogError: if the log is damaged before that.
     """
-    picture = Picture()
+    picture = Picture(as_ground=log.is_as_ground)
     kept = [topic for topic in PICTURE_TOPICS if topic not in _OVERWRITTEN]
     for record in log.records(kept, end_ns=time_ns):
         picture.apply(LogEntry.of(record))

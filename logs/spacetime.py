@@ -50,6 +50,7 @@ class Word(NamedTuple):
         carries: the message, or part of one, that it carries; `None` of a report, and where the
             log does not say.
         stored: whether it is of the stored stream.
+        fate: what the channel says of it; `None` where it says nothing.
     """
 
     direction: Direction
@@ -61,6 +62,7 @@ class Word(NamedTuple):
     priority: int
     carries: Carried | None = None
     stored: bool = False
+    fate: FrameFate | None = None
 
 
 def words(log: LogFile, start_ns: int = 0, end_ns: int = NEVER_NS) -> Iterator[Word]:
@@ -133,11 +135,13 @@ class _UnderWay:
         key = fate.direction, fate.sequence
         if key in self._used:
             _, used = self._used.pop(key)
-            yield used._replace(arrives_ns=fate.arrival_ns, priority=fate.priority)
+            yield used._replace(arrives_ns=fate.arrival_ns, priority=fate.priority, fate=fate)
             return
         unknown = Word(fate.direction, "a frame", fate.queued_ns, None, None, fate.sequence, 0)
         word = self.words.pop(key, unknown)
-        word = word._replace(arrives_ns=fate.arrival_ns, lost=lost_to(fate), priority=fate.priority)
+        word = word._replace(
+            arrives_ns=fate.arrival_ns, lost=lost_to(fate), priority=fate.priority, fate=fate
+        )
         if word.lost is not None or word.what == unknown.what:
             yield word
         else:

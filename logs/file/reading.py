@@ -72,6 +72,7 @@ class LogFile:
         path: the file.
         end_ns: log time of the last message, 0 without any.
         known_until_ns: see `as_ground`; `None` for the whole log.
+        is_to_end: whether `end_ns` moves on where `refresh` finds more.
         index: what it holds and where.
 
     Raises:
@@ -81,6 +82,7 @@ class LogFile:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.known_until_ns: int | None = None
+        self.is_to_end = True
         self._last_read: tuple[Block, bytes] | None = None
         with self._file() as file:
             self._look_over(file)
@@ -90,8 +92,11 @@ class LogFile:
         self._reach()
 
     def _reach(self) -> None:
-        if self.known_until_ns is None:
-            self.end_ns = max((block.end_ns for block in self.index.blocks), default=0)
+        if not self.is_to_end:
+            return
+        self.end_ns = max((block.end_ns for block in self.index.blocks), default=0)
+        if self.known_until_ns is not None:
+            self.known_until_ns = self.end_ns
 
     def refresh(self) -> bool:
         """Take in what was written since the log was opened, or refreshed last.
@@ -127,9 +132,10 @@ class LogFile:
         written; and so are the attachments, which tell of what lay ahead, and how it ended.
 
         Args:
-            until_ns: simulated time; the end of the log by default.
+            until_ns: simulated time; the end of the log by default, wherever `refresh` finds it.
         """
         known = copy(self)
+        known.is_to_end = until_ns is None
         known.known_until_ns = self.end_ns if until_ns is None else until_ns
         known.end_ns = known.known_until_ns
         return known
@@ -242,8 +248,15 @@ class LogFile:
         return map(LogEntry.of, self.records())
 
     def digest(self) -> str:
-        """The `Digest` of all that the log holds, pictures included, computed from the file."""
-        return digest_of(self.records(pictures=True))
+        """The `Digest` of all that the log holds, pictures included, computed from the file.
+
+        Raises:
+            LogError: if some are missing: it would not be that of the run.
+        """
+        digest = digest_of(self.records(pictures=True))
+        if self.damage:
+            raise LogError(f"{self.path} is damaged: {self.damage[0]}")
+        return digest
 
     def _names(self, *, pictures: bool) -> set[str]:
         """The topics of the log."""

@@ -79,7 +79,7 @@ def replay(
 
 
 def _print_lines(log: LogFile, console: Console, start_ns: int) -> None:
-    picture = Picture()
+    picture = Picture(as_ground=log.is_as_ground)
     for record in log.records(EVENT_TOPICS):
         line = picture.apply(LogEntry.of(record))
         if line is not None and line.t_ns >= start_ns:

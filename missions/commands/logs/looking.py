@@ -7,16 +7,9 @@ import typer
 
 from farside.escaping import printable
 from farside.missions.commands.display.patience import patience
+from farside.missions.commands.logs.address import Listen, Live, Port, address_of, live_speed
 from farside.missions.commands.logs.finding import tell_damage
-from farside.missions.commands.values import (
-    As,
-    Listen,
-    Live,
-    Port,
-    address_of,
-    live_speed,
-    pace_of,
-)
+from farside.missions.commands.values import As, pace_of
 from farside.node import to_ns
 
 
