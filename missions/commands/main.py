@@ -19,7 +19,7 @@ from farside.escaping import printable
 from farside.missions.commands import failures
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.formats import list_missions, show_schema
-from farside.missions.commands.logs.address import Listen, Live, Port, address_of, live_speed
+from farside.missions.commands.live.address import Listen, Live, Port, address_of, live_speed
 from farside.missions.commands.logs.comparing import DIFF_STATUS, diff_logs
 from farside.missions.commands.logs.exporting import export_log
 from farside.missions.commands.logs.looking import recover_log, replay_log
@@ -194,7 +194,7 @@ def run(
         with ProgressDisplay(loaded.mission, Console(stderr=True)) as display:
             shown = None
             if address is not None:
-                from farside.missions.commands.logs.live import LiveRun
+                from farside.missions.commands.live.serving import LiveRun
 
                 shown = stack.enter_context(
                     LiveRun(

@@ -12,8 +12,8 @@ from foxglove_app import FoxgloveApp
 
 from farside.logs.live.server import offered
 from farside.missions import load_mission, run_mission
-from farside.missions.commands.logs.address import Address
-from farside.missions.commands.logs.live import LiveRun
+from farside.missions.commands.live.address import Address
+from farside.missions.commands.live.serving import LiveRun
 from farside.missions.conductor import WallClock
 from farside.missions.interrupts import Interrupts
 from farside.missions.run import FinishedRun, _Unwatched

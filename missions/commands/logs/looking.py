@@ -7,7 +7,7 @@ import typer
 
 from farside.escaping import printable
 from farside.missions.commands.display.patience import patience
-from farside.missions.commands.logs.address import Listen, Live, Port, address_of, live_speed
+from farside.missions.commands.live.address import Listen, Live, Port, address_of, live_speed
 from farside.missions.commands.logs.finding import tell_damage
 from farside.missions.commands.values import As, pace_of
 from farside.node import to_ns
@@ -49,7 +49,7 @@ def replay_log(
     address = address_of(live=live, listen=listen, port=port)
     try:
         if address is not None:
-            from farside.missions.commands.logs.live import serve_log
+            from farside.missions.commands.live.serving import serve_log
 
             serve_log(file, address, speed=live_speed(speed), start_ns=to_ns(start))
             return
