@@ -20,6 +20,7 @@ from farside.missions.commands import failures
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.formats import list_missions, show_schema
 from farside.missions.commands.live.address import Listen, Live, Port, address_of, live_speed
+from farside.missions.commands.live.layout import write_layouts
 from farside.missions.commands.logs.comparing import DIFF_STATUS, diff_logs
 from farside.missions.commands.logs.exporting import export_log
 from farside.missions.commands.logs.looking import recover_log, replay_log
@@ -257,6 +258,7 @@ app.command("rerun", epilog=_STATUS)(rerun_log)
 app.command("diff", epilog=DIFF_STATUS)(diff_logs)
 app.command("story")(tell_story)
 app.command("why")(tell_why)
+app.command("layout")(write_layouts)
 app.command("missions")(list_missions)
 app.command("schema")(show_schema)
 
