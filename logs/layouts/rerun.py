@@ -61,6 +61,8 @@ def blueprint() -> rrb.Blueprint:
             ),
             column_shares=[3, 2],
         ),
+        rrb.BlueprintPanel(state="collapsed"),
+        rrb.SelectionPanel(state="collapsed"),
         rrb.TimePanel(timeline=TIMELINE, state="collapsed"),
     )
 
