@@ -5,8 +5,9 @@ run; `events` and `picture` say what happened, and `terminal` shows it. A name i
 is first used: who only reads a log does not wait for what draws one.
 """
 
-from importlib import import_module
 from typing import TYPE_CHECKING
+
+from farside.lazily import lazily
 
 if TYPE_CHECKING:
     from farside.logs.events import EventLine, sign_text, time_text
@@ -14,7 +15,8 @@ if TYPE_CHECKING:
     from farside.logs.file.packing import Recovered, recover
     from farside.logs.file.parts import Attachment, LogError
     from farside.logs.file.reading import LogEntry, LogFile, decode
-    from farside.logs.picture import LinkPicture, Picture, picture_at
+    from farside.logs.moments import Moments, picture_at
+    from farside.logs.picture import LinkPicture, Picture
     from farside.logs.recording import Recorder
     from farside.logs.result import Outcome, RunResult
     from farside.logs.spans import (
@@ -38,7 +40,8 @@ _HOMES = {
     "file.parts": ("Attachment", "LogError"),
     "file.reading": ("LogEntry", "LogFile", "decode"),
     "recording": ("Recorder",),
-    "picture": ("LinkPicture", "Picture", "picture_at"),
+    "moments": ("Moments", "picture_at"),
+    "picture": ("LinkPicture", "Picture"),
     "result": ("Outcome", "RunResult"),
     "spans": (
         "Believed",
@@ -71,6 +74,7 @@ __all__ = [
     "LogError",
     "LogFile",
     "ModeSpan",
+    "Moments",
     "OutageSpan",
     "Outcome",
     "Picture",
@@ -89,10 +93,4 @@ __all__ = [
     "time_text",
 ]
 
-
-def __getattr__(name: str) -> object:
-    if name not in _HOME:
-        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    found: object = getattr(import_module(f"{__name__}.{_HOME[name]}"), name)
-    globals()[name] = found
-    return found
+__getattr__ = lazily(__name__, _HOME)

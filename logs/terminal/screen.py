@@ -26,6 +26,9 @@ _DIRECTION_LABELS = {Direction.UP: "↑ up", Direction.DOWN: "↓ down"}
 
 _LEGEND = "[magenta]◇[/] heard  [magenta]◌[/] by now  [cyan]•[/] proposed"
 
+LEAST_WIDTH, LEAST_HEIGHT = 40, 10
+"""Columns and rows that `screen` needs."""
+
 _MAP_WIDTH_MIN, _MAP_HEIGHT_MIN = 30, 8
 _INSTRUMENTS_WIDTH_MIN = 40
 _BESIDE = 6  # columns of frames about a map and the instruments beside it
@@ -59,7 +62,7 @@ def screen(
     title: str = "farside",
     end_ns: int | None = None,
 ) -> RenderableType:
-    """Draw a picture, at its best in 100 columns by 30 rows and usable from 40 by 10.
+    """Draw a picture, at its best in 100 columns by 30 rows and usable from 40 by 10, not below.
 
     Clock, modes and events always have their place. A map that is larger than its own shows the
     part about the rover; dashes for an edge, and an arrow in the title, say where it goes on. The

@@ -8,6 +8,7 @@ import math
 import signal
 import sys
 from contextlib import ExitStack
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
@@ -25,6 +26,7 @@ from farside.missions.commands.logs.comparing import DIFF_STATUS, diff_logs
 from farside.missions.commands.logs.exporting import export_log
 from farside.missions.commands.logs.looking import recover_log, replay_log
 from farside.missions.commands.logs.reliving import VERIFY_STATUS, rerun_log, verify_log
+from farside.missions.commands.logs.report import report_log
 from farside.missions.commands.logs.story import tell_story
 from farside.missions.commands.logs.why import tell_why
 from farside.missions.commands.values import pace_of
@@ -35,6 +37,8 @@ if TYPE_CHECKING:
     from farside.missions.crew.crew import LostProcess
 
 _DONE, _BAD_INPUT = 0, 2
+
+_WATCH_SPEED = 20.0  # as of a replay
 
 _STATUS = (
     "Exit status: 0 done and all expectations met; 1 an expectation was not met; 2 bad input; "
@@ -141,7 +145,7 @@ def run(
             parser=pace_of,
             metavar="X|max",
             help="At most X simulated seconds per wall second.",
-            show_default="max, with --live 1",
+            show_default="max; with --live 1, with --watch 20",
         ),
     ] = None,
     set_: Set = None,
@@ -160,6 +164,9 @@ def run(
             "Without it the run waits, and says for whom every ten seconds.",
         ),
     ] = "never",  # type: ignore[assignment]  # typer parses the default as it parses an argument
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Watch it on the screen of `farside replay`.")
+    ] = False,
     live: Live = False,
     port: Port = None,
     listen: Listen = None,
@@ -171,15 +178,21 @@ def run(
     back shows again what was while the run waits, and a seek ahead makes it hurry there. When the
     run is over its log stays in Foxglove until Ctrl-C. None of this changes what is recorded.
 
+    With --watch it is on the screen of `farside replay` as it goes on, and the same keys play it:
+    a pause holds the run, and so does a look back. Leaving the screen does not end the run, which
+    then goes on as fast as it can; Ctrl-C does. None of this changes what is recorded, either.
+
     \b
     farside run blackout
     farside run missions/blackout.toml --seed 7 --set link.up.loss=0.2
     farside run blackout --in-process --pace 10
+    farside run blackout --watch --pace 5
     farside run blackout --live --pace 20
     """
     import msgspec
     from rich.console import Console
 
+    from farside.logs.terminal.replay import has_screen
     from farside.missions.commands.display.progress import ProgressDisplay
     from farside.missions.commands.display.summary import show_summary
     from farside.missions.crew.crew import Patience
@@ -187,35 +200,51 @@ def run(
     from farside.missions.loading import load_mission
     from farside.missions.run import run_mission
 
+    if watch and (live or not has_screen(Console())):
+        found = "found --live, too" if live else "found none"
+        raise typer.BadParameter(f"expected a terminal alone, {found}", param_hint="--watch")
     with patience("reading the mission"):
         loaded = load_mission(mission, set_ or (), seed=seed)
     address = address_of(live=live, listen=listen, port=port)
     # Until the last line is out: an impatient Ctrl-C must not cost the name of the log.
     with Interrupts() as interrupts, ExitStack() as stack:
-        with ProgressDisplay(loaded.mission, Console(stderr=True)) as display:
-            shown = None
-            if address is not None:
-                from farside.missions.commands.live.serving import LiveRun
+        display, shown = ProgressDisplay(loaded.mission, Console(stderr=True)), None
+        run_it = partial(
+            run_mission,
+            loaded,
+            in_process=in_process,
+            out=out,
+            patience=Patience(give_up_s=give_up_after),
+            interrupts=interrupts,
+        )
+        if watch:
+            from farside.missions.commands.display.watching import LONGEST_WINDOW_NS, watched
 
-                shown = stack.enter_context(
-                    LiveRun(
-                        display,
-                        interrupts,
-                        address,
-                        name=loaded.mission.name,
-                        end_ns=to_ns(loaded.mission.duration_s),
-                        speed=live_speed(pace or 1.0),
-                    )
-                )
-            finished = run_mission(
-                loaded,
-                in_process=in_process,
-                pace=math.inf if shown or pace is None else pace,
-                out=out,
-                watcher=shown or display,
-                patience=Patience(give_up_s=give_up_after),
-                interrupts=interrupts,
+            finished = watched(
+                lambda gate: run_it(watcher=gate, window_ns=LONGEST_WINDOW_NS),
+                display,
+                interrupts,
+                speed=_WATCH_SPEED if pace is None else pace,
             )
+        else:
+            with display:
+                if address is not None:
+                    from farside.missions.commands.live.serving import LiveRun
+
+                    shown = stack.enter_context(
+                        LiveRun(
+                            display,
+                            interrupts,
+                            address,
+                            name=loaded.mission.name,
+                            end_ns=to_ns(loaded.mission.duration_s),
+                            speed=live_speed(pace or 1.0),
+                        )
+                    )
+                finished = run_it(
+                    watcher=shown or display,
+                    pace=math.inf if shown or pace is None else pace,
+                )
         if json:
             print(msgspec.json.encode(finished.result).decode())  # noqa: T201
         else:
@@ -258,6 +287,7 @@ app.command("rerun", epilog=_STATUS)(rerun_log)
 app.command("diff", epilog=DIFF_STATUS)(diff_logs)
 app.command("story")(tell_story)
 app.command("why")(tell_why)
+app.command("report")(report_log)
 app.command("layout")(write_layouts)
 app.command("missions")(list_missions)
 app.command("schema")(show_schema)
