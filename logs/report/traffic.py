@@ -106,9 +106,7 @@ def _sent(word: Word) -> _Sent:
     flight = None if word.arrives_ns is None else (word.arrives_ns - word.sent_ns) // 1000
     again = word.carries is not None and word.carries.attempt > 1
     text = "" if kind in _ALIKE else word.what
-    return _Sent(
-        ms(word.sent_ns), word.frame, kind, word.direction, flight, word.lost or "", again, text
-    )
+    return _Sent(ms(word.sent_ns), word.frame, kind, word.direction, flight, word.lost or "", again, text)
 
 
 def _columns(kept: list[_Sent]) -> Words:
@@ -128,7 +126,9 @@ def _columns(kept: list[_Sent]) -> Words:
         ],
         lost=[losses.setdefault(sent.lost, len(losses)) for sent in kept],
         again=[row for row, sent in enumerate(kept) if sent.again],
-        unended=[row for row, sent in enumerate(kept) if sent.flight is None and not sent.lost],
+        unended=[
+            row for row, sent in enumerate(kept) if sent.flight is None and not sent.lost
+        ],
         named=[sent.text for sent in kept if sent.kind not in _ALIKE],
         kinds=list(KINDS.values()),
         losses=list(losses),
