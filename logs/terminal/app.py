@@ -22,6 +22,7 @@ from farside.logs.moments import Moments
 from farside.logs.picture import PICTURE_TOPICS
 from farside.logs.playing import Player
 from farside.logs.terminal.screen import LEAST_HEIGHT, LEAST_WIDTH, screen
+from farside.logs.terminal.strip import STRIP_HEIGHT, LightStrip
 from farside.logs.terminal.transport import Key, keys_text, transport
 from farside.node import to_ns, to_s
 
@@ -32,7 +33,8 @@ _UPDATE_S = 0.1
 """Wall time between two screen updates: smooth to the eye, and light on a slow terminal."""
 
 _STEP_S, _SEEK_S, _FAR_S = 1, 10, 60
-_AS_GROUND = " as the ground knew it: nothing here was unknown to it at this time "
+_AS_GROUND = " as the ground knew it: nothing else is shown "
+_STRIP_FROM = 30  # rows, without those of the keys
 _KEYS_ROOM = 4  # rows above the least height from which the keys have theirs
 
 
@@ -49,7 +51,7 @@ class ReplayApp(App[None]):
 
     Attributes:
         player: what plays the log.
-        failure: what ended it, if the log is damaged.
+        failure: what ended it, if not a key did.
     """
 
     ENABLE_COMMAND_PALETTE = False
@@ -97,9 +99,10 @@ class ReplayApp(App[None]):
         super().__init__()
         self.theme = "ansi-dark"  # takes all colours from the terminal, of a light one too
         self.player = Player(log, PICTURE_TOPICS, speed=speed, start_ns=start_ns)
-        self.failure: LogError | None = None
+        self.failure: Exception | None = None
         self._source = log
         self._moments = Moments(log)
+        self._strip = LightStrip(log)
         self._picture = self._moments.at(self.player.now_ns)
         self._refresh_log, self._wall_s = refresh, now
         self._seen_s = now()
@@ -115,6 +118,7 @@ class ReplayApp(App[None]):
 
         Raises:
             LogError: if the log is damaged.
+            Exception: whatever else went wrong, once the terminal is as before.
         """
         # Textual takes the variable out, and leaves its handlers behind.
         colourless = os.environ.get("NO_COLOR")
@@ -162,9 +166,15 @@ class ReplayApp(App[None]):
             return
         self._draw()
 
-    def _fail(self, error: LogError) -> None:
+    def _fail(self, error: Exception) -> None:
         self.failure = error
         self.exit()
+
+    def _handle_exception(self, error: Exception) -> None:
+        """Leave it to the command to tell of, in place of Textual's pages of variables."""
+        if self.is_headless:  # as in a test
+            super()._handle_exception(error)
+        self._fail(error)
 
     # --- drawing -------------------------------------------------------------------------------
 
@@ -206,17 +216,21 @@ class ReplayApp(App[None]):
 
     def _board_of(self, width: int, height: int) -> RenderableType:
         now_ns = self.player.now_ns
+        strip = STRIP_HEIGHT if height >= _STRIP_FROM else 0
         if width < LEAST_WIDTH or height < LEAST_HEIGHT:
             state = f"{time_text(now_ns)} {self._picture.mode or ''} {self._picture.failsafe or ''}"
             return Text(f"{state}\n{LEAST_WIDTH} columns by {LEAST_HEIGHT + 1} rows show more")
-        return screen(
+        board = screen(
             self._picture,
             now_ns,
             width=width,
-            height=height,
+            height=height - strip,
             title=self._source.path.name,
             end_ns=self._source.end_ns,
         )
+        if not strip:
+            return board
+        return Group(board, self._strip.draw(self._picture, now_ns, width))
 
     # --- keys ----------------------------------------------------------------------------------
 
