@@ -23,7 +23,15 @@ from farside.logs.picture import PICTURE_TOPICS
 from farside.logs.playing import Player
 from farside.logs.terminal.screen import LEAST_HEIGHT, LEAST_WIDTH, screen
 from farside.logs.terminal.strip import STRIP_HEIGHT, LightStrip
-from farside.logs.terminal.transport import Key, keys_text, transport
+from farside.logs.terminal.transport import (
+    FAR_S,
+    SEEK_S,
+    STEP_S,
+    Key,
+    keys_of,
+    keys_text,
+    transport,
+)
 from farside.node import to_ns, to_s
 
 SPEEDS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
@@ -32,7 +40,6 @@ SPEEDS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 _UPDATE_S = 0.1
 """Wall time between two screen updates: smooth to the eye, and light on a slow terminal."""
 
-_STEP_S, _SEEK_S, _FAR_S = 1, 10, 60
 _AS_GROUND = " as the ground knew it: nothing else is shown "
 _STRIP_FROM = 30  # rows, without those of the keys
 _KEYS_ROOM = 4  # rows above the least height from which the keys have theirs
@@ -66,12 +73,12 @@ class ReplayApp(App[None]):
     """
     BINDINGS: ClassVar[list[BindingType]] = [
         ("space", "pause_or_play"),
-        ("left", f"step({-_STEP_S})"),
-        ("right", f"step({_STEP_S})"),
-        ("shift+left", f"skip({-_SEEK_S})"),
-        ("shift+right", f"skip({_SEEK_S})"),
-        ("pageup", f"skip({-_FAR_S})"),
-        ("pagedown", f"skip({_FAR_S})"),
+        ("left", f"step({-STEP_S})"),
+        ("right", f"step({STEP_S})"),
+        ("shift+left", f"skip({-SEEK_S})"),
+        ("shift+right", f"skip({SEEK_S})"),
+        ("pageup", f"skip({-FAR_S})"),
+        ("pagedown", f"skip({FAR_S})"),
         ("home", "edge(False)"),
         ("end", "edge(True)"),
         ("[", "previous_event"),
@@ -181,18 +188,7 @@ class ReplayApp(App[None]):
     @property
     def keys(self) -> list[Key]:
         """The keys and what they do now."""
-        loop = "loop from here" if self._loop_from_ns is None else "loop to here"
-        return [
-            ("space", "pause" if self.player.playing else "play"),
-            ("←→", f"{_STEP_S} s"),
-            ("⇧←→", f"{_SEEK_S} s"),
-            ("[ ]", "event"),
-            ("+ -", "speed"),
-            ("r", "reverse"),
-            ("l", "no loop" if self.player.loop_ns else loop),
-            ("g", "go to"),
-            ("q", "leave"),
-        ]
+        return keys_of(self.player, loop_from_ns=self._loop_from_ns)
 
     def _draw(self) -> None:
         width, height = self.size
