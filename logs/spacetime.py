@@ -8,10 +8,12 @@ and only what is under way is kept.
 from collections.abc import Iterator
 from typing import NamedTuple, cast
 
+import msgspec
+
 from farside.frames import Carried, Fate, FrameEvent, FrameFate, FrameStage
 from farside.logs.events import OUTAGES, time_text
 from farside.logs.file.reading import LogFile, decode
-from farside.node import NEVER_NS, Direction, Record
+from farside.node import NEVER_NS, Direction
 from farside.topics import GROUND_FRAME, LINK_FRAME, ROVER_FRAME
 
 _TOPICS = (ROVER_FRAME, LINK_FRAME, GROUND_FRAME)
@@ -50,6 +52,7 @@ class Word(NamedTuple):
         carries: the message, or part of one, that it carries; `None` of a report, and where the
             log does not say.
         stored: whether it is of the stored stream.
+        fate: what the channel says of it; `None` where it says nothing.
     """
 
     direction: Direction
@@ -61,6 +64,7 @@ class Word(NamedTuple):
     priority: int
     carries: Carried | None = None
     stored: bool = False
+    fate: FrameFate | None = None
 
 
 def words(log: LogFile, start_ns: int = 0, end_ns: int = NEVER_NS) -> Iterator[Word]:
@@ -73,45 +77,56 @@ def words(log: LogFile, start_ns: int = 0, end_ns: int = NEVER_NS) -> Iterator[W
     Raises:
         LogError: if the log is damaged.
     """
-    if log.is_as_ground:
-        yield from _heard_and_sent(log, start_ns, end_ns)
-        return
-    under_way = _UnderWay(start_ns)
-    for record in log.records(_TOPICS, start_ns=start_ns):
-        if record.log_time_ns > end_ns and not under_way.words:
+    taking = HeardAndSent(end_ns) if log.is_as_ground else UnderWay(start_ns, end_ns)
+    for record in log.records(taking.topics, start_ns=start_ns):
+        if record.log_time_ns > end_ns and taking.is_done:
             return
-        yield from under_way.settle_used(record.log_time_ns)
-        message = decode(record)
-        if isinstance(message, FrameFate):
-            if message.queued_ns <= end_ns:
-                yield from under_way.fate(message)
-        else:
-            event = cast("FrameEvent", message)
-            if event.stage is FrameStage.MADE and record.log_time_ns > end_ns:
-                continue
-            yield from under_way.event(record, event)
-    yield from under_way.rest()
+        yield from taking.take(record.log_time_ns, decode(record))
+    yield from taking.rest()
 
 
-class _UnderWay:
-    """The words whose end is not known yet.
+class UnderWay:
+    """The words whose end is not known yet: for who reads other topics in the same pass.
+
+    Args:
+        start_ns, end_ns: see `words`.
 
     Attributes:
+        topics: the topics to take from.
         words: those, by direction and sequence number.
     """
 
-    def __init__(self, start_ns: int) -> None:
+    topics = _TOPICS
+
+    def __init__(self, start_ns: int = 0, end_ns: int = NEVER_NS) -> None:
         self.words: dict[tuple[Direction, int], Word] = {}
-        self._start_ns = start_ns
+        self._start_ns, self._end_ns = start_ns, end_ns
         # Used by the receiver at this time, but the channel has not said when they arrived: at the
         # same log time the rover's records come first.
         self._used: dict[tuple[Direction, int], tuple[int, Word]] = {}
 
-    def event(self, record: Record, event: FrameEvent) -> Iterator[Word]:
+    @property
+    def is_done(self) -> bool:
+        """Whether no word is under way."""
+        return not self.words
+
+    def take(self, now_ns: int, message: msgspec.Struct) -> Iterator[Word]:
+        """Take the next message of `topics`; gives the words whose end it tells."""
+        if self._used:
+            yield from self.settle_used(now_ns)
+        if isinstance(message, FrameFate):
+            if message.queued_ns <= self._end_ns:
+                yield from self.fate(message)
+        elif isinstance(message, FrameEvent) and not (
+            message.stage is FrameStage.MADE and now_ns > self._end_ns
+        ):
+            yield from self.event(now_ns, message)
+
+    def event(self, now_ns: int, event: FrameEvent) -> Iterator[Word]:
         """An end made a frame, lost it to terrain shadow, refused it or used it."""
         key = event.direction, event.sequence
         if event.stage is FrameStage.MADE:
-            self.words[key] = _made(record.log_time_ns, event)
+            self.words[key] = _made(now_ns, event)
             return
         word = self.words.get(key)
         if word is None:
@@ -122,7 +137,7 @@ class _UnderWay:
             # A duplicate is refused after the frame itself was used, and so is gone from here.
             yield self.words.pop(key)._replace(lost=f"refused by the receiver: {event.what}")
         elif word.arrives_ns is None:
-            self._used[key] = record.log_time_ns, self.words.pop(key)
+            self._used[key] = now_ns, self.words.pop(key)
         else:
             yield self.words.pop(key)
 
@@ -133,11 +148,13 @@ class _UnderWay:
         key = fate.direction, fate.sequence
         if key in self._used:
             _, used = self._used.pop(key)
-            yield used._replace(arrives_ns=fate.arrival_ns, priority=fate.priority)
+            yield used._replace(arrives_ns=fate.arrival_ns, priority=fate.priority, fate=fate)
             return
         unknown = Word(fate.direction, "a frame", fate.queued_ns, None, None, fate.sequence, 0)
         word = self.words.pop(key, unknown)
-        word = word._replace(arrives_ns=fate.arrival_ns, lost=lost_to(fate), priority=fate.priority)
+        word = word._replace(
+            arrives_ns=fate.arrival_ns, lost=lost_to(fate), priority=fate.priority, fate=fate
+        )
         if word.lost is not None or word.what == unknown.what:
             yield word
         else:
@@ -159,23 +176,39 @@ class _UnderWay:
         yield from self.words.values()
 
 
-def _heard_and_sent(log: LogFile, start_ns: int, end_ns: int) -> Iterator[Word]:
-    delay_ns = 0
-    for record in log.records([GROUND_FRAME], start_ns=start_ns):
-        event, now_ns = cast("FrameEvent", decode(record)), record.log_time_ns
+class HeardAndSent:
+    """The words that the ground sent, and those that it heard.
+
+    Attributes:
+        topics: the topics to take from.
+    """
+
+    topics = (GROUND_FRAME,)
+    is_done = False  # what it hears after a time may have been sent before
+
+    def __init__(self, end_ns: int = NEVER_NS) -> None:
+        self._end_ns, self._delay_ns = end_ns, 0
+
+    def take(self, now_ns: int, message: msgspec.Struct) -> Iterator[Word]:
+        """Take the next message of `topics`; gives the word that it tells of."""
+        event = cast("FrameEvent", message)
         if event.direction is Direction.UP:
-            if event.stage is FrameStage.MADE and now_ns <= end_ns:
+            if event.stage is FrameStage.MADE and now_ns <= self._end_ns:
                 yield _made(now_ns, event)
-            continue
+            return
         carries = event.carries[0] if event.carries else None
         if carries is not None and carries.kind == "telemetry" and not event.stored:
-            delay_ns = now_ns - (now_ns if carries.time_ns is None else carries.time_ns)
-        if now_ns - delay_ns > end_ns:
-            continue
+            self._delay_ns = now_ns - (now_ns if carries.time_ns is None else carries.time_ns)
+        if now_ns - self._delay_ns > self._end_ns:
+            return
         used = event.stage is FrameStage.USED
-        yield _made(now_ns - delay_ns, event)._replace(
+        yield _made(now_ns - self._delay_ns, event)._replace(
             arrives_ns=now_ns, lost=None if used else f"refused by the receiver: {event.what}"
         )
+
+    def rest(self) -> Iterator[Word]:
+        """None: what was heard was heard."""
+        return iter(())
 
 
 def _made(sent_ns: int, event: FrameEvent) -> Word:

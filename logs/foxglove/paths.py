@@ -43,6 +43,7 @@ from farside.topics import (
 )
 
 Cell = tuple[int, int]
+Point = tuple[float, float]
 
 # Colours that stay apart for the colour-blind (Okabe and Ito, 2008), for what is drawn together.
 _MODES: dict[Mode, Rgb] = {
@@ -57,7 +58,11 @@ _FAR: Rgb = (0.27, 0.0, 0.33)
 _INK: Rgb = (0.1, 0.1, 0.1)
 
 _SEGMENT = 32
-"""Points of a segment of the track: what is sent again with each step, and seen after a seek."""
+"""Corners of a segment of the track: what is sent again with each step, and seen after a seek."""
+
+_STEP, _SHOWN, _OFF = 0.2, 0.5, 0.03
+"""In cells: how far a point of the track is from the last, how far the rover goes until it is drawn
+anew, and how far beside a straight line is no corner (project defaults)."""
 
 
 class Track:
@@ -70,25 +75,32 @@ class Track:
     def __init__(self, places: Places) -> None:
         self._places = places
         self._mode: Mode | None = None
-        self._points: list[tuple[float, float]] = []
+        self._points: list[Point] = []
+        self._drawn_to: Point | None = None
         self._number = 0
 
     def mode(self, _t_ns: int, entry: ModeEntry) -> Drawn:
-        """The mode changes."""
+        """The mode changes: the rover goes on in another colour."""
         self._mode = entry.mode
         self._go_on()
         return ()
 
     def pose(self, t_ns: int, at: Where) -> Drawn:
-        """The rover is somewhere: a point each half cell."""
-        here = at.x_m, at.y_m
-        if not self._points:
-            self._points.append(here)
-        if math.dist(self._points[-1], here) < 0.5 * self._places.cell_m:
+        """The rover is somewhere: drawn each half cell."""
+        here, cell_m = (at.x_m, at.y_m), self._places.cell_m
+        if self._drawn_to is None:
+            self._points, self._drawn_to = [here], here
+        if math.dist(self._points[-1], here) < _STEP * cell_m:
             return ()
+        corner = self._points[-2:]
+        if len(corner) == 2 and _is_between(corner[0], corner[1], here, _OFF * cell_m):
+            self._points.pop()
         self._points.append(here)
+        if math.dist(self._drawn_to, here) < _SHOWN * cell_m:
+            return ()
+        self._drawn_to = here
         tint = colour(_INK if self._mode is None else _MODES[self._mode])
-        way = line(self._points, 0.02 * self._places.cell_m, 0.08 * self._places.cell_m, tint)
+        way = line(self._points, 0.02 * cell_m, 0.08 * cell_m, tint)
         drawn = scene(entity(t_ns, f"track {self._number}", Parts(lines=[way])))
         if len(self._points) >= _SEGMENT:
             self._go_on()
@@ -97,6 +109,15 @@ class Track:
     def _go_on(self) -> None:
         """Begin a segment where the last one ends."""
         self._points, self._number = self._points[-1:], self._number + 1
+
+
+def _is_between(start: Point, middle: Point, end: Point, off_m: float) -> bool:
+    """Whether a point lies on the way between two others, or but `off_m` beside it."""
+    along = math.dist(start, end)
+    (x, y), (to_x, to_y) = ((point[0] - start[0], point[1] - start[1]) for point in (middle, end))
+    if along == 0 or not 0 <= x * to_x + y * to_y <= along**2:
+        return False
+    return abs(x * to_y - y * to_x) <= off_m * along
 
 
 class PolicyScenes:

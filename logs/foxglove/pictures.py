@@ -30,8 +30,8 @@ from farside.logs.foxglove.names import (
     PictureTopic,
 )
 from farside.logs.foxglove.paths import GroundPolicy, PolicyScenes, Predicted, Track
-from farside.logs.foxglove.poses import Drawn, Where, Whereabouts
-from farside.logs.foxglove.sides import GroundSide, LinkSide, RoverSide, SentFrame
+from farside.logs.foxglove.poses import Drawn, TruePose, Where, Whereabouts
+from farside.logs.foxglove.sides import GroundSide, LinkSide, RoverSide, SentFrame, TruthSide
 from farside.messages import Telemetry
 from farside.node import Record, Topic
 from farside.topics import (
@@ -68,7 +68,7 @@ _Draw = Callable[[int, Any], Drawn]
 _PARTS: dict[str, type[msgspec.Struct]] = {
     TRUTH_YARD.name: Drawing,
     GROUND_CHART.name: Drawing,
-    TRUTH_POSE.name: Where,
+    TRUTH_POSE.name: TruePose,
     ROVER_ESTIMATE.name: Where,
     LINK_FRAME.name: SentFrame,
 }
@@ -134,7 +134,7 @@ class Pictures:
             tint=(0.34, 0.71, 0.91),
             alpha=0.6,
         )
-        self._on(TRUTH_POSE, _Seen(true), track.pose)
+        self._on(TRUTH_POSE, _Seen(true), track.pose, TruthSide().condition)
         self._on(ROVER_ESTIMATE, _Seen(estimate))
         self._on(ROVER_MODE, track.mode, side.state)
         for topic in (
@@ -241,7 +241,8 @@ class _Seen:
 
     def __call__(self, t_ns: int, at: Where) -> Drawn:
         held_ns, self._last_ns = self._last_ns, t_ns
-        return self._rover.see(t_ns, at, held_ns=held_ns)
+        where = Where(at.x_m, at.y_m, at.heading_rad)
+        return self._rover.see(t_ns, where, held_ns=held_ns)
 
 
 class _Heard:
@@ -255,7 +256,7 @@ class _Heard:
         if telemetry.time_ns <= self._newest_ns:
             return ()
         self._newest_ns = telemetry.time_ns
-        self._side.hear(t_ns, telemetry)
         at = Where(telemetry.x_m, telemetry.y_m, telemetry.heading_rad)
         # What is not known before it arrives is not to be seen coming.
-        return self._rover.see(t_ns, at, held_ns=t_ns - 1, so_ns=telemetry.time_ns)
+        seen = self._rover.see(t_ns, at, held_ns=t_ns - 1, so_ns=telemetry.time_ns)
+        return (*seen, *self._side.hear(t_ns, telemetry))

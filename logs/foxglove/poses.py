@@ -43,6 +43,13 @@ class Where(msgspec.Struct, frozen=True, gc=False):
     heading_rad: float
 
 
+class TruePose(Where, frozen=True, gc=False):
+    """A `farside.topics.Pose`, as far as it is drawn."""
+
+    battery: float
+    speed_m_s: float
+
+
 class Whereabouts:
     """The rover as one party has it.
 

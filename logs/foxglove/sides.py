@@ -1,5 +1,8 @@
 """State, numbers and events of the rover, of the link and of the ground, each from its records."""
 
+from collections.abc import Callable
+from typing import Any
+
 import msgspec
 from foxglove.messages import Log, LogLevel
 
@@ -14,12 +17,15 @@ from farside.logs.foxglove.names import (
     LINK_EVENTS,
     LINK_NUMBERS,
     LINK_STATE,
+    PICTURES,
     ROVER_EVENTS,
     ROVER_NUMBERS,
     ROVER_STATE,
+    TRUTH_NUMBERS,
     PictureTopic,
 )
-from farside.logs.foxglove.poses import Drawn
+from farside.logs.foxglove.poses import Drawn, TruePose
+from farside.logs.foxglove.protobuf import encoder
 from farside.logs.foxglove.shapes import stamp
 from farside.logs.foxglove.states import (
     NONE,
@@ -31,6 +37,7 @@ from farside.logs.foxglove.states import (
     LinkState,
     RoverNumbers,
     RoverState,
+    TruthNumbers,
 )
 from farside.logs.picture import Picture
 from farside.messages import Telemetry, Tokens
@@ -53,11 +60,32 @@ from farside.topics import (
     StuckEntry,
 )
 
-_encoder = msgspec.json.Encoder(order="deterministic")
+_CHARGE_SHOWN = 0.001
+
+_ENCODERS: dict[type[msgspec.Struct], Callable[[Any], bytes]] = {
+    picture.kind: encoder(picture.kind)
+    for picture in PICTURES.values()
+    if not isinstance(picture.kind, str)
+}
 
 
 def _told(topic: PictureTopic, t_ns: int, message: msgspec.Struct) -> Drawn:
-    return (Record(topic.name, t_ns, t_ns, _encoder.encode(message)),)
+    return (Record(topic.name, t_ns, t_ns, _ENCODERS[type(message)](message)),)
+
+
+class TruthSide:
+    """The true numbers of the rover."""
+
+    def __init__(self) -> None:
+        self._told = TruthNumbers(-1.0, 0.0)
+
+    def condition(self, t_ns: int, pose: TruePose) -> Drawn:
+        """Battery and speed, where a plot would show the change."""
+        told = self._told
+        if pose.speed_m_s == told.speed_m_s and abs(pose.battery - told.battery) < _CHARGE_SHOWN:
+            return ()
+        self._told = TruthNumbers(pose.battery, pose.speed_m_s)
+        return _told(TRUTH_NUMBERS, t_ns, self._told)
 
 
 class RoverSide:
@@ -206,10 +234,15 @@ class GroundSide:
         """What happened or was learned, if it is news."""
         return _event(GROUND_EVENTS, "ground", self._picture, entry)
 
-    def hear(self, t_ns: int, telemetry: Telemetry) -> None:
+    def hear(self, t_ns: int, telemetry: Telemetry) -> Drawn:
         """Telemetry has come, newer than all before it."""
         self._battery = telemetry.battery
         self._picture.commands.apply(telemetry, t_ns)
+        # Silence is told of from its first time on.
+        if self._state.link != UNKNOWN:
+            return ()
+        self._state = msgspec.structs.replace(self._state, link="heard")
+        return _told(GROUND_STATE, t_ns, self._state)
 
     def state(self, t_ns: int, message: msgspec.Struct) -> Drawn:
         """The state of the rover as it is believed to be, if that has changed."""

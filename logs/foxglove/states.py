@@ -1,12 +1,19 @@
 """States and numbers of a run as viewers plot them: flat, with units, and never null.
 
-Foxglove has no schema of its own for these, so they are JSON as Farside's own topics are.
+Foxglove has no schemas of its own for these.
 """
 
 import msgspec
 
 UNKNOWN, NONE, OPEN = "unknown", "none", "open"
 """What stands in a state where nothing is known yet, where there is nothing, and for no outage."""
+
+
+class TruthNumbers(msgspec.Struct, frozen=True):
+    """The true state of charge (0 to 1) and speed from now on."""
+
+    battery: float
+    speed_m_s: float
 
 
 class RoverState(msgspec.Struct, frozen=True):

@@ -67,9 +67,9 @@ def offered(*, as_ground: bool = False) -> list[Offered]:
     pictures = [
         Offered(
             name,
-            picture.message_encoding,
+            "protobuf",
             picture.schema_name,
-            picture.schema_encoding,
+            "protobuf",
             picture.schema(),
         )
         for name, picture in PICTURES.items()

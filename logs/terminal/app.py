@@ -16,7 +16,7 @@ from textual.widgets import Input, Static
 
 from farside.escaping import printable
 from farside.logs.events import EventLine, time_text
-from farside.logs.file.index import LogError
+from farside.logs.file.parts import LogError
 from farside.logs.file.reading import LogEntry, LogFile
 from farside.logs.moments import Moments
 from farside.logs.picture import PICTURE_TOPICS

@@ -20,7 +20,13 @@ from farside.escaping import printable
 from farside.missions.commands import failures
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.formats import list_missions, show_schema
+from farside.missions.commands.logs.comparing import DIFF_STATUS, diff_logs
+from farside.missions.commands.logs.exporting import export_log
 from farside.missions.commands.logs.looking import recover_log, replay_log
+from farside.missions.commands.logs.reliving import VERIFY_STATUS, rerun_log, verify_log
+from farside.missions.commands.logs.report import report_log
+from farside.missions.commands.logs.story import tell_story
+from farside.missions.commands.logs.why import tell_why
 from farside.missions.commands.values import (
     Listen,
     Live,
@@ -34,9 +40,8 @@ from farside.validation import dotted
 
 if TYPE_CHECKING:
     from farside.missions.crew.crew import LostProcess
-    from farside.missions.run import FinishedRun
 
-_DONE, _UNMET, _BAD_INPUT, _INFRASTRUCTURE, _INTERRUPTED = 0, 1, 2, 3, 130
+_DONE, _BAD_INPUT = 0, 2
 
 _WATCH_SPEED = 20.0  # as of a replay
 
@@ -254,7 +259,7 @@ def run(
             _print_last_words(lost)
         if shown is not None and not finished.interrupted:
             shown.serve()
-    raise typer.Exit(_status(finished))
+    raise typer.Exit(failures.status_of(finished))
 
 
 @app.command()
@@ -281,22 +286,15 @@ def check(mission: Mission, set_: Set = None) -> None:
 
 app.command("replay")(replay_log)
 app.command("recover")(recover_log)
+app.command("export")(export_log)
+app.command("verify", epilog=VERIFY_STATUS)(verify_log)
+app.command("rerun", epilog=_STATUS)(rerun_log)
+app.command("diff", epilog=DIFF_STATUS)(diff_logs)
+app.command("story")(tell_story)
+app.command("why")(tell_why)
+app.command("report")(report_log)
 app.command("missions")(list_missions)
 app.command("schema")(show_schema)
-
-
-def _status(finished: "FinishedRun") -> int:
-    from farside.logs.result import Outcome
-
-    if finished.interrupted:
-        return _INTERRUPTED
-    match finished.result.outcome:
-        case Outcome.SUCCESS:
-            return _DONE
-        case Outcome.FAILURE:
-            return _UNMET
-        case Outcome.ABORTED:
-            return _INFRASTRUCTURE
 
 
 def _print_last_words(lost: "LostProcess | None") -> None:
@@ -314,17 +312,17 @@ def main() -> NoReturn:
     except SystemExit:
         raise
     except KeyboardInterrupt:
-        sys.exit(_INTERRUPTED)
+        sys.exit(failures.INTERRUPTED)
     except _bad_input() as error:
         failures.print_error(str(error))
-        sys.exit(_INFRASTRUCTURE if failures.of_machine(error.__cause__) else _BAD_INPUT)
+        sys.exit(failures.INFRASTRUCTURE if failures.of_machine(error.__cause__) else _BAD_INPUT)
     except _broken_infrastructure() as error:
         failures.print_error(str(error))
         _print_last_words(getattr(error, "lost", None))
-        sys.exit(_INFRASTRUCTURE)
+        sys.exit(failures.INFRASTRUCTURE)
     except OSError as error:
         failures.print_error(failures.in_words(error))
-        sys.exit(_INFRASTRUCTURE)
+        sys.exit(failures.INFRASTRUCTURE)
     sys.exit(_DONE)
 
 
@@ -334,8 +332,9 @@ def _bad_input() -> tuple[type[Exception], ...]:
     from farside.logs import LogError
     from farside.missions.commands.dem_stream import StreamError
     from farside.missions.loading import MissionError
+    from farside.missions.reliving.past import RelivingError
 
-    return MissionError, LogError, StreamError, EphemerisError
+    return MissionError, RelivingError, LogError, StreamError, EphemerisError
 
 
 def _broken_infrastructure() -> type[Exception]:

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, Self
 
 from websockets.sync.client import connect
 
-_PATIENCE_S = 5  # a server that says nothing for so long is broken
+_PATIENCE_S = 20  # a server that says nothing for so long is broken
 _MESSAGE, _TIME, _STATE = 1, 2, 5  # from the server
 _CONTROL = 3  # to the server
 _PLAY, _PAUSE = 0, 1
@@ -55,7 +55,11 @@ class FoxgloveApp:
 
     def __init__(self, port: int) -> None:
         self._connection = connect(
-            f"ws://127.0.0.1:{port}", subprotocols=["foxglove.sdk.v1"], max_size=None, proxy=None
+            f"ws://127.0.0.1:{port}",
+            subprotocols=["foxglove.sdk.v1"],
+            proxy=None,
+            max_size=None,
+            max_queue=None,  # what is never taken must not hold up the end
         )
         self.info: dict[str, Any] = {}
         self.channels: dict[str, dict[str, Any]] = {}
@@ -93,6 +97,10 @@ class FoxgloveApp:
         """Take what comes until something has been seen."""
         while not seen():
             self._take(self._socket.recv(timeout=_PATIENCE_S))
+
+    def until_messages(self, count: int) -> None:
+        """Take what comes until so many messages have come in all."""
+        self.until(lambda: len(self.messages) >= count)
 
     def _take(self, data: str | bytes) -> None:
         if isinstance(data, str):

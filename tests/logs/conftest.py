@@ -117,6 +117,12 @@ def run() -> Handmade:
 
 
 @pytest.fixture
+def handmade() -> type[Handmade]:
+    """For tests of several runs."""
+    return Handmade
+
+
+@pytest.fixture
 def path(tmp_path: Path) -> Path:
     """A path for a new log."""
     return tmp_path / "run.mcap"

@@ -139,7 +139,7 @@ def test_a_second_app_that_comes_late_gets_what_is_so_and_the_state(log: LogFile
             late.subscribe("/rover/goal")
             late.ask(play=True)
             server.tick(0)
-            late.until(lambda: bool(late.messages))
+            late.until_messages(1)
             assert late.messages[0].time_ns == to_ns(2)
             assert late.states[-1].status == "playing"
 
@@ -154,8 +154,7 @@ def test_as_ground_no_seek_shows_what_it_could_not_know_then(log: LogFile) -> No
             seen, known = len(app.messages), log.as_ground(to_ns(seek_s)).latest_each(to_ns(END_S))
             for _ in range(3):
                 server.tick(1.0)
-            end = seen + len(known)
-            app.until(lambda end=end: len(app.messages) >= end)
+            app.until_messages(seen + len(known))
             assert app.messages[seen:] == [
                 Message(record.topic, record.log_time_ns, record.payload) for record in known
             ]

@@ -18,7 +18,7 @@ from farside.missions.commands.values import Address
 from farside.missions.conductor import WallClock, Watcher
 from farside.missions.crew.crew import InfrastructureError
 from farside.missions.interrupts import Interrupts
-from farside.node import Record, Role, to_ns
+from farside.node import Record, Role, to_ns, to_s
 
 _LONGEST_TICK_S = 1.0  # a laptop that slept for an hour does not skip one
 _WALL_CLOCK = WallClock()
@@ -43,9 +43,13 @@ def serve_log(
 
     Raises:
         InfrastructureError: if the server cannot listen there.
-        LogError: if the log is damaged or missing.
+        LogError: if the log is missing by now.
+        ValueError: if `start_ns` is not within the run.
     """
     feed = LogFeed(log)
+    if not 0 <= start_ns <= feed.end_ns:
+        found = f"0 to {to_s(feed.end_ns)} s, found {to_s(start_ns)} s"
+        raise ValueError(f"expected a start within the run, {found}")
     bar = PlayBar(Player(feed, speed=speed, start_ns=start_ns), feed, feed.end_ns, waiting=True)
     name = f"{log.path.name}, as the ground saw it" if log.is_as_ground else log.path.name
     with _server(bar, address, end_ns=feed.end_ns, name=name, as_ground=log.is_as_ground) as server:
@@ -186,4 +190,4 @@ def _is_loopback(host: str) -> bool:
 
 
 def _say(line: str) -> None:
-    print(printable(line), file=sys.stderr)  # noqa: T201
+    print(printable(line), file=sys.stderr, flush=True)  # noqa: T201

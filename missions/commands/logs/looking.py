@@ -7,8 +7,7 @@ import typer
 
 from farside.escaping import printable
 from farside.missions.commands.display.patience import patience
-from farside.missions.commands.failures import print_error
-from farside.missions.commands.logs.finding import log_named
+from farside.missions.commands.logs.finding import log_named, tell_damage
 from farside.missions.commands.values import (
     As,
     Listen,
@@ -93,13 +92,12 @@ def replay_log(
     if as_ is not None:
         file = file.as_ground()
     pace = (1.0 if zenoh is not None else _SPEED) if speed is None else speed
-    if (address := address_of(live=live, listen=listen, port=port)) is not None:
-        from farside.missions.commands.logs.live import serve_log
-
-        serve_log(file, address, speed=live_speed(pace), start_ns=to_ns(start or 0))
-        return
     try:
-        if zenoh is not None:
+        if (address := address_of(live=live, listen=listen, port=port)) is not None:
+            from farside.missions.commands.logs.live import serve_log
+
+            serve_log(file, address, speed=live_speed(pace), start_ns=to_ns(start or 0))
+        elif zenoh is not None:
             from farside.missions.commands.logs.republishing import republish_log
 
             republish_log(file, zenoh, speed=pace, start_s=start, follow=follow)
@@ -107,6 +105,8 @@ def replay_log(
             replay(file, Console(), speed=pace, start_s=start, follow=follow, waiting=patience)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--start") from error
+    finally:
+        tell_damage(file)
 
 
 def recover_log(
@@ -122,7 +122,7 @@ def recover_log(
     from farside.logs import LogFile, recover
 
     with patience("making a whole log"):
-        recovered = recover(LogFile(log))
+        file = LogFile(log)
+        recovered = recover(file)
     print(f"{printable(str(recovered.path))}: {recovered.messages} messages")  # noqa: T201
-    if recovered.damage is not None:
-        print_error(recovered.damage)
+    tell_damage(file)
