@@ -12,6 +12,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 from textual.app import App, ComposeResult
 from textual.binding import BindingType
+from textual.geometry import Size
 from textual.widgets import Input, Static
 
 from farside.escaping import printable
@@ -114,6 +115,7 @@ class ReplayApp(App[None]):
         self._refresh_log, self._wall_s = refresh, now
         self._seen_s = now()
         self._standing = ""
+        self._drawn = Size()
         self._board, self._transport = Static(id="board"), Static(id="transport")
         self._keys, self._keys_shown = Static(id="keys"), list[Text]()
         self._go = Input(id="go", compact=True, select_on_focus=False)
@@ -159,6 +161,7 @@ class ReplayApp(App[None]):
         """Let the wall time since the last tick pass, and draw what is so then."""
         now_s = self._wall_s()
         passed_s, self._seen_s = now_s - self._seen_s, now_s
+        before = self.player.now_ns, self._standing, self._drawn
         try:
             self._standing = self._refresh_log()
             played = self.player.advance(passed_s)
@@ -171,7 +174,8 @@ class ReplayApp(App[None]):
         except LogError as error:
             self._fail(error)
             return
-        self._draw()
+        if played.jumped or before != (self.player.now_ns, self._standing, self.size):
+            self._draw()
 
     def _fail(self, error: Exception) -> None:
         self.failure = error
@@ -191,6 +195,7 @@ class ReplayApp(App[None]):
         return keys_of(self.player, loop_from_ns=self._loop_from_ns)
 
     def _draw(self) -> None:
+        self._drawn = self.size
         width, height = self.size
         keys = keys_text(self.keys, width)
         if height - len(keys) < LEAST_HEIGHT + _KEYS_ROOM or self._go.display:
@@ -341,3 +346,4 @@ class ReplayApp(App[None]):
         """Draw what a key brought about, and a note on it if it brought nothing."""
         self._note = note
         self.tick()
+        self._draw()
