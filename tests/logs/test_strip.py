@@ -40,18 +40,18 @@ def log(run: Any, path: Path) -> LogFile:
 def test_words_slant_towards_where_they_go_and_a_lost_one_ends_on_its_way(log: LogFile) -> None:
     assert drawn(log, 9) == [
         "ground ─────────────────────────────────────────┃",
-        "                       ╲                        ┃",
-        "                        ╲          ×            ┃",
-        "                         ╲        ╱             ┃",
+        "                        ╲                       ┃",
+        "                          ╲         ×           ┃",
+        "                           ╲      ╱             ┃",
         "rover  ────────────────────────────────────     ┃",
     ]
 
 
 def test_a_word_on_its_way_is_dotted_where_it_will_be(log: LogFile) -> None:
     assert drawn(log, 4.4)[1:4] == [
-        "                                         ╲      ┃",
-        "                                               ┃·",
-        "                                               ┃ ·",
+        "                                               ╲┃",
+        "                                                ┃·",
+        "                                                ┃ ·",
     ]
 
 
