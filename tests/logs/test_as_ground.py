@@ -23,6 +23,7 @@ from typer.testing import CliRunner
 
 import farside.logs
 from farside.logs import LogError, LogFile, Recorder, RunView, picture_at, screen
+from farside.logs.story import Aspect, SubjectError, story, story_lines, subject_of, why
 from farside.messages import Proposal
 from farside.missions import load_mission, run_mission
 from farside.missions.commands.main import app
@@ -58,7 +59,7 @@ def queries(path: Path, t_s: float) -> object:
 def answer(query: Callable[[], object]) -> object:
     try:
         found = query()
-    except (ValueError, LogError) as refusal:
+    except (ValueError, LogError, SubjectError) as refusal:
         return str(refusal)
     return found.rows if isinstance(found, Chart) else found
 
@@ -77,12 +78,33 @@ def terminal(path: Path, t_s: float) -> object:
     return shown.get()
 
 
-def command(*words: str) -> View:
+def stories(path: Path, t_s: float) -> object:
+    """The first of each kind of thing, from birth to effect."""
+    log = LogFile(path).as_ground(to_ns(t_s))
+    told = {}
+    for text in ("command:1", "proposal:1", "event:1", "goal:B", "frame:up:1", "frame:down:1"):
+        told[text] = answer(partial(told_of, log, text))
+    return told
+
+
+def told_of(log: LogFile, text: str) -> object:
+    return list(story_lines(story(log, subject_of(text))))
+
+
+def reasons(path: Path, t_s: float) -> object:
+    """The reasons of everything that has any."""
+    log = LogFile(path).as_ground(to_ns(t_s))
+    return {aspect: answer(partial(why, log, to_ns(t_s), aspect)) for aspect in Aspect}
+
+
+def command(name: str, *more: str) -> View:
     """What a command prints, and the files that it writes into the folder `out`."""
 
     def view(path: Path, t_s: float) -> object:
         shutil.rmtree("out", ignore_errors=True)
-        done = CliRunner().invoke(app, [*words, str(path), "--as", "ground", "--at", repr(t_s)])
+        done = CliRunner().invoke(
+            app, [name, str(path), *more, "--as", "ground", "--at", repr(t_s)]
+        )
         files = sorted(file for file in Path("out").rglob("*") if file.is_file())
         return done.exit_code, done.output, [(file, file.read_bytes()) for file in files]
 
@@ -93,6 +115,8 @@ VIEWS: dict[str, View] = {
     "queries": queries,
     "picture": picture,
     "terminal": terminal,
+    "stories": stories,
+    "reasons": reasons,
     "export": command("export", "--out", "out"),
     "export csv": command("export", "--format", "csv", "--out", "out"),
 }
