@@ -10,8 +10,9 @@ from noting import failsafe_entry, records_of
 
 from farside.control import Failsafe, Mode, ModeCause
 from farside.frames import Fate, FrameFate
-from farside.logs import Recorder
+from farside.logs import LogFile, Recorder
 from farside.messages import Telemetry
+from farside.missions import load_mission, run_mission
 from farside.node import Direction, Record, to_ns
 from farside.places import Chart
 from farside.topics import GoalChange, GoalEntry, GoalSource, ModeEntry, Pose, Yard
@@ -113,6 +114,15 @@ class Handmade:
 @pytest.fixture
 def run() -> Handmade:
     return Handmade()
+
+
+@pytest.fixture(scope="session")
+def flown(tmp_path_factory: pytest.TempPathFactory) -> LogFile:
+    """The log of the shipped blackout mission."""
+    finished = run_mission(
+        load_mission("blackout"), in_process=True, out=tmp_path_factory.mktemp("flown")
+    )
+    return LogFile(finished.log)
 
 
 @pytest.fixture
