@@ -201,8 +201,9 @@ def _link_or_ground_line(entry: LogEntry) -> EventLine | None:
         case EventLearned(event=event):
             text = f"learns of {time_text(event.time_ns)}: {_happening(event.what)}"
             return EventLine(t_ns, Role.GROUND, text)
-        case Silence(silent=silent):
-            text = "hears nothing from the rover" if silent else "hears the rover"
+        case Silence(silent=silent, expected=expected):
+            text = "hears nothing from the rover" if silent or expected else "hears the rover"
+            text += ", as planned" if expected else ""
             return EventLine(t_ns, Role.GROUND, text)
         case _:
             return None

@@ -1,101 +1,80 @@
-"""The index of a log: read from its summary, or built by a scan if it has none."""
+"""The index of a log: read from its summary, or built by a scan where it has none."""
 
+import os
 import struct
 import zlib
-from collections.abc import Iterator
-from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from io import BytesIO
-from itertools import islice
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO
 
 import zstandard
 from mcap import records as mcap
 from mcap.data_stream import ReadDataStream
-from mcap.exceptions import McapError
 from mcap.opcode import Opcode
-from mcap.writer import MCAP0_MAGIC
 
 from farside.logs.file.mcap_bytes import (
+    CHUNK_HEAD,
+    DAMAGE,
     GREATEST_RECORD_BYTE,
-    HEAD_BYTE,
+    HEAD,
+    MAGIC,
+    MESSAGE_HEAD,
     DamageError,
-    Span,
-    chunk_bytes,
-    chunk_times_ns,
+    attachment_of,
+    end_marks,
     inner_records,
-    message_key,
-    spans,
+    metadata_of,
 )
-
-LIBRARY = "farside"
-"""First word of the library field in the header of every log of Farside's."""
-
-_FOOTER_BYTE = HEAD_BYTE + 20
-_BLOCK_BYTE = 1 << 20
-_DAMAGE = (
-    McapError,
-    zstandard.ZstdError,
-    struct.error,
-    ValueError,
-    LookupError,
-    OverflowError,
-    MemoryError,
+from farside.logs.file.parts import (
+    LIBRARY,
+    LISTED_CHANNEL,
+    SIZES,
+    Attachment,
+    Block,
+    Damage,
+    LogError,
+    block_records,
+    read_at,
 )
-"""What decoding wrong bytes ends in: sums, lengths, texts and channels that cannot be."""
+from farside.logs.file.scanning import Span, span_at, spans
 
-
-class LogError(Exception):
-    """A log cannot be written or read; the message tells people which, and why."""
-
-
-class Attachment(NamedTuple):
-    """A file inside a log."""
-
-    media_type: str
-    data: bytes
-
-
-@dataclass(slots=True)
-class Block:
-    """A chunk in the file, or a row of plain messages, and what it holds.
-
-    Attributes:
-        offset, length: of its bytes; for a chunk, of its body.
-        start_ns, end_ns: least and greatest log time.
-        channels: numbers of the channels in it; `None` if unknown.
-        is_chunk: whether it is a chunk.
-    """
-
-    offset: int
-    length: int
-    start_ns: int
-    end_ns: int
-    channels: set[int] | None
-    is_chunk: bool
+_END_MARKS = end_marks()
+_FOOTER_BYTE = HEAD.size + 20
+_INDEX_HEAD = struct.Struct("<QQQQI")
+_NOTHING = "no message is missing"
+_LOST: dict[int, str] = {
+    Opcode.ATTACHMENT: "an attachment is missing",
+    Opcode.METADATA: "metadata are missing",
+    Opcode.HEADER: _NOTHING,
+}
+"""What is missing where a record cannot be read that is no chunk."""
+_MESSAGE = bytes([Opcode.MESSAGE])
+_OF_DATA = frozenset({Opcode.CHUNK, Opcode.ATTACHMENT, Opcode.METADATA})
 
 
 class LogIndex:
     """What a log holds and where.
 
-    A finished log has a summary. An unfinished one, whose writer was killed or is still running,
-    is scanned from its beginning to its last whole record.
+    A finished log has a summary. Any other, whose writer was killed or is still running, or whose
+    summary is damaged, is scanned from its beginning to its end.
 
     Args:
         path: the file, for error messages.
         file: the same, open.
 
     Attributes:
-        complete: whether the writer finished it.
+        complete: whether the writer finished it, and its summary is whole.
         library: the program that wrote it, such as `farside 0.1.0`.
         schemas, channels: by number.
         attachments: by name; of several with one name, the last.
         metadata: likewise.
-        blocks: the messages, in order.
+        blocks: the chunks with messages, in order.
+        counts: the number of messages by channel; `None` without a summary.
+        payload_byte: the length of all payloads of each topic; empty if the log does not say.
+        damage: what could not be read so far, by its first byte.
 
     Raises:
-        LogError: if the file is not a log, or is damaged.
+        LogError: if the file is not a log.
     """
 
     def __init__(self, path: Path, file: BinaryIO) -> None:
@@ -106,162 +85,302 @@ class LogIndex:
         self.attachments: dict[str, Attachment] = {}
         self.metadata: dict[str, dict[str, str]] = {}
         self.blocks: list[Block] = []
-        self._path, self._file = path, file
-        self._look_over()
+        self.counts: dict[int, int] | None = None
+        self.payload_byte: dict[str, int] = {}
+        self.damage: dict[int, Damage] = {}
+        self._path = path
+        self._identity = _identity(file)
+        self._scanned = len(MAGIC)
+        self._tail: Damage | None = None
+        self._look_over(file)
 
-    def _look_over(self) -> None:
-        file = self._file
-        size_byte = file.seek(0, 2)
-        file.seek(0)
-        if file.read(len(MCAP0_MAGIC)) != MCAP0_MAGIC:
+    def _look_over(self, file: BinaryIO) -> None:
+        size = _size(file)
+        ends = [read_at(file, at, len(MAGIC)) for at in (0, max(size - len(MAGIC), 0))]
+        if MAGIC not in ends:
             raise LogError(f"{self._path} is not a log: it is not an MCAP file")
-        summary = _summary(file, size_byte)
-        if summary is not None:
-            with reporting_damage(self._path, summary[0]):
-                self._by_index(*summary)
-            self.complete = True
-            return
-        for span in self._spans(len(MCAP0_MAGIC), size_byte):
-            with reporting_damage(self._path, span.offset):
-                self._take(span)
+        if ends[0] != MAGIC:
+            self._note(Damage(0, len(MAGIC), "not how an MCAP file begins", _NOTHING))
+        if not self._by_summary(file, size):
+            self._scan(file, size)
+        if not self._is_ours:
+            author = self.library or "an unknown program"
+            raise LogError(f"{self._path} is not a Farside log: it was written by {author}")
 
-    def _by_index(self, start: int, end: int) -> None:
-        """Index a finished log by its header and the summary from `start` to `end`."""
-        left_byte = end  # so that a summary cannot have one attachment read a million times
-        self._take_at(len(MCAP0_MAGIC), end)
-        for span in spans(self._file, start, end):
-            match span.opcode:
+    @property
+    def _is_ours(self) -> bool:
+        if self.library.split(" ")[0] == LIBRARY:
+            return True
+        names = (schema.name for schema in self.schemas.values())
+        return any(name.startswith(f"{LIBRARY}.") for name in names)
+
+    def is_of(self, file: BinaryIO) -> bool:
+        """Whether it is the index of this file, which may have grown since."""
+        return self._identity == _identity(file) and _size(file) >= self._scanned
+
+    def update(self, file: BinaryIO) -> bool:
+        """Take in what was appended since; returns whether there was anything."""
+        before = len(self.blocks), len(self.attachments), len(self.metadata)
+        if not self.complete:
+            self._scan(file, _size(file))
+        return before != (len(self.blocks), len(self.attachments), len(self.metadata))
+
+    def sentences(self, until_ns: int | None) -> tuple[str, ...]:
+        """The damage found so far in words, in the order of the file.
+
+        Args:
+            until_ns: without what is known to have begun later; `None` for all.
+        """
+        found = [*self.damage.values(), *([self._tail] if self._tail else [])]
+        return tuple(
+            damage.sentence
+            for damage in sorted(found, key=lambda damage: damage.start)
+            if until_ns is None or (damage.start_ns or 0) <= until_ns
+        )
+
+    def note_block(self, block: Block, error: Exception) -> None:
+        """Note that a chunk cannot be read."""
+        self._note(Damage(block.start, block.end, _words(error), "", block.start_ns, block.end_ns))
+
+    def _note(self, damage: Damage) -> None:
+        self.damage[damage.start] = damage
+
+    # --- by the summary ------------------------------------------------------------------------
+
+    def _by_summary(self, file: BinaryIO, size: int) -> bool:
+        """Index a finished log by its header and its summary; `False` if it has no whole one."""
+        data = _summary(file, size)
+        if data is None:
+            return False
+        header = span_at(file, len(MAGIC), size)
+        if header is not None and header.opcode == Opcode.HEADER:
+            self._take(file, header)
+        else:
+            self._note(Damage(len(MAGIC), len(MAGIC) + HEAD.size, "not a header", _NOTHING))
+        try:
+            self._take_summary(file, data, size)
+        except DAMAGE:
+            self.blocks.clear()
+            return False
+        self.complete = True
+        return True
+
+    def _take_summary(self, file: BinaryIO, data: bytes, size: int) -> None:
+        left_byte = size  # so that a summary cannot have one attachment read a million times
+        for opcode, begin, end in inner_records(data):
+            body = data[begin:end]
+            match opcode:
                 case Opcode.SCHEMA | Opcode.CHANNEL:
-                    self._take(span)
+                    self._declare(opcode, body)
                 case Opcode.CHUNK_INDEX:
-                    self.blocks.append(_indexed(mcap.ChunkIndex.read(_body(self._file, span))))
+                    self.blocks.append(_indexed(body, size))
+                case Opcode.STATISTICS:
+                    self.counts = dict(mcap.Statistics.read(_stream(body)).channel_message_counts)
                 case Opcode.ATTACHMENT_INDEX:
-                    offset = mcap.AttachmentIndex.read(_body(self._file, span)).offset
-                    left_byte -= self._take_at(offset, end)
+                    entry = mcap.AttachmentIndex.read(_stream(body))
+                    span = Span(Opcode.ATTACHMENT, entry.offset + HEAD.size, entry.length)
+                    name = f"the attachment {entry.name}"
+                    left_byte -= self._take_indexed(file, span, name, size)
                 case Opcode.METADATA_INDEX:
-                    offset = mcap.MetadataIndex.read(_body(self._file, span)).offset
-                    left_byte -= self._take_at(offset, end)
+                    note = mcap.MetadataIndex.read(_stream(body))
+                    span = Span(Opcode.METADATA, note.offset + HEAD.size, note.length)
+                    name = f"the metadata {note.name}"
+                    left_byte -= self._take_indexed(file, span, name, size)
             if left_byte < 0:
                 raise DamageError("attachments that overlap")
 
-    def _take_at(self, offset: int, end: int) -> int:
-        """Take the record at `offset`, and return its length in bytes."""
-        length = 0
-        for span in islice(spans(self._file, offset, end), 1):
-            self._take(span)
-            length = span.length
-        return length
+    def _take_indexed(self, file: BinaryIO, span: Span, name: str, size: int) -> int:
+        """Take the record that an index names, and return its length in bytes."""
+        span = span._replace(length=span.length - HEAD.size)
+        if span.end > size:
+            raise DamageError("an index of what cannot be")
+        try:
+            if read_at(file, span.start, HEAD.size) != HEAD.pack(span.opcode, span.length):
+                raise DamageError("not the record that the index names")
+            self._take(file, span)
+        except DAMAGE as error:
+            self._note(Damage(span.start, span.end, _words(error), f"{name} is missing"))
+        return span.length
 
-    def _take(self, span: Span) -> None:
+    # --- by a scan -----------------------------------------------------------------------------
+
+    def _scan(self, file: BinaryIO, size: int) -> None:
+        """Take every record behind the last that was taken before."""
+        at, ended_at, before = self._scanned, None, len(self.blocks)
+        holes: list[Damage] = []
+        for span in spans(file, at, size):
+            if ended_at is not None and span.opcode in _OF_DATA:
+                ended_at = None  # that was not the end
+            if ended_at is None and span.start > at:
+                holes.append(Damage(at, span.start, "not what was written"))
+            if span.opcode == Opcode.DATA_END:
+                ended_at = span.start
+            try:
+                self._take(file, span)
+            except DAMAGE as error:
+                lost = _LOST.get(span.opcode, "")
+                holes.append(Damage(span.start, span.end, _words(error), lost))
+            at = span.end
+        holes += self._settle(file, before)
+        for hole in holes:
+            start_ns, end_ns = self._times_around(hole)
+            self._note(hole._replace(start_ns=start_ns, end_ns=end_ns))
+        self._scanned = at if ended_at is None else ended_at
+        self._tail = self._end_of(file, ended_at, at, size)
+
+    def _end_of(self, file: BinaryIO, ended_at: int | None, at: int, size: int) -> Damage | None:
+        """What is wrong with the end of the file, which has whole records up to `at`."""
+        if ended_at is None:
+            found = "the file ends before the log does" if at == size else "not what was written"
+            return Damage(at, size, found, "", self.blocks[-1].end_ns if self.blocks else None)
+        if read_at(file, ended_at, size - ended_at) != _END_MARKS:
+            return Damage(ended_at, size, "not how a log ends", _NOTHING)
+        return None
+
+    def _times_around(self, hole: Damage) -> tuple[int | None, int | None]:
+        """Log times between which the messages of a hole lay."""
+        before = [block.end_ns for block in self.blocks if block.offset < hole.start]
+        behind = [block.start_ns for block in self.blocks if block.offset > hole.start]
+        return before[-1] if before else None, behind[0] if behind else None
+
+    def _settle(self, file: BinaryIO, first: int) -> list[Damage]:
+        """Check the times of new chunks, which no checksum covers.
+
+        They follow each other in log order. Where they do not, and in the last chunk, those of the
+        messages count. Chunks that cannot be read then are taken out, and returned.
+        """
+        holes = []
+        doubtful = {len(self.blocks) - 1} if len(self.blocks) > first else set()
+        reached_ns = self.blocks[first - 1].end_ns if first else 0
+        for number, block in enumerate(self.blocks[first:], start=first):
+            if not reached_ns <= block.start_ns <= block.end_ns:
+                doubtful |= {max(number - 1, 0), number}
+            reached_ns = block.end_ns
+        for number in sorted(doubtful, reverse=True):
+            block = self.blocks[number]
+            try:
+                block.start_ns, block.end_ns = _times_ns(block_records(file, block))
+            except DAMAGE as error:
+                self.blocks.remove(block)
+                holes.append(Damage(block.start, block.end, _words(error)))
+        return holes
+
+    # --- record by record ----------------------------------------------------------------------
+
+    def _take(self, file: BinaryIO, span: Span) -> None:
         match span.opcode:
-            case Opcode.MESSAGE:
-                self._take_message(span)
             case Opcode.CHUNK:
-                self._take_chunk(span)
+                self._take_chunk(file, span)
             case Opcode.HEADER:
-                self.library = mcap.Header.read(_body(self._file, span)).library
+                self.library = mcap.Header.read(_stream(_body(file, span))).library
             case Opcode.SCHEMA | Opcode.CHANNEL:
-                self._take_channel(span.opcode, _body(self._file, span))
+                self._declare(span.opcode, _body(file, span), known=True)
             case Opcode.ATTACHMENT:
-                attachment = mcap.Attachment.read(_body(self._file, span))
+                attachment = attachment_of(_body(file, span))
                 self.attachments[attachment.name] = Attachment(
                     attachment.media_type, attachment.data
                 )
             case Opcode.METADATA:
-                metadata = mcap.Metadata.read(_body(self._file, span))
-                self.metadata[metadata.name] = metadata.metadata
+                name, values = metadata_of(_body(file, span))
+                if name == SIZES:
+                    self.payload_byte = {topic: int(byte) for topic, byte in values.items()}
+                else:
+                    self.metadata[name] = values
 
-    def _take_message(self, span: Span) -> None:
-        channel, time_ns = message_key(span)
-        begin, end = span.offset - HEAD_BYTE, span.offset + span.length
-        row = self.blocks[-1] if self.blocks else None
-        if row is None or row.offset + row.length != begin or row.length >= _BLOCK_BYTE:
-            row = Block(begin, 0, time_ns, time_ns, set(), is_chunk=False)
-            self.blocks.append(row)
-        row.length = end - row.offset
-        row.start_ns, row.end_ns = min(row.start_ns, time_ns), max(row.end_ns, time_ns)
-        if row.channels is not None:
-            row.channels.add(channel)
-
-    def _take_chunk(self, span: Span) -> None:
-        """A chunk without an index; its channels are declared in it, or in one before."""
-        start_ns, end_ns = chunk_times_ns(span)
-        block = Block(span.offset, span.length, start_ns, end_ns, None, is_chunk=True)
-        self.blocks.append(block)
-        with suppress(*_DAMAGE):  # reported when the chunk is read
-            data = block_bytes(self._file, block)
+    def _take_chunk(self, file: BinaryIO, span: Span) -> None:
+        """A chunk without an index; it may declare the channels of this one and of others."""
+        head = read_at(file, span.offset, CHUNK_HEAD.size)
+        start_ns, end_ns, *_ = CHUNK_HEAD.unpack(head)
+        block = Block(span.offset, span.length, start_ns, end_ns)
+        if not _begins_with_message(file, block):
+            data = block_records(file, block)
+            opcodes = set()
             for opcode, begin, end in inner_records(data):
+                opcodes.add(opcode)
                 if opcode in {Opcode.SCHEMA, Opcode.CHANNEL}:
-                    self._take_channel(opcode, ReadDataStream(BytesIO(data[begin:end])))
+                    self._declare(opcode, data[begin:end])
+            if Opcode.MESSAGE not in opcodes:
+                return
+        self.blocks.append(block)
 
-    def _take_channel(self, opcode: int, body: ReadDataStream) -> None:
+    def _declare(self, opcode: int, body: bytes, *, known: bool = False) -> None:
+        """Take a schema or channel; if `known`, one that has no checksum and says nothing new."""
         if opcode == Opcode.SCHEMA:
-            schema = mcap.Schema.read(body)
-            self.schemas[schema.id] = schema
+            schema = mcap.Schema.read(_stream(body))
+            if not (known and schema.id in self.schemas):
+                self.schemas[schema.id] = schema
         else:
-            channel = mcap.Channel.read(body)
-            self.channels[channel.id] = channel
-
-    def _spans(self, start: int, end: int) -> Iterator[Span]:
-        with reporting_damage(self._path, start):
-            yield from spans(self._file, start, end)
+            channel = mcap.Channel.read(_stream(body))
+            if not (known and channel.id in self.channels):
+                self.channels[channel.id] = channel
 
 
-@contextmanager
-def reporting_damage(path: Path, offset: int) -> Iterator[None]:
-    """Turn whatever decoding damaged bytes raises into a `LogError` with file and offset."""
-    try:
-        yield
-    except _DAMAGE as error:
-        message = f"{path} is damaged at byte {offset}: only what comes before counts"
-        raise LogError(message) from error
+def _begins_with_message(file: BinaryIO, block: Block) -> bool:
+    """Whether the first record of a chunk is a message, without reading the others."""
+    head = read_at(file, block.offset, CHUNK_HEAD.size)
+    name_byte = CHUNK_HEAD.unpack(head)[-1]
+    name = read_at(file, block.offset + CHUNK_HEAD.size, name_byte)
+    at = block.offset + CHUNK_HEAD.size + name_byte + 8
+    if not name:
+        return read_at(file, at, 1) == _MESSAGE
+    file.seek(at)
+    with zstandard.ZstdDecompressor().stream_reader(file, closefd=False) as stream:
+        return stream.read(1) == _MESSAGE
 
 
-def block_bytes(file: BinaryIO, block: Block) -> bytes:
-    """The uncompressed records of a block.
-
-    Raises:
-        DamageError: if they are missing or damaged.
-        zstandard.ZstdError: if they cannot be decompressed.
-    """
-    file.seek(block.offset)
-    data = file.read(block.length)
-    if len(data) < block.length:
-        raise DamageError("the file was cut short")
-    return chunk_bytes(data) if block.is_chunk else data
+def _times_ns(data: bytes) -> tuple[int, int]:
+    """Least and greatest log time of the messages among the records of a chunk."""
+    times_ns = [
+        MESSAGE_HEAD.unpack_from(data, begin - HEAD.size)[4]
+        for opcode, begin, _ in inner_records(data)
+        if opcode == Opcode.MESSAGE
+    ]
+    return min(times_ns), max(times_ns)
 
 
-def _summary(file: BinaryIO, size_byte: int) -> tuple[int, int] | None:
-    """Begin and end of the summary of a finished log; `None` if there is no valid one."""
-    end = size_byte - _FOOTER_BYTE - len(MCAP0_MAGIC)
-    if end < len(MCAP0_MAGIC):
+def _summary(file: BinaryIO, size: int) -> bytes | None:
+    """The summary of a finished log; `None` if there is none, or it is not what was written."""
+    end = size - _FOOTER_BYTE - len(MAGIC)
+    if end < len(MAGIC):
         return None
-    file.seek(end)
-    marks = file.read()
-    if marks[_FOOTER_BYTE:] != MCAP0_MAGIC or marks[0] != Opcode.FOOTER:
+    marks = read_at(file, end, _FOOTER_BYTE + len(MAGIC))
+    if marks[_FOOTER_BYTE:] != MAGIC or marks[0] != Opcode.FOOTER:
         return None
-    footer = mcap.Footer.read(ReadDataStream(BytesIO(marks[HEAD_BYTE:])))
+    footer = mcap.Footer.read(_stream(marks[HEAD.size :]))
     start = footer.summary_start
-    if not len(MCAP0_MAGIC) <= start <= end or end - start > GREATEST_RECORD_BYTE:
+    if not len(MAGIC) <= start <= end or end - start > GREATEST_RECORD_BYTE:
         return None
-    file.seek(start)
+    data = read_at(file, start, end - start)
     # The checksum covers the summary, and the footer up to the checksum itself.
-    crc = zlib.crc32(marks[: _FOOTER_BYTE - 4], zlib.crc32(file.read(end - start)))
-    return (start, end) if footer.summary_crc in {0, crc} else None
+    crc = zlib.crc32(marks[: _FOOTER_BYTE - 4], zlib.crc32(data))
+    return data if footer.summary_crc == crc else None
 
 
-def _indexed(index: mcap.ChunkIndex) -> Block:
+def _indexed(body: bytes, size: int) -> Block:
+    start_ns, end_ns, offset, length, listed_byte = _INDEX_HEAD.unpack_from(body)
+    listed = body[_INDEX_HEAD.size : _INDEX_HEAD.size + listed_byte]
+    if offset + length > size or listed_byte % LISTED_CHANNEL.size:
+        raise DamageError("an index of what cannot be")
     # The body of a chunk follows its opcode and its length.
-    return Block(
-        index.chunk_start_offset + HEAD_BYTE,
-        index.chunk_length - HEAD_BYTE,
-        index.message_start_time,
-        index.message_end_time,
-        set(index.message_index_offsets) or None,
-        is_chunk=True,
-    )
+    return Block(offset + HEAD.size, length - HEAD.size, start_ns, end_ns, listed)
 
 
-def _body(file: BinaryIO, span: Span) -> ReadDataStream:
-    file.seek(span.offset)
-    return ReadDataStream(BytesIO(file.read(span.length)))
+def _words(error: Exception) -> str:
+    return str(error) if isinstance(error, DamageError) else "not what was written"
+
+
+def _identity(file: BinaryIO) -> tuple[int, int]:
+    status = os.fstat(file.fileno())
+    return status.st_dev, status.st_ino
+
+
+def _size(file: BinaryIO) -> int:
+    return os.fstat(file.fileno()).st_size
+
+
+def _stream(body: bytes) -> ReadDataStream:
+    return ReadDataStream(BytesIO(body))
+
+
+def _body(file: BinaryIO, span: Span) -> bytes:
+    return read_at(file, span.offset, span.length)

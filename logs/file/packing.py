@@ -1,17 +1,31 @@
 """Packing a log: its messages into compressed chunks of a megabyte, with an index."""
 
 import os
-from collections.abc import Iterable, Iterator
+import struct
+import zlib
+from collections import Counter
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import BinaryIO, NamedTuple
 
-from mcap.writer import Writer
+from mcap import records as mcap
+from mcap.opcode import Opcode
 
-from farside.logs.file.index import LogError
+from farside.logs.file.mcap_bytes import (
+    CHUNK_OVERHEAD_BYTE,
+    HEAD,
+    MAGIC,
+    MESSAGE_HEAD,
+    chunk_bytes,
+    metadata_bytes,
+    record_bytes,
+)
+from farside.logs.file.parts import SIZES, LogError
 from farside.logs.file.reading import LogFile
-from farside.node import Record
 
 _CHUNK_BYTE = 1 << 20
+_INDEX_HEAD = struct.Struct("<BQHI")
+_CRC = struct.Struct("<I")
 
 
 class Recovered(NamedTuple):
@@ -20,16 +34,16 @@ class Recovered(NamedTuple):
     Attributes:
         path: the new log.
         messages: how many it holds.
-        damage: what made the rest unreadable; `None` if nothing did.
+        damage: what is missing; see `LogFile.damage`.
     """
 
     path: Path
     messages: int
-    damage: str | None
+    damage: tuple[str, ...]
 
 
 def recover(log: LogFile) -> Recovered:
-    """Write a finished log, beside the old one, with all that is readable of an unfinished one.
+    """Write a finished log, beside the old one, with all that is readable of the old one.
 
     Raises:
         LogError: if it cannot be written, or exists already.
@@ -37,69 +51,180 @@ def recover(log: LogFile) -> Recovered:
     target = log.path.with_name(f"{log.path.stem}-recovered.mcap")
     if target.exists():
         raise LogError(f"{target} already exists, and a log is never overwritten: move it away")
-    readable = _Readable(log)
-    pack(log, target, readable)
-    return Recovered(target, readable.count, readable.damage)
+    return Recovered(target, _replace(target, log, must_be_whole=False), log.damage)
 
 
-class _Readable:
-    """The records of a log up to the first damage."""
-
-    def __init__(self, log: LogFile) -> None:
-        self._log = log
-        self.count = 0
-        self.damage: str | None = None
-
-    def __iter__(self) -> Iterator[Record]:
-        try:
-            for record in self._log.records():
-                yield record
-                self.count += 1
-        except LogError as error:
-            self.damage = str(error)
-
-
-def pack(log: LogFile, target: Path, records: Iterable[Record] | None = None) -> None:
+def pack(log: LogFile, target: Path) -> None:
     """Replace `target` by a packed copy of `log`, whole or not at all.
-
-    Args:
-        log: the log to copy.
-        target: the file to replace.
-        records: the records to copy, if not all of them.
 
     Raises:
         LogError: if `log` is damaged or the copy cannot be written; `target` stays as it was.
     """
+    _replace(target, log, must_be_whole=True)
+
+
+def _replace(target: Path, log: LogFile, *, must_be_whole: bool) -> int:
+    """Write a packed copy of `log`, and return how many messages it holds."""
     scratch = target.with_name(f".{target.name}.{os.getpid()}.packing")
     try:
         with scratch.open("xb") as file:
-            _write(log, log.records() if records is None else records, file)
+            count = _Packer(log, file).write()
+        if must_be_whole and log.damage:
+            raise LogError(f"{log.path} is damaged: {log.damage[0]}")
         scratch.replace(target)
     except OSError as error:
         raise LogError(f"{target} cannot be packed: {error.strerror}") from error
     finally:
         scratch.unlink(missing_ok=True)
+    return count
 
 
-def _write(log: LogFile, records: Iterable[Record], file: BinaryIO) -> None:
-    writer = Writer(file, chunk_size=_CHUNK_BYTE)
-    writer.start(library=log.library)
-    schemas = {
-        number: writer.register_schema(schema.name, schema.encoding, schema.data)
-        for number, schema in log.index.schemas.items()
-    }
-    channels = {
-        channel.topic: writer.register_channel(
-            channel.topic, channel.message_encoding, schemas[channel.schema_id], channel.metadata
+class _Packer:
+    """Writes a log as a finished file.
+
+    Args:
+        log: the log.
+        file: where to write it.
+    """
+
+    def __init__(self, log: LogFile, file: BinaryIO) -> None:
+        self._log = log
+        self._file = file
+        self._counts: Counter[int] = Counter()
+        self._sizes: Counter[int] = Counter()
+        self._chunk_indexes: list[mcap.ChunkIndex] = []
+        self._attachment_indexes: list[mcap.AttachmentIndex] = []
+        self._metadata_indexes: list[mcap.MetadataIndex] = []
+        self._declared = [*log.index.schemas.values(), *log.index.channels.values()]
+        self._filled = bytearray(b"".join(map(record_bytes, self._declared)))
+        self._places: dict[int, list[int]] = {}
+
+    def write(self) -> int:
+        """Write all of it, and return the number of messages."""
+        self._file.write(MAGIC + record_bytes(mcap.Header(profile="", library=self._log.library)))
+        self._attach()
+        for data in self._log.contents():
+            if len(self._filled) + len(data) > _CHUNK_BYTE and self._places:
+                self._end_chunk()
+            self._add(data)
+        if self._filled:
+            self._end_chunk()
+        for name, values in self._log.metadata.items():
+            self._note(name, values)
+        self._note(SIZES, self._sizes_by_topic())
+        self._file.write(record_bytes(mcap.DataEnd(0)))
+        self._finish()
+        return self._counts.total()
+
+    def _attach(self) -> None:
+        for name, attachment in self._log.attachments.items():
+            at = self._file.tell()
+            length = self._file.write(
+                record_bytes(mcap.Attachment(0, 0, name, attachment.media_type, attachment.data))
+            )
+            size = len(attachment.data)
+            self._attachment_indexes.append(
+                mcap.AttachmentIndex(at, length, 0, 0, size, name, attachment.media_type)
+            )
+
+    def _note(self, name: str, values: Mapping[str, str]) -> None:
+        at = self._file.tell()
+        length = self._file.write(metadata_bytes(name, values))
+        self._metadata_indexes.append(mcap.MetadataIndex(at, length, name))
+
+    def _sizes_by_topic(self) -> dict[str, str]:
+        channels = self._log.index.channels
+        return {channels[number].topic: str(byte) for number, byte in self._sizes.items()}
+
+    # --- chunks --------------------------------------------------------------------------------
+
+    def _add(self, data: bytes) -> None:
+        """Add the messages of a chunk of the old file to the chunk in progress."""
+        unpack, filled, at, size = MESSAGE_HEAD.unpack_from, self._filled, 0, len(data)
+        while at < size:
+            opcode, length, channel, _, log_time_ns, _ = unpack(data, at)
+            end = at + HEAD.size + length
+            if opcode == Opcode.MESSAGE:
+                places = self._places.get(channel)
+                if places is None:
+                    places = self._places[channel] = []
+                places += (log_time_ns, len(filled))
+                self._sizes[channel] += end - at - MESSAGE_HEAD.size
+                filled += data[at:end]
+            at = end
+
+    def _end_chunk(self) -> None:
+        """Write the chunk in progress, and the index of its messages."""
+        times_ns = [time_ns for places in self._places.values() for time_ns in places[::2]]
+        start_ns, end_ns = min(times_ns, default=0), max(times_ns, default=0)
+        data = bytes(self._filled)
+        chunk = chunk_bytes(data, start_ns, end_ns, compressed=True)
+        at = self._file.tell()
+        self._file.write(chunk)
+        offsets = {}
+        for channel, places in self._places.items():
+            offsets[channel] = self._file.tell()
+            self._file.write(_message_index(channel, places))
+            self._counts[channel] += len(places) // 2
+        self._chunk_indexes.append(
+            mcap.ChunkIndex(
+                message_start_time=start_ns,
+                message_end_time=end_ns,
+                chunk_start_offset=at,
+                chunk_length=len(chunk),
+                message_index_offsets=offsets,
+                message_index_length=self._file.tell() - at - len(chunk),
+                compression="zstd",
+                compressed_size=len(chunk) - CHUNK_OVERHEAD_BYTE,
+                uncompressed_size=len(data),
+            )
         )
-        for channel in log.index.channels.values()
-    }
-    for name, attachment in log.attachments.items():
-        writer.add_attachment(0, 0, name, attachment.media_type, attachment.data)
-    for record in records:
-        writer.add_message(
-            channels[record.topic], record.log_time_ns, record.payload, record.publish_time_ns
+        self._filled.clear()
+        self._places = {}
+
+    # --- the summary ---------------------------------------------------------------------------
+
+    def _finish(self) -> None:
+        """Write the summary and the footer."""
+        start = self._file.tell()
+        groups: dict[int, Sequence[mcap.McapRecord]] = {
+            Opcode.SCHEMA: list(self._log.index.schemas.values()),
+            Opcode.CHANNEL: list(self._log.index.channels.values()),
+            Opcode.STATISTICS: [self._statistics()],
+            Opcode.CHUNK_INDEX: self._chunk_indexes,
+            Opcode.ATTACHMENT_INDEX: self._attachment_indexes,
+            Opcode.METADATA_INDEX: self._metadata_indexes,
+        }
+        summary, offsets = bytearray(), bytearray()
+        for opcode, records in groups.items():
+            group = b"".join(map(record_bytes, records))
+            offset = mcap.SummaryOffset(opcode, start + len(summary), len(group))
+            summary += group
+            offsets += record_bytes(offset) if group else b""
+        offset_start = start + len(summary)
+        summary += offsets
+        # The checksum covers the summary, and the footer up to the checksum itself.
+        footer = record_bytes(mcap.Footer(start, offset_start, 0))[: -_CRC.size]
+        crc = _CRC.pack(zlib.crc32(footer, zlib.crc32(summary)))
+        self._file.write(summary + footer + crc + MAGIC)
+
+    def _statistics(self) -> mcap.Statistics:
+        indexes = self._chunk_indexes
+        return mcap.Statistics(
+            attachment_count=len(self._attachment_indexes),
+            channel_count=len(self._log.index.channels),
+            channel_message_counts=dict(self._counts),
+            chunk_count=len(indexes),
+            message_count=self._counts.total(),
+            message_start_time=min((index.message_start_time for index in indexes), default=0),
+            message_end_time=max((index.message_end_time for index in indexes), default=0),
+            metadata_count=len(self._metadata_indexes),
+            schema_count=len(self._log.index.schemas),
         )
-    for name, metadata in log.metadata.items():
-        writer.add_metadata(name, dict(metadata))
-    writer.finish()
+
+
+def _message_index(channel: int, places: list[int]) -> bytes:
+    """The index of the messages of a channel in a chunk: log time and offset of each."""
+    entries = struct.pack(f"<{len(places)}Q", *places)
+    length = 2 + 4 + len(entries)
+    return _INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, length, channel, len(entries)) + entries

@@ -1,27 +1,22 @@
 """Reading a run's log by topic and time, even if its writer was killed."""
 
-from collections import deque
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import copy
+from operator import attrgetter
 from pathlib import Path
 from typing import Any, BinaryIO, NamedTuple, Self
 
 import msgspec
 
 from farside.logs.file.digest import digest_of
-from farside.logs.file.index import (
-    LIBRARY,
-    Attachment,
-    Block,
-    LogError,
-    LogIndex,
-    block_bytes,
-    reporting_damage,
-)
-from farside.logs.file.mcap_bytes import messages
+from farside.logs.file.index import LogIndex
+from farside.logs.file.mcap_bytes import DAMAGE, PICTURE, messages
+from farside.logs.file.parts import Attachment, Block, LogError, block_records
 from farside.node import NEVER_NS, Record, Topic, to_s
 from farside.topics import TOPICS
+
+_log_time_ns = attrgetter("log_time_ns")
 
 
 class LogEntry(NamedTuple):
@@ -70,26 +65,65 @@ def decode(record: Record) -> msgspec.Struct:
 class LogFile:
     """A log on disk, indexed when it is opened and read lazily by topic and time.
 
+    What is damaged or cut off is passed over; `damage` says what is missing. A log that is
+    replaced while it is open, as when its writer packs it, is indexed anew when it is read next.
+
     Attributes:
         path: the file.
         end_ns: log time of the last message, 0 without any.
         known_until_ns: see `as_ground`; `None` for the whole log.
+        is_to_end: whether `end_ns` moves on where `refresh` finds more.
         index: what it holds and where.
 
     Raises:
-        LogError: if there is no such file, or it is not a log of Farside's, or it is damaged.
+        LogError: if there is no such file, or it is not a log of Farside's.
     """
 
     def __init__(self, path: Path) -> None:
         self.path = path
         self.known_until_ns: int | None = None
-        with self._opened() as file:
-            self.index = LogIndex(path, file)
-        self.end_ns = max((block.end_ns for block in self.index.blocks), default=0)
-        if self.library.split(" ")[0] != LIBRARY:
-            author = self.library or "an unknown program"
-            raise LogError(f"{path} is not a Farside log: it was written by {author}")
+        self.is_to_end = True
         self._last_read: tuple[Block, bytes] | None = None
+        with self._file() as file:
+            self._look_over(file)
+
+    def _look_over(self, file: BinaryIO) -> None:
+        self.index = LogIndex(self.path, file)
+        self._reach()
+
+    def _reach(self) -> None:
+        if not self.is_to_end:
+            return
+        self.end_ns = max((block.end_ns for block in self.index.blocks), default=0)
+        if self.known_until_ns is not None:
+            self.known_until_ns = self.end_ns
+
+    def refresh(self) -> bool:
+        """Take in what was written since the log was opened, or refreshed last.
+
+        Only what is new is scanned; a log that was packed meanwhile is indexed by its summary.
+
+        Returns:
+            Whether there was anything new, or the log is another file now.
+
+        Raises:
+            LogError: if the file is gone, or is no log of Farside's any more.
+        """
+        with self._file() as file:
+            if not self.index.is_of(file):
+                self._look_over(file)
+                return True
+            news = self.index.update(file)
+        self._reach()
+        return news
+
+    @property
+    def damage(self) -> tuple[str, ...]:
+        """What is missing: a sentence for each damaged part found so far, in order of the file.
+
+        Where the log has an index, the contents of a part are checked only as they are read.
+        """
+        return self.index.sentences(self.known_until_ns)
 
     def as_ground(self, until_ns: int | None = None) -> Self:
         """The same log as the ground had it at `until_ns`: what it had learned by then, only.
@@ -98,9 +132,10 @@ class LogFile:
         written; and so are the attachments, which tell of what lay ahead, and how it ended.
 
         Args:
-            until_ns: simulated time; the end of the log by default.
+            until_ns: simulated time; the end of the log by default, wherever `refresh` finds it.
         """
         known = copy(self)
+        known.is_to_end = until_ns is None
         known.known_until_ns = self.end_ns if until_ns is None else until_ns
         known.end_ns = known.known_until_ns
         return known
@@ -139,27 +174,33 @@ class LogFile:
         *,
         start_ns: int = 0,
         end_ns: int = NEVER_NS,
+        pictures: bool = False,
     ) -> Iterator[Record]:
         """The records of some topics in log order. Each call reads the file again.
 
         Args:
-            topics: which ones; all by default.
+            topics: which ones; all of Farside's own by default.
             start_ns: least log time.
             end_ns: greatest log time.
+            pictures: whether all topics are those of the pictures, too: all that the log holds.
 
         Raises:
-            LogError: at a damaged part of the file, or one that is missing by now.
+            LogError: if the file is gone.
         """
-        names = self._known(None if topics is None else {topic.name for topic in topics})
+        names = self._known(
+            self._names(pictures=pictures) if topics is None else {topic.name for topic in topics}
+        )
         end_ns = self._end_ns(end_ns)
         with self._opened() as file:
+            wanted, channels = self._wanted(names)
             for block in self.index.blocks:
-                overlaps = block.start_ns <= end_ns and start_ns <= block.end_ns
-                if not (overlaps and self._has(block, names)):
+                if block.start_ns > end_ns or block.end_ns < start_ns or not block.has(channels):
                     continue
-                for record in self._read(file, block, names):
-                    if start_ns <= record.log_time_ns <= end_ns:
-                        yield record
+                records = self._read(file, block, wanted)
+                if start_ns <= block.start_ns and block.end_ns <= end_ns:
+                    yield from records
+                else:
+                    yield from (r for r in records if start_ns <= r.log_time_ns <= end_ns)
 
     def latest(self, topic: Topic[Any], time_ns: int) -> Record | None:
         """The last record of a topic with a log time of `time_ns` or before; `None` if none has.
@@ -167,34 +208,69 @@ class LogFile:
         Raises:
             LogError: as `records`.
         """
-        names = self._known({topic.name})
+        return next(iter(self.latest_each(time_ns, (topic.name,))), None)
+
+    def latest_each(self, time_ns: int, names: Iterable[str] | None = None) -> list[Record]:
+        """The last record of each topic with a log time of `time_ns` or before, in log order.
+
+        Args:
+            time_ns: greatest log time.
+            names: of these topics; of all that the log holds by default, pictures included.
+
+        Raises:
+            LogError: as `records`.
+        """
+        missing = self._known(self._names(pictures=True) if names is None else set(names))
         time_ns = self._end_ns(time_ns)
+        found: list[Record] = []
         with self._opened() as file:
+            wanted, channels = self._wanted(missing)
             for block in reversed(self.index.blocks):
-                if block.start_ns <= time_ns and self._has(block, names):
-                    known = (r for r in self._read(file, block, names) if r.log_time_ns <= time_ns)
-                    if found := deque(known, maxlen=1):
-                        return found[0]
-        return None
+                if not missing:
+                    break
+                if block.start_ns > time_ns or not block.has(channels):
+                    continue
+                last: dict[str, Record] = {}
+                for record in self._read(file, block, wanted):
+                    if record.log_time_ns <= time_ns:
+                        last[record.topic] = record
+                found += last.values()
+                missing -= last.keys()
+                wanted, channels = self._wanted(missing)
+        return sorted(found, key=_log_time_ns)
 
     def entries(self) -> Iterator[LogEntry]:
         """All records in log order, each decoded when it is reached.
 
         Raises:
-            LogError: at a record that cannot be decoded, or a damaged part of the file.
+            LogError: at a record that cannot be decoded.
         """
         return map(LogEntry.of, self.records())
 
     def digest(self) -> str:
-        """The `Digest` of all records, computed from the file."""
-        return digest_of(self.records())
+        """The `Digest` of all that the log holds, pictures included, computed from the file.
 
-    def _known(self, names: set[str] | None) -> set[str] | None:
-        """Of these topics those that may be told of; `None` for all."""
+        Raises:
+            LogError: if some are missing: it would not be that of the run.
+        """
+        digest = digest_of(self.records(pictures=True))
+        if self.damage:
+            raise LogError(f"{self.path} is damaged: {self.damage[0]}")
+        return digest
+
+    def _names(self, *, pictures: bool) -> set[str]:
+        """The topics of the log."""
+        return {
+            channel.topic
+            for channel in self.index.channels.values()
+            if pictures or PICTURE not in channel.metadata
+        }
+
+    def _known(self, names: set[str]) -> set[str]:
+        """Of these topics those that may be told of."""
         if not self.is_as_ground:
             return names
-        ground = {name for name in TOPICS if name.startswith("/ground/")}
-        return ground if names is None else ground & names
+        return {name for name in names if name.startswith("/ground/")}
 
     def _end_ns(self, end_ns: int) -> int:
         known_ns = self.known_until_ns
@@ -202,8 +278,24 @@ class LogFile:
 
     # --- by block ------------------------------------------------------------------------------
 
+    def contents(self) -> Iterator[bytes]:
+        """The encoded messages of each readable chunk, in order.
+
+        Raises:
+            LogError: if the file is gone.
+        """
+        with self._opened() as file:
+            for block in self.index.blocks:
+                try:
+                    data = self._bytes(file, block)
+                    messages(data, {}, self.index.channels)
+                except DAMAGE as error:
+                    self.index.note_block(block, error)
+                else:
+                    yield data
+
     @contextmanager
-    def _opened(self) -> Iterator[BinaryIO]:
+    def _file(self) -> Iterator[BinaryIO]:
         try:
             file = self.path.open("rb")
         except OSError as error:
@@ -211,25 +303,36 @@ class LogFile:
         with file:
             yield file
 
-    def _has(self, block: Block, names: Collection[str] | None) -> bool:
-        if names is None or block.channels is None:
-            return True
-        return any(self.index.channels[number].topic in names for number in block.channels)
+    @contextmanager
+    def _opened(self) -> Iterator[BinaryIO]:
+        """The file that the index is of."""
+        with self._file() as file:
+            if not self.index.is_of(file):
+                self._look_over(file)
+            yield file
 
-    def _read(
-        self, file: BinaryIO, block: Block, names: Collection[str] | None
-    ) -> Iterator[Record]:
+    def _wanted(self, names: Collection[str]) -> tuple[dict[int, str], int]:
+        """The topics of these names by channel number, and a bit for each number."""
         wanted = {
             number: channel.topic
             for number, channel in self.index.channels.items()
-            if names is None or channel.topic in names
+            if channel.topic in names
         }
-        with reporting_damage(self.path, block.offset):
-            records = list(messages(self._bytes(file, block), wanted, self.index.channels))
-        yield from records
+        return wanted, sum(1 << number for number in wanted)
+
+    def _read(self, file: BinaryIO, block: Block, wanted: Mapping[int, str]) -> list[Record]:
+        """The records of a block; none if it is damaged, which is noted."""
+        try:
+            data = self._bytes(file, block)
+            found = messages(data, wanted, self.index.channels)
+        except DAMAGE as error:
+            self.index.note_block(block, error)
+            return []
+        block.learn(data)
+        return found
 
     def _bytes(self, file: BinaryIO, block: Block) -> bytes:
-        """The records of a block; those of the block read last are kept."""
+        """The encoded records of a block; those of the block read last are kept."""
         if self._last_read is None or self._last_read[0] is not block:
-            self._last_read = block, block_bytes(file, block)
+            self._last_read = block, block_records(file, block)
         return self._last_read[1]

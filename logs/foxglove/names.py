@@ -1,6 +1,6 @@
-"""The topics of the pictures: each name with its schema.
+"""The topics of the pictures: each name with its schema, in protobuf.
 
-What is drawn is in protobuf, by Foxglove's well-known schemas; states and numbers are JSON. The
+What is drawn has Foxglove's well-known schemas; states and numbers have schemas of their own. The
 first part of a name says who knew it, as in `farside.topics`. Everything is drawn in the frame
 `YARD`: metres east (x) and north (y) of the chart's south-west corner, z up.
 
@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import msgspec
 
-from farside.logs.file.schemas import topic_schema
+from farside.logs.foxglove.protobuf import descriptor_set
 from farside.logs.foxglove.states import (
     GroundNumbers,
     GroundState,
@@ -21,12 +21,17 @@ from farside.logs.foxglove.states import (
     LinkState,
     RoverNumbers,
     RoverState,
+    TruthNumbers,
 )
+
+_PACKAGE = "farside"
 
 YARD = "yard"
 """The frame of the chart, which all others hang on."""
 
-ROVER_TRUTH, ROVER_ESTIMATE, ROVER_BELIEVED = "rover_truth", "rover_estimate", "rover_believed"
+FRAME_TRUTH = "rover_truth"
+FRAME_ESTIMATE = "rover_estimate"
+FRAME_BELIEVED = "rover_believed"
 """The frames of the rover as it was, as it placed itself, and as the ground knew it then."""
 
 
@@ -35,31 +40,21 @@ class PictureTopic(NamedTuple):
 
     Attributes:
         name: such as `/truth/map`.
-        kind: the type of its messages if they are JSON, else the name of Foxglove's schema.
+        kind: the type of its messages, or the name of Foxglove's schema, such as `foxglove.Grid`.
     """
 
     name: str
     kind: type[msgspec.Struct] | str
 
     @property
-    def message_encoding(self) -> str:
-        """MCAP's name of the encoding of a message: `protobuf` or `json`."""
-        return "protobuf" if isinstance(self.kind, str) else "json"
-
-    @property
-    def schema_encoding(self) -> str:
-        """MCAP's name of the encoding of the schema: `protobuf` or `jsonschema`."""
-        return "protobuf" if isinstance(self.kind, str) else "jsonschema"
-
-    @property
     def schema_name(self) -> str:
-        """Name of the schema, such as `foxglove.Grid`."""
-        return self.kind if isinstance(self.kind, str) else f"farside.{self.kind.__name__}"
+        """Name of the schema, such as `foxglove.Grid` or `farside.RoverState`."""
+        return self.kind if isinstance(self.kind, str) else f"{_PACKAGE}.{self.kind.__name__}"
 
     def schema(self) -> bytes:
-        """The schema: a `FileDescriptorSet`, or JSON Schema."""
+        """The schema as a `FileDescriptorSet`."""
         if not isinstance(self.kind, str):
-            return topic_schema(self.kind)
+            return descriptor_set(self.kind, _PACKAGE)
         # Only what writes pictures needs Foxglove's library, which takes its time to load.
         messages = importlib.import_module("foxglove.messages")
         data: bytes = getattr(messages, self.kind.removeprefix("foxglove.")).get_schema().data
@@ -83,11 +78,13 @@ TRUTH_MAP = _picture("/truth/map", "foxglove.Grid")
 TRUTH_FLOOR = _picture("/truth/floor", "foxglove.VoxelGrid")
 TRUTH_PLACES = _picture("/truth/places", "foxglove.SceneUpdate")
 TRUTH_TRACK = _picture("/truth/track", "foxglove.SceneUpdate")
+TRUTH_NUMBERS = _picture("/truth/numbers", TruthNumbers)
 
 ROVER_FRAMES = _picture("/rover/frames", "foxglove.FrameTransforms")
 ROVER_POSE_IN_YARD = _picture("/rover/pose_in_yard", "foxglove.PoseInFrame")
 ROVER_BODY = _picture("/rover/body", "foxglove.SceneUpdate")
 ROVER_POLICY = _picture("/rover/policy", "foxglove.SceneUpdate")
+ROVER_POLICY_CELLS = _picture("/rover/policy_cells", "foxglove.SceneUpdate")
 ROVER_STATE = _picture("/rover/state", RoverState)
 ROVER_NUMBERS = _picture("/rover/numbers", RoverNumbers)
 ROVER_EVENTS = _picture("/rover/events", "foxglove.Log")

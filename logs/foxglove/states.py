@@ -1,12 +1,19 @@
 """States and numbers of a run as viewers plot them: flat, with units, and never null.
 
-Foxglove has no schema of its own for these, so they are JSON as Farside's own topics are.
+Foxglove has no schemas of its own for these.
 """
 
 import msgspec
 
-UNKNOWN, NONE = "unknown", "none"
-"""What stands in a state where nothing is known yet, and where there is nothing."""
+UNKNOWN, NONE, OPEN = "unknown", "none", "open"
+"""What stands in a state where nothing is known yet, where there is nothing, and for no outage."""
+
+
+class TruthNumbers(msgspec.Struct, frozen=True):
+    """The true state of charge (0 to 1) and speed from now on."""
+
+    battery: float
+    speed_m_s: float
 
 
 class RoverState(msgspec.Struct, frozen=True):
@@ -28,14 +35,13 @@ class RoverState(msgspec.Struct, frozen=True):
 
 
 class RoverNumbers(msgspec.Struct, frozen=True):
-    """Counts of the DEM on board, from now on.
+    """Counts of the DEM on board, after a cycle.
 
     Attributes:
         signs, hypotheses: sizes of its lists.
         mean_cm: mean C_m of all hypotheses, 0 to 1.
         surprises: novel and unexpected Signs so far.
         failed_predictions: of all due so far.
-        stored_messages: telemetry kept on board that is not known to have arrived.
     """
 
     signs: int
@@ -43,7 +49,6 @@ class RoverNumbers(msgspec.Struct, frozen=True):
     mean_cm: float
     surprises: int
     failed_predictions: int
-    stored_messages: int
 
 
 class LinkState(msgspec.Struct, frozen=True):
@@ -69,8 +74,8 @@ class LinkNumbers(msgspec.Struct, frozen=True):
 
     up_delay_s: float
     down_delay_s: float
-    up_rate_bit_s: float
-    down_rate_bit_s: float
+    up_rate_bit_s: int
+    down_rate_bit_s: int
     up_queue_s: float
     down_queue_s: float
     up_lost_frames: int
@@ -99,7 +104,7 @@ class GroundState(msgspec.Struct, frozen=True):
 
 
 class GroundNumbers(msgspec.Struct, frozen=True):
-    """What the ground last heard, and how sure it is of where the rover is, from now on.
+    """What the ground last heard, and how sure it is of where the rover is, at a prediction.
 
     Attributes:
         battery: state of charge as last heard, 0 to 1.

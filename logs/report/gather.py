@@ -5,18 +5,18 @@ from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
 from farside.logs.file.reading import LogEntry, LogFile, decode
-from farside.logs.report.asked import Asked
-from farside.logs.report.events import Events
-from farside.logs.report.heard import HeardAtGround
-from farside.logs.report.lanes import Lanes
-from farside.logs.report.learning import Learning
-from farside.logs.report.link import DeliveredLink
 from farside.logs.report.model import Side, View
-from farside.logs.report.orders import Orders
-from farside.logs.report.proposals import Proposals
+from farside.logs.report.parts.asked import Asked
+from farside.logs.report.parts.events import Events
+from farside.logs.report.parts.heard import HeardAtGround
+from farside.logs.report.parts.lanes import Lanes
+from farside.logs.report.parts.learning import Learning
+from farside.logs.report.parts.link import DeliveredLink
+from farside.logs.report.parts.orders import Orders
+from farside.logs.report.parts.proposals import Proposals
+from farside.logs.report.parts.track import Tracks
+from farside.logs.report.parts.traffic import Traffic
 from farside.logs.report.thinning import ms
-from farside.logs.report.track import Tracks
-from farside.logs.report.traffic import Traffic
 from farside.node import Topic
 
 

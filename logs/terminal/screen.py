@@ -26,6 +26,9 @@ _DIRECTION_LABELS = {Direction.UP: "↑ up", Direction.DOWN: "↓ down"}
 
 _LEGEND = "[magenta]◇[/] heard  [magenta]◌[/] by now  [cyan]•[/] proposed"
 
+LEAST_WIDTH, LEAST_HEIGHT = 40, 10
+"""Columns and rows that `screen` needs."""
+
 _MAP_WIDTH_MIN, _MAP_HEIGHT_MIN = 30, 8
 _INSTRUMENTS_WIDTH_MIN = 40
 _BESIDE = 6  # columns of frames about a map and the instruments beside it
@@ -59,7 +62,7 @@ def screen(
     title: str = "farside",
     end_ns: int | None = None,
 ) -> RenderableType:
-    """Draw a picture, at its best in 100 columns by 30 rows and usable from 40 by 10.
+    """Draw a picture, at its best in 100 columns by 30 rows and usable from 40 by 10, not below.
 
     Clock, modes and events always have their place. A map that is larger than its own shows the
     part about the rover; dashes for an edge, and an arrow in the title, say where it goes on. The
@@ -163,7 +166,11 @@ def _header(
     state = Text(f"  {time_text(now_ns)}", style="bold", no_wrap=True)
     if end_ns is not None and wide:
         state.append(f" / {time_text(end_ns)}", style=_DIM)
-    for badge in (_badge(picture.mode, _MODE_STYLES), _badge(picture.failsafe, _FAILSAFE_STYLES)):
+    stale = picture.belief.stale if picture.as_ground and picture.belief is not None else ()
+    for badge in (
+        _badge(picture.mode, _MODE_STYLES, stale=BeliefItem.MODE in stale),
+        _badge(picture.failsafe, _FAILSAFE_STYLES, stale=BeliefItem.FAILSAFE in stale),
+    ):
         state.append("  ").append(badge)
     if not wide:
         return state
@@ -172,10 +179,10 @@ def _header(
     return header
 
 
-def _badge(state: _State | None, styles: dict[_State, str]) -> Text:
+def _badge(state: _State | None, styles: dict[_State, str], *, stale: bool) -> Text:
     if state is None:
         return Text(" UNKNOWN ", style="reverse")
-    return Text(f" {state.upper()} ", style=f"{styles[state]} reverse")
+    return Text(f" {state.upper()}{'?' if stale else ''} ", style=f"{styles[state]} reverse")
 
 
 def _grid(rows: Sequence[Sequence[str | Text]]) -> Table:
@@ -197,7 +204,9 @@ def _grid(rows: Sequence[Sequence[str | Text]]) -> Table:
 
 
 def _rover(picture: Picture) -> Table:
-    pose, cycle, proposal = picture.pose, picture.cycle, picture.proposal
+    if picture.as_ground:
+        return _believed_rover(picture)
+    pose, cycle = picture.pose, picture.cycle
     rows: dict[str, str | Text] = dict.fromkeys(
         ("at", "battery", "action", "goals", "proposal", "DEM"), "none"
     )
@@ -205,18 +214,44 @@ def _rover(picture: Picture) -> Table:
         rows["at"] = f"{pose.place}, {pose.speed_m_s:.2f} m/s"
         rows["battery"] = _battery(pose.battery)
     rows["action"] = _action(picture.action)
-    if picture.goals:
-        goals = picture.goals.items()
-        rows["goals"] = ", ".join(f"{sign_text(sign)} ({priority:.3g})" for sign, priority in goals)
-    if proposal is not None:
-        steps = f"{len(proposal.path)} steps"
-        rows["proposal"] = (
-            f"{proposal.number}: {proposal.action}, to {sign_text(proposal.goal)}, {steps}"
-        )
+    rows |= _wanted(picture)
     if cycle is not None:
         sizes = f"{cycle.signs} Signs, {cycle.hypotheses} hyp."
         rows["DEM"] = f"{sizes}, C_m {cycle.mean_cm:.2f}"
     return _grid([(Text(label, style=_DIM), value) for label, value in rows.items()])
+
+
+def _believed_rover(picture: Picture) -> Table:
+    """The rover as the ground had it."""
+    heard, belief, shadow = picture.telemetry, picture.belief, picture.shadow
+    rows: dict[str, str | Text] = dict.fromkeys(
+        ("heard at", "battery", "action", "goals", "proposal", "shadow"), "unknown"
+    )
+    if heard is not None:
+        rows["heard at"] = next(filter(is_place_token, heard.tokens), "no place")
+        rows["battery"] = _battery(heard.battery)
+    if belief is not None and belief.action is not None:
+        rows["action"] = belief.action.value or "standing"
+        rows["goals"] = rows["proposal"] = "none"
+    rows |= _wanted(picture)
+    if shadow is not None:
+        rows["shadow"] = f"{shadow.signs} Signs, {shadow.hypotheses} hyp."
+    return _grid([(Text(label, style=_DIM), value) for label, value in rows.items()])
+
+
+def _wanted(picture: Picture) -> dict[str, str]:
+    rows = {}
+    if picture.goals:
+        rows["goals"] = ", ".join(
+            sign_text(sign) if priority is None else f"{sign_text(sign)} ({priority:.3g})"
+            for sign, priority in picture.goals.items()
+        )
+    if (proposal := picture.proposal) is not None:
+        rows["proposal"] = (
+            f"{proposal.number}: {proposal.action}, to {sign_text(proposal.goal)}, "
+            f"{len(proposal.path)} steps"
+        )
+    return rows
 
 
 def _battery(charge: float) -> Text:
@@ -236,6 +271,9 @@ def _action(action: ActionStarted | None) -> str:
 
 def _link(picture: Picture) -> Table:
     rows: list[tuple[Text, Text, str, str]] = []
+    if picture.as_ground:
+        label = Text(" ".join(_DIRECTION_LABELS.values()), style=_DIM)
+        return _grid([(label, "not known at the ground")])
     for direction, side in picture.link.items():
         state = _lamp("outage" if side.down else "ok", _BAD if side.down else _GOOD)
         label = Text(_DIRECTION_LABELS[direction], style=_DIM)

@@ -1,10 +1,11 @@
 """One run, opened for reading: every query on it, and what its log says of itself."""
 
+import shlex
 from pathlib import Path
 
 import msgspec
 
-from farside.logs.file.index import LogError
+from farside.logs.file.parts import LogError
 from farside.logs.file.reading import LogFile
 from farside.logs.result import RunResult
 from farside.logs.views.goals import GoalView
@@ -12,6 +13,9 @@ from farside.logs.views.ground import GroundView
 from farside.logs.views.life import LifeView
 from farside.logs.views.link import LinkView
 from farside.node import to_ns
+from farside.validation import one_line
+
+_LINE_LENGTH = 400
 
 
 class RunView(GoalView, GroundView, LifeView, LinkView):
@@ -26,6 +30,38 @@ class RunView(GoalView, GroundView, LifeView, LinkView):
     Args:
         log: the log.
     """
+
+    def __repr__(self) -> str:
+        """What run it is and how it ended, or what was heard of it last; and where its log is."""
+        said = self._log.metadata.get("farside.run", {})
+        run = f"{said.get('mission', 'a run')}, seed {said.get('seed', 'unknown')}"
+        try:
+            told = self._heard() if self.is_as_ground else self._ended()
+        except LogError as error:
+            told = f": {error}"
+        replay = f"farside replay {shlex.quote(str(self.path))}"
+        return f"<{one_line(run + told, _LINE_LENGTH)}\n {one_line(replay, _LINE_LENGTH)}>"
+
+    def _ended(self) -> str:
+        result = self.result
+        if result is None:
+            return f": unfinished, {self.duration_s:.1f} s so far"
+        told = f": {result.outcome} after {result.sim_seconds:.1f} s"
+        met = [expected.met for expected in result.expectations]
+        if met:
+            told += f", {sum(met)} of {len(met)} expectations met"
+        missed = [expected for expected in result.expectations if not expected.met]
+        return told + "".join(f"; {missing.name}: {missing.detail}" for missing in missed)
+
+    def _heard(self) -> str:
+        believed = self.believed_at(self.duration_s)
+        told = f", as the ground had it at {self.duration_s:.1f} s: "
+        if believed.age_s is None:
+            return told + "nothing heard yet"
+        place, mode = believed.belief.place, believed.belief.mode
+        where = place.value if place is not None and place.value is not None else "no place"
+        told += f"heard {believed.age_s:.1f} s ago, {where}"
+        return told if mode is None else f"{told}, {mode.value}"
 
     @property
     def path(self) -> Path:

@@ -11,6 +11,7 @@ import msgspec
 
 from farside.control import Cause, CommandStage, Failsafe, TakeBackChance, Verdict
 from farside.logs import LogEntry, LogFile, Recorder, RunView
+from farside.logs.foxglove.pictures import Pictures
 from farside.messages import Meant, Order, When
 from farside.node import Journal, Record, Topic, to_ns
 from farside.topics import TOPICS, CommandSent, FailsafeEntry, LifeEntry, StageDue
@@ -92,6 +93,11 @@ def said_of(
         return None if t_s is None else to_ns(t_s)
 
     return LifeEntry(number, stage, verdict, ns(due_s), None, ns(so_s), take_back, ns(until_s), why)
+
+
+def with_pictures(records: Iterable[Record]) -> list[Record]:
+    """All that a log of these records holds."""
+    return Pictures().beside(records)
 
 
 @contextmanager

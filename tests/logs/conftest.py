@@ -10,8 +10,9 @@ from noting import failsafe_entry, records_of
 
 from farside.control import Failsafe, Mode, ModeCause
 from farside.frames import Fate, FrameFate
-from farside.logs import Recorder
+from farside.logs import LogFile, Recorder
 from farside.messages import Telemetry
+from farside.missions import load_mission, run_mission
 from farside.node import Direction, Record, to_ns
 from farside.places import Chart
 from farside.topics import GoalChange, GoalEntry, GoalSource, ModeEntry, Pose, Yard
@@ -116,6 +117,19 @@ def run() -> Handmade:
 
 
 @pytest.fixture
+def handmade() -> type[Handmade]:
+    """For tests of several runs."""
+    return Handmade
+
+
+@pytest.fixture
 def path(tmp_path: Path) -> Path:
     """A path for a new log."""
     return tmp_path / "run.mcap"
+
+
+@pytest.fixture(scope="session")
+def blackout(tmp_path_factory: pytest.TempPathFactory) -> LogFile:
+    """The log of the mission `blackout`, run once for all."""
+    run = run_mission(load_mission("blackout"), in_process=True, out=tmp_path_factory.mktemp("run"))
+    return LogFile(run.log)

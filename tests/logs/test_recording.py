@@ -14,9 +14,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from mcap.reader import make_reader
+from noting import with_pictures
 
 from farside.logs import LogError, LogFile, Recorder, digest_of, recover
 from farside.logs.file import packing
+from farside.logs.foxglove.names import PICTURES
 from farside.node import Record
 from farside.topics import TOPICS
 
@@ -44,7 +46,8 @@ def test_a_log_holds_the_written_records_in_the_same_order(
 
     assert list(log.records()) == written
     assert log.complete
-    assert log.digest() == recorder.digest == digest_of(written)
+    assert list(log.records(pictures=True)) == with_pictures(written)
+    assert log.digest() == recorder.digest == digest_of(with_pictures(written))
 
 
 def test_attachments_and_metadata_are_in_the_log(path: Path) -> None:
@@ -71,12 +74,16 @@ def test_any_mcap_reader_finds_every_topic_with_its_schema(run: Any, path: Path)
     assert header.profile == ""
     assert header.library.startswith("farside ")
     assert summary is not None
-    assert [channel.topic for channel in summary.channels.values()] == list(TOPICS)
-    assert {channel.message_encoding for channel in summary.channels.values()} == {"json"}
-    assert {schema.encoding for schema in summary.schemas.values()} == {"jsonschema"}
+    assert [channel.topic for channel in summary.channels.values()] == [*TOPICS, *PICTURES]
+    encodings = {
+        channel.topic: (channel.message_encoding, summary.schemas[channel.schema_id].encoding)
+        for channel in summary.channels.values()
+    }
+    assert {encodings[topic] for topic in TOPICS} == {("json", "jsonschema")}
+    assert {encodings[topic] for topic in PICTURES} == {("protobuf", "protobuf")}
     assert [
         (channel.topic, message.log_time, message.data) for _, channel, message in messages
-    ] == [(record.topic, record.log_time_ns, record.payload) for record in records]
+    ] == [(record.topic, record.log_time_ns, record.payload) for record in with_pictures(records)]
 
 
 def test_windows_share_the_chunks_of_a_finished_log(run: Any, path: Path) -> None:
@@ -93,7 +100,7 @@ def test_windows_share_the_chunks_of_a_finished_log(run: Any, path: Path) -> Non
     (chunk,) = summary.chunk_indexes
     assert chunk.compression == "zstd"
     assert {summary.channels[number].topic for number in chunk.message_index_offsets} == {
-        record.topic for record in records
+        record.topic for record in with_pictures(records)
     }
 
 
@@ -107,7 +114,7 @@ def test_any_mcap_reader_takes_a_log_that_is_still_written(run: Any, path: Path)
         with path.open("rb") as file:
             messages = list(make_reader(file).iter_messages())
         assert [message.data for _, _, message in messages] == [
-            record.payload for record in records[:count]
+            record.payload for record in with_pictures(records[:count])
         ]
     recorder.close()
 
@@ -207,7 +214,8 @@ def test_what_a_killed_writer_left_is_made_whole(run: Any, path: Path) -> None:
     recovered = recover(LogFile(path))
 
     whole = LogFile(recovered.path)
-    assert recovered == (path.with_name("run-recovered.mcap"), len(run.records), None)
+    count = len(with_pictures(run.records))
+    assert recovered == (path.with_name("run-recovered.mcap"), count, ())
     assert whole.complete
     assert list(whole.records()) == run.records
     assert whole.attachments["mission.toml"].data == b"seed = 1"
@@ -215,11 +223,11 @@ def test_what_a_killed_writer_left_is_made_whole(run: Any, path: Path) -> None:
     killed.close()
 
 
-def test_what_comes_before_the_damage_is_recovered_and_the_damage_told(
+def test_what_is_readable_is_recovered_and_the_damage_told(
     run: Any, path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(packing, "_CHUNK_BYTE", 100)
-    damaged = bytearray(run.start().stand(2, "at:A").log(path).read_bytes())
+    damaged = bytearray(run.start().stand(2, "at:A").log(path, window=1).read_bytes())
     with path.open("rb") as file:
         summary = make_reader(file).get_summary()
     assert summary is not None
@@ -229,9 +237,11 @@ def test_what_comes_before_the_damage_is_recovered_and_the_damage_told(
 
     recovered = recover(LogFile(path))
 
-    assert recovered.damage is not None
-    assert recovered.damage.startswith(f"{path} is damaged at byte ")
-    assert list(LogFile(recovered.path).records()) == run.records[:-1]
+    [sentence] = recovered.damage
+    assert sentence.startswith(f"bytes {last.chunk_start_offset} to ")
+    lost = len(with_pictures(run.records)) - len(with_pictures(run.records[:-1]))
+    found = list(LogFile(recovered.path).records(pictures=True))
+    assert found == with_pictures(run.records)[:-lost]
 
 
 def test_a_recovered_log_is_not_overwritten(run: Any, path: Path) -> None:

@@ -10,7 +10,11 @@ COMMANDS = [
     ("run",),
     ("check",),
     ("replay",),
+    ("export",),
     ("recover",),
+    ("verify",),
+    ("rerun",),
+    ("diff",),
     ("missions",),
     ("schema",),
     ("link",),
@@ -86,4 +90,4 @@ def test_completion_can_be_installed(
     monkeypatch.setenv("_FARSIDE_COMPLETE", "complete_bash")
     monkeypatch.setenv("COMP_WORDS", "farside re")
     monkeypatch.setenv("COMP_CWORD", "1")
-    assert set(farside()[1].split()) == {"recover", "replay"}
+    assert set(farside()[1].split()) == {"recover", "replay", "rerun"}

@@ -1,8 +1,12 @@
-"""The log that a command reads: the one that is named, or else the newest."""
+"""The log that a command reads, the one that is named or else the newest; and what it lacks."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from farside.missions.commands.failures import print_error
+
+if TYPE_CHECKING:
+    from farside.logs import LogFile
 
 
 def log_named(path: Path | None) -> Path:
@@ -38,3 +42,9 @@ def newest_log(folder: Path = Path("logs/runs")) -> Path:
         raise LogError(message) from error
     except OSError as error:
         raise LogError(f"the logs in {folder} cannot be listed: {error.strerror}") from error
+
+
+def tell_damage(log: "LogFile") -> None:
+    """Say on standard error what is missing from a log, as far as it was read."""
+    for sentence in log.damage:
+        print_error(f"{log.path}: {sentence}")

@@ -1,31 +1,41 @@
 """Writing a run's log: one MCAP file, safe on disk up to the last window.
 
-During the run the log is a plain row of messages, with the end of an MCAP file behind the last
-window: whatever stops the writer, any MCAP reader can read the log as it is. After the run the
-messages are packed into compressed chunks of a megabyte with an index. So neither the writer's
+During the run each window is a chunk with a checksum, and the end of an MCAP file stands behind the
+last one: whatever stops the writer, any MCAP reader can read the log as it is. After the run the
+windows are packed into compressed chunks of a megabyte with an index. So neither the writer's
 memory nor the index grows with the number of windows.
 """
 
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
+from functools import cache, partial
 from importlib.metadata import PackageNotFoundError, version
 from itertools import count
 from pathlib import Path
 from types import TracebackType
-from typing import Self
+from typing import NamedTuple, Self
 
 import msgspec
+from mcap import records as mcap
 from mcap.well_known import MessageEncoding, SchemaEncoding
-from mcap.writer import Writer
 
 from farside.logs.file.digest import Digest
-from farside.logs.file.index import LIBRARY, LogError
-from farside.logs.file.mcap_bytes import end_marks, message_bytes
+from farside.logs.file.mcap_bytes import (
+    MAGIC,
+    PICTURE,
+    chunk_bytes,
+    end_marks,
+    message_bytes,
+    metadata_bytes,
+    record_bytes,
+)
 from farside.logs.file.packing import pack
+from farside.logs.file.parts import LIBRARY, LogError
 from farside.logs.file.reading import LogFile
 from farside.logs.file.schemas import topic_schema
-from farside.node import Record, Topic
+from farside.logs.foxglove.names import PICTURES, PictureTopic
+from farside.node import NEVER_NS, Record, Topic
 from farside.topics import TOPICS
 
 try:
@@ -34,10 +44,11 @@ except PackageNotFoundError:  # run from a source tree that nobody installed
     _VERSION = "0+source"
 
 _END_MARKS = end_marks()
+_CHUNK_BYTE = 1 << 20
 
 
 class _Tail:
-    """The unwritten tail of a file, as the stream that `mcap.writer.Writer` writes to.
+    """The unwritten tail of a file.
 
     The file is valid up to `end`, where the end marks follow; `end` moves only once more is on
     disk with new end marks behind it.
@@ -50,10 +61,8 @@ class _Tail:
         self._waiting = bytearray()
 
     def write(self, data: bytes) -> None:
+        """Add what is to be written with the next flush."""
         self._waiting += data
-
-    def tell(self) -> int:
-        return self.end + len(self._waiting)
 
     def flush(self) -> None:
         """Hand everything to the operating system, so that it outlives this process.
@@ -80,9 +89,9 @@ class _Tail:
 class Recorder:
     """Writes a new log. A context manager that closes the log on exit, even after an error.
 
-    Every log has a channel for each of `TOPICS`, used or not, so that viewers list the same
-    topics for every run. Attachments have no timestamps: nothing in a log depends on the wall
-    clock.
+    Every log has a channel for each of `TOPICS` and of `PICTURES`, used or not, so that viewers
+    list the same topics for every run. Attachments have no timestamps: nothing in a log depends
+    on the wall clock.
 
     Args:
         path: the file to create, in an existing folder.
@@ -104,13 +113,19 @@ class Recorder:
         except (OSError, ValueError) as error:
             reason = error.strerror if isinstance(error, OSError) else str(error)
             raise LogError(f"the log {path} cannot be written: {reason}") from error
+        # Foxglove's library takes its time to load, and only who writes a log needs it.
+        from farside.logs.foxglove.pictures import Pictures  # noqa: PLC0415
+
         self._is_open = True
+        self._pictures = Pictures()
         self._digest = Digest()
         self._tail = _Tail(path, self._file)
-        self._writer = Writer(self._tail, use_chunking=False)  # type: ignore[arg-type]
-        self._writer.start(library=f"{LIBRARY} {_VERSION}")
-        self._schemas: dict[type[msgspec.Struct], int] = {}
-        self._channels = {topic.name: self._register(topic) for topic in TOPICS.values()}
+        self._tail.write(MAGIC + record_bytes(mcap.Header("", f"{LIBRARY} {_VERSION}")))
+        self._window: list[bytes] = []
+        self._window_byte, self._start_ns, self._end_ns = 0, NEVER_NS, 0
+        self._channels, declared = _declarations()
+        # Without them no message can be read, so that they stand there twice.
+        self._tail.write(declared + declared)
         try:
             self.flush()
         except LogError:
@@ -142,37 +157,53 @@ class Recorder:
                         raise
         raise AssertionError
 
-    def _register(self, topic: Topic[msgspec.Struct]) -> int:
-        kind = topic.kind
-        if kind not in self._schemas:
-            self._schemas[kind] = self._writer.register_schema(
-                f"farside.{kind.__name__}", SchemaEncoding.JSONSchema, topic_schema(kind)
-            )
-        return self._writer.register_channel(topic.name, MessageEncoding.JSON, self._schemas[kind])
-
     @property
     def digest(self) -> str:
-        """The `Digest` of all records written so far."""
+        """The `Digest` of all records written so far, and of their pictures."""
         return self._digest.hex
 
     def attach(self, name: str, media_type: str, data: bytes) -> None:
         """Attach a file to the log, such as the mission."""
-        self._writer.add_attachment(0, 0, name, media_type, data)
+        self._tail.write(record_bytes(mcap.Attachment(0, 0, name, media_type, data)))
 
     def metadata(self, name: str, data: dict[str, str]) -> None:
         """Add a group of keys and values to the log, such as the seed or the result."""
-        self._writer.add_metadata(name, data)
+        self._tail.write(metadata_bytes(name, data))
 
     def write(self, records: Iterable[Record]) -> None:
-        """Add records, which must come in log order.
+        """Add records, which must come in log order, and their pictures.
 
         Raises:
             KeyError: if a record's topic is not in `TOPICS`.
         """
-        records = tuple(records)
-        self._tail.write(message_bytes(records, self._channels))
+        self._add(self._pictures.beside(records))
+
+    def _add(self, records: Sequence[Record]) -> None:
+        if not records:
+            return
+        data = message_bytes(records, self._channels)
+        if len(data) > _CHUNK_BYTE and len(records) > 1:
+            half = len(records) // 2
+            self._add(records[:half])
+            self._add(records[half:])
+            return
         for record in records:
             self._digest.add(record)
+        times_ns = [record.log_time_ns for record in records]
+        self._start_ns = min(self._start_ns, *times_ns)
+        self._end_ns = max(self._end_ns, *times_ns)
+        self._window.append(data)
+        self._window_byte += len(data)
+        if self._window_byte >= _CHUNK_BYTE:
+            self._end_chunk()
+
+    def _end_chunk(self) -> None:
+        """Make a chunk of the records since the last."""
+        if self._window:
+            data = b"".join(self._window)
+            self._tail.write(chunk_bytes(data, self._start_ns, self._end_ns, compressed=False))
+            self._window.clear()
+            self._window_byte, self._start_ns, self._end_ns = 0, NEVER_NS, 0
 
     def flush(self) -> None:
         """Hand everything to the operating system, so that it outlives this process.
@@ -182,7 +213,8 @@ class Recorder:
         Raises:
             LogError: if it cannot be written. What was flushed before stays readable.
         """
-        self._writer.flush()
+        self._end_chunk()
+        self._tail.flush()
 
     def close(self, *, packed: bool = True) -> None:
         """Finish the log. Closing again is harmless.
@@ -232,3 +264,56 @@ class Recorder:
                 self.close(packed=False)
         else:
             self.close()
+
+
+class _Declared(NamedTuple):
+    """What is declared of a topic."""
+
+    topic: str
+    schema: str
+    schema_encoding: str
+    message_encoding: str
+    metadata: dict[str, str]
+    data: Callable[[], bytes]
+
+    @classmethod
+    def of_topic(cls, topic: Topic[msgspec.Struct]) -> Self:
+        name, json = f"{LIBRARY}.{topic.kind.__name__}", MessageEncoding.JSON
+        data = partial(topic_schema, topic.kind)
+        return cls(topic.name, name, SchemaEncoding.JSONSchema, json, {}, data)
+
+    @classmethod
+    def of_picture(cls, topic: PictureTopic) -> Self:
+        schema, protobuf = SchemaEncoding.Protobuf, MessageEncoding.Protobuf
+        return cls(topic.name, topic.schema_name, schema, protobuf, {PICTURE: "1"}, topic.schema)
+
+
+@cache
+def _declarations() -> tuple[dict[str, int], bytes]:
+    """The number of the channel of each topic, and a chunk that declares them all."""
+    schemas: dict[str, int] = {}
+    channels: dict[str, int] = {}
+    records: list[mcap.McapRecord] = []
+    for topic in (
+        *map(_Declared.of_topic, TOPICS.values()),
+        *map(_Declared.of_picture, PICTURES.values()),
+    ):
+        name = topic.schema
+        if name not in schemas:
+            schemas[name] = len(schemas) + 1
+            schema = mcap.Schema(
+                id=schemas[name], data=topic.data(), encoding=topic.schema_encoding, name=name
+            )
+            records.append(schema)
+        channels[topic.topic] = len(channels) + 1
+        records.append(
+            mcap.Channel(
+                id=channels[topic.topic],
+                topic=topic.topic,
+                message_encoding=topic.message_encoding,
+                metadata=topic.metadata,
+                schema_id=schemas[name],
+            )
+        )
+    data = b"".join(map(record_bytes, records))
+    return channels, chunk_bytes(data, 0, 0, compressed=True)

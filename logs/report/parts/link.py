@@ -4,8 +4,8 @@ from typing import Any
 
 from farside.frames import Fate, FrameFate
 from farside.logs.file.reading import LogEntry
-from farside.logs.report.asked import Asked
 from farside.logs.report.model import LinkRow, Panel, Series, Side, View
+from farside.logs.report.parts.asked import Asked
 from farside.logs.report.thinning import Curve, ms, rounded, steps, thinning_note
 from farside.logs.spans import LinkTally
 from farside.node import Direction, Topic, to_s

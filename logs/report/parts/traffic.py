@@ -128,9 +128,7 @@ def _columns(kept: list[_Sent]) -> Words:
         ],
         lost=[losses.setdefault(sent.lost, len(losses)) for sent in kept],
         again=[row for row, sent in enumerate(kept) if sent.again],
-        unended=[
-            row for row, sent in enumerate(kept) if sent.flight is None and not sent.lost
-        ],
+        unended=[row for row, sent in enumerate(kept) if sent.flight is None and not sent.lost],
         named=[sent.text for sent in kept if sent.kind not in _ALIKE],
         kinds=list(KINDS.values()),
         losses=list(losses),

@@ -7,6 +7,7 @@ from farside.frames import FrameEvent, FrameStage
 from farside.logs.events import sign_text
 from farside.logs.file.reading import LogEntry
 from farside.logs.report.model import Heard, Panel, Predicted, Side, View
+from farside.logs.report.parts.link import Buckets
 from farside.logs.report.thinning import (
     Curve,
     Rows,
@@ -15,7 +16,6 @@ from farside.logs.report.thinning import (
     steps,
     thinning_note,
 )
-from farside.logs.report.link import Buckets
 from farside.messages import Telemetry
 from farside.node import Direction, Topic, to_s
 from farside.topics import (
@@ -107,7 +107,9 @@ class HeardAtGround:
         columns: list[list[int]] = [list(column) for column in zip(*rows, strict=True)] or [
             [] for _ in range(9)
         ]
-        usual = max((n, -distance) for distance, n in self._distances.items()) if rows[1:] else (0, 0)
+        usual = (
+            max((n, -distance) for distance, n in self._distances.items()) if rows[1:] else (0, 0)
+        )
         gap = max(5000, _GAPS * -usual[1] * 100) + self._rows.apart_ms
         known, so, *others = columns
         view.heard = Heard(
