@@ -24,8 +24,10 @@ from farside.logs.file.mcap_bytes import (
 )
 from farside.logs.file.parts import SIZES, LogError
 from farside.logs.file.reading import LogFile
+from farside.logs.file.sparse import MEDIA_TYPE, SPARSE, SparseTopics
 
 _CHUNK_BYTE = 1 << 20
+_LARGE_CHUNKS = 16  # fewer are as soon read as what would be kept of them
 _INDEX_HEAD = struct.Struct("<BQHI")
 _CRC = struct.Struct("<I")
 _MESSAGE_OVERHEAD_BYTE = MESSAGE_HEAD.size - HEAD.size
@@ -100,13 +102,15 @@ class _Packer:
         self._metadata_indexes: list[mcap.MetadataIndex] = []
         self._declared = [*log.index.schemas.values(), *log.index.channels.values()]
         self._filled = bytearray(b"".join(map(record_bytes, self._declared)))
+        self._sparse = SparseTopics()
         # Of each message log time, offset in the chunk and length, by channel.
         self._places: dict[int, list[int]] = {}
 
     def write(self) -> int:
         """Write all of it, and return the number of messages."""
         self._file.write(MAGIC + record_bytes(mcap.Header(profile="", library=self._log.library)))
-        self._attach()
+        for name, attachment in self._log.attachments.items():
+            self._attach(name, *attachment)
         for block, data in self._log.contents():
             if len(self._filled) + len(data) > _CHUNK_BYTE and self._places:
                 self._end_chunk()
@@ -116,6 +120,7 @@ class _Packer:
                 self._log.index.note_block(block, error)
         if self._filled:
             self._end_chunk()
+        self._keep_sparse()
         for name, values in self._log.metadata.items():
             self._note(name, values)
         self._note(SIZES, self._sizes_by_topic())
@@ -123,16 +128,19 @@ class _Packer:
         self._finish()
         return self._counts.total()
 
-    def _attach(self) -> None:
-        for name, attachment in self._log.attachments.items():
-            at = self._file.tell()
-            length = self._file.write(
-                record_bytes(mcap.Attachment(0, 0, name, attachment.media_type, attachment.data))
-            )
-            size = len(attachment.data)
-            self._attachment_indexes.append(
-                mcap.AttachmentIndex(at, length, 0, 0, size, name, attachment.media_type)
-            )
+    def _attach(self, name: str, media_type: str, data: bytes) -> None:
+        at = self._file.tell()
+        length = self._file.write(record_bytes(mcap.Attachment(0, 0, name, media_type, data)))
+        self._attachment_indexes.append(
+            mcap.AttachmentIndex(at, length, 0, 0, len(data), name, media_type)
+        )
+
+    def _keep_sparse(self) -> None:
+        """Attach the messages of rare topics, where the log is large."""
+        if len(self._chunk_indexes) >= _LARGE_CHUNKS:
+            topics, data = self._sparse.finish(self._log.index.channels)
+            self._attach(SPARSE, MEDIA_TYPE, data)
+            self._note(SPARSE, {"topics": topics})
 
     def _note(self, name: str, values: Mapping[str, str]) -> None:
         at = self._file.tell()
@@ -172,7 +180,9 @@ class _Packer:
                 moved = len(self._filled) + sum(map(len, row)) - start
         if at > size:
             raise DamageError(f"{at - size} bytes are missing from the last record")
-        self._filled += b"".join((*row, data[start:]))
+        messages = b"".join((*row, data[start:]))
+        self._sparse.add(messages, added, len(self._filled))
+        self._filled += messages
         for channel, places in added.items():
             self._places.setdefault(channel, []).extend(places)
 

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from copy import copy
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple, Self
+from typing import BinaryIO, NamedTuple, Protocol, Self
 
 import msgspec
 
@@ -14,7 +14,7 @@ from farside.logs.file.digest import digest_of
 from farside.logs.file.index import LogIndex
 from farside.logs.file.mcap_bytes import DAMAGE, PICTURE, messages
 from farside.logs.file.parts import Attachment, Block, LogError, block_records
-from farside.node import NEVER_NS, Record, Topic, to_s
+from farside.node import NEVER_NS, Record, to_s
 from farside.topics import TOPICS
 
 _log_time_ns = attrgetter("log_time_ns")
@@ -61,6 +61,15 @@ def decode(record: Record) -> msgspec.Struct:
     except (msgspec.MsgspecError, ValueError, RecursionError) as error:
         where = f"{record.topic} at {to_s(record.log_time_ns)} s"
         raise LogError(f"{where}: expected a {topic.kind.__name__}, found: {error}") from error
+
+
+class Named(Protocol):
+    """What has the name of a topic: a `Topic`, or one of pictures."""
+
+    @property
+    def name(self) -> str:
+        """The name."""
+        ...
 
 
 class LogFile:
@@ -196,7 +205,7 @@ class LogFile:
 
     def records(
         self,
-        topics: Collection[Topic[Any]] | None = None,
+        topics: Collection[Named] | None = None,
         *,
         start_ns: int = 0,
         end_ns: int = NEVER_NS,
@@ -219,7 +228,7 @@ class LogFile:
         end_ns = self._end_ns(end_ns)
         with self._opened() as file:
             wanted, channels = self._wanted(names)
-            for block in self.index.blocks:
+            for block in self._blocks(file, wanted.values()):
                 if block.start_ns > end_ns or block.end_ns < start_ns or not block.has(channels):
                     continue
                 records = self._read(file, block, wanted)
@@ -228,7 +237,7 @@ class LogFile:
                 else:
                     yield from (r for r in records if start_ns <= r.log_time_ns <= end_ns)
 
-    def latest(self, topic: Topic[Any], time_ns: int) -> Record | None:
+    def latest(self, topic: Named, time_ns: int) -> Record | None:
         """The last record of a topic with a log time of `time_ns` or before; `None` if none has.
 
         Raises:
@@ -335,6 +344,19 @@ class LogFile:
             if not self.index.is_of(file):
                 self._look_over(file)
             yield file
+
+    def _blocks(self, file: BinaryIO, topics: Collection[str]) -> list[Block]:
+        """The chunks in which to look for topics: the copies, if they hold all of these."""
+        index = self.index
+        if not (topics and index.sparse and index.sparse_topics.issuperset(topics)):
+            return index.blocks
+        for block in index.sparse:
+            try:
+                self._bytes(file, block)
+            except DAMAGE:
+                index.sparse = []
+                return index.blocks
+        return index.sparse
 
     def _wanted(self, names: Collection[str]) -> tuple[dict[int, str], int]:
         """The topics of these names by channel number, and a bit for each number."""

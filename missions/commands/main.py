@@ -20,6 +20,8 @@ from farside.escaping import printable
 from farside.missions.commands import failures
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.formats import list_missions, show_schema
+from farside.missions.commands.live.address import Listen, Live, Port, address_of, live_speed
+from farside.missions.commands.live.layout import write_layouts
 from farside.missions.commands.logs.comparing import DIFF_STATUS, diff_logs
 from farside.missions.commands.logs.exporting import export_log
 from farside.missions.commands.logs.informing import show_information
@@ -28,14 +30,7 @@ from farside.missions.commands.logs.reliving import VERIFY_STATUS, rerun_log, ve
 from farside.missions.commands.logs.report import report_log
 from farside.missions.commands.logs.story import tell_story
 from farside.missions.commands.logs.why import tell_why
-from farside.missions.commands.values import (
-    Listen,
-    Live,
-    Port,
-    address_of,
-    live_speed,
-    pace_of,
-)
+from farside.missions.commands.values import pace_of
 from farside.node import to_ns
 from farside.validation import dotted
 
@@ -236,7 +231,7 @@ def run(
         else:
             with display:
                 if address is not None:
-                    from farside.missions.commands.logs.live import LiveRun
+                    from farside.missions.commands.live.serving import LiveRun
 
                     shown = stack.enter_context(
                         LiveRun(
@@ -296,6 +291,7 @@ app.command("diff", epilog=DIFF_STATUS)(diff_logs)
 app.command("story")(tell_story)
 app.command("why")(tell_why)
 app.command("report")(report_log)
+app.command("layout")(write_layouts)
 app.command("missions")(list_missions)
 app.command("schema")(show_schema)
 

@@ -2,8 +2,8 @@
 
 The large logs are the blackout mission over and over, shifted in time, so that they hold what
 Farside's logs hold, pictures included. Times are the processor's, so that other work on the machine
-counts little; only that of a command is by the clock. Both sides of a ratio are measured in one run, one after
-the other, so that a drift in the machine's speed affects both.
+counts little; only that of a command is by the clock. Both sides of a ratio are measured in one
+run, one after the other, so that a drift in the machine's speed affects both.
 """
 
 import random

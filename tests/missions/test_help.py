@@ -13,6 +13,8 @@ COMMANDS = [
     ("replay",),
     ("export",),
     ("recover",),
+    ("story",),
+    ("why",),
     ("verify",),
     ("rerun",),
     ("diff",),

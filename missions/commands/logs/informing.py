@@ -9,7 +9,8 @@ import typer
 from farside.escaping import printable
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.logs.finding import tell_damage
-from farside.missions.commands.logs.opening import As, At, run_of
+from farside.missions.commands.logs.opening import At, run_of
+from farside.missions.commands.values import As
 
 if TYPE_CHECKING:
     from farside.logs import RunView
