@@ -24,6 +24,7 @@ from farside.missions.commands.live.address import Listen, Live, Port, address_o
 from farside.missions.commands.live.layout import write_layouts
 from farside.missions.commands.logs.comparing import DIFF_STATUS, diff_logs
 from farside.missions.commands.logs.exporting import export_log
+from farside.missions.commands.logs.informing import show_information
 from farside.missions.commands.logs.looking import recover_log, replay_log
 from farside.missions.commands.logs.reliving import VERIFY_STATUS, rerun_log, verify_log
 from farside.missions.commands.logs.report import report_log
@@ -50,6 +51,7 @@ _HELP = """Simulate rover missions over delayed, lossy links.
 \b
 farside missions                 what ships
 farside run blackout             run one, and leave a log
+farside info LOG                 how it went
 farside replay LOG               watch it again
 """
 
@@ -280,6 +282,7 @@ def check(mission: Mission, set_: Set = None) -> None:
 
 
 app.command("replay")(replay_log)
+app.command("info")(show_information)
 app.command("recover")(recover_log)
 app.command("export")(export_log)
 app.command("verify", epilog=VERIFY_STATUS)(verify_log)

@@ -22,10 +22,10 @@ def write_layouts(
     ] = Path(),
     as_: As = None,
 ) -> None:
-    """Write a layout for Foxglove and Lichtblick, and a blueprint for Rerun.
+    """Write layouts for Foxglove, Lichtblick and Rerun.
 
-    With them, a log shows its map, its rovers, modes, numbers and events at once. With --as ground
-    the layout is one for `farside replay --live --as ground`, and no blueprint is written, since
+    With them, a log shows its map, its rovers, modes, numbers and events at once: one file for
+    Foxglove and Lichtblick, and a blueprint for Rerun. With --as ground the layout is one for `farside replay --live --as ground`, and no blueprint is written, since
     Rerun reads logs whole. The blueprint takes rerun-sdk: pip install rerun-sdk.
 
     \b
