@@ -95,6 +95,7 @@ VIEWS: dict[str, View] = {
     "terminal": terminal,
     "export": command("export", "--out", "out"),
     "export csv": command("export", "--format", "csv", "--out", "out"),
+    "report": command("report", "--out", "out/run.html"),
 }
 """Every view. A new one is a line here; of a command, `command("its name")`."""
 
