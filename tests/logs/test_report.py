@@ -64,7 +64,7 @@ def test_a_curve_tells_every_point_until_there_are_too_many() -> None:
 
 @given(some=st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=60))
 def test_a_thinned_curve_lies_between_its_least_and_its_greatest(some: list[float]) -> None:
-    values = (some * CURVE)[: CURVE + len(some)]
+    values = (some * (CURVE + 1))[: CURVE + 1]
     curve = Curve(to_ns(len(values)))
     for t_s, value in enumerate(values):
         curve.add(to_ns(t_s), value)
