@@ -108,7 +108,7 @@ class UnderWay:
     @property
     def is_done(self) -> bool:
         """Whether no word is under way."""
-        return not self.words
+        return not (self.words or self._used)
 
     def take(self, now_ns: int, message: msgspec.Struct) -> Sequence[Word]:
         """Take the next message of `topics`; gives the words whose end it tells."""

@@ -19,6 +19,7 @@ from farside.places import (
 from farside.topics import (
     GROUND_CHART,
     ROVER_GOAL,
+    TRUTH_POSE,
     TRUTH_YARD,
     GoalChange,
     GoalSource,
@@ -99,4 +100,4 @@ class GoalView(StateView):
 
     def _was_true(self, sign: Tokens, t_s: float) -> bool:
         places = [token for token in sign if is_place_token(token)]
-        return not places or places == [self.place_at(t_s)]
+        return not places or places == [self._latest(TRUTH_POSE, t_s).place]

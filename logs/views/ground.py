@@ -40,6 +40,7 @@ class GroundView(TopicView):
             ValueError: if `t_s` is outside the run.
         """
         self._check_time(t_s)
+        self._asked_s = t_s
         now_ns = to_ns(t_s)
         noted = self._log.latest(GROUND_BELIEF, now_ns)
         belief = BeliefEntry(()) if noted is None else cast("BeliefEntry", decode(noted))

@@ -32,7 +32,7 @@ class StateView(TopicView):
         Raises:
             ValueError: if `t_s` is outside the run.
         """
-        return self._latest(ROVER_MODE, t_s).mode
+        return self._asked(ROVER_MODE, t_s).mode
 
     def failsafe_at(self, t_s: float) -> Failsafe:
         """The failsafe's state at a time.
@@ -40,7 +40,7 @@ class StateView(TopicView):
         Raises:
             ValueError: if `t_s` is outside the run.
         """
-        return self._latest(ROVER_FAILSAFE, t_s).state
+        return self._asked(ROVER_FAILSAFE, t_s).state
 
     def pose_at(self, t_s: float) -> Pose:
         """The rover's true pose at a time, as sampled last, in metres and radians.
@@ -48,7 +48,7 @@ class StateView(TopicView):
         Raises:
             ValueError: if `t_s` is outside the run.
         """
-        return self._latest(TRUTH_POSE, t_s)
+        return self._asked(TRUTH_POSE, t_s)
 
     def place_at(self, t_s: float) -> str:
         """The Token of the rover's true place at a time.
@@ -72,7 +72,7 @@ class StateView(TopicView):
         Raises:
             ValueError: if `t_s` is outside the run.
         """
-        return self._latest(ROVER_ESTIMATE, t_s)
+        return self._asked(ROVER_ESTIMATE, t_s)
 
     @property
     def modes(self) -> tuple[ModeSpan, ...]:

@@ -22,6 +22,7 @@ class TopicView:
 
     def __init__(self, log: LogFile) -> None:
         self._log = log
+        self._asked_s: float | None = None
 
     @property
     def file(self) -> LogFile:
@@ -32,6 +33,11 @@ class TopicView:
     def is_as_ground(self) -> bool:
         """Whether this is the run as the ground had it; see `LogFile.as_ground`."""
         return self._log.is_as_ground
+
+    @property
+    def asked_s(self) -> float | None:
+        """The time that was last asked about, in any query at a time; `None` before the first."""
+        return self._asked_s
 
     @property
     def duration_s(self) -> float:
@@ -82,6 +88,12 @@ class TopicView:
             raise ValueError(
                 f"expected a time within the run, 0 to {self.duration_s} s, found {t_s} s"
             )
+
+    def _asked(self, topic: Topic[T], t_s: float) -> T:
+        """The latest message of a topic at a time that was asked about."""
+        latest = self._latest(topic, t_s)
+        self._asked_s = t_s
+        return latest
 
     def _latest(self, topic: Topic[T], t_s: float) -> T:
         self._check_known(topic)

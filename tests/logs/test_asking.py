@@ -6,10 +6,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from noting import command_sent, failsafe_entry, log_of, said_of, view_of
+from noting import command_sent, failsafe_entry, log_of, records_of, said_of, view_of
 
 import farside.logs
 from farside.control import (
@@ -23,6 +24,8 @@ from farside.control import (
     Verdict,
 )
 from farside.logs import CommandVerdict, FailsafeSpan, LogError, LogFile, Recorder, RunView
+from farside.logs.result import DemResult, Judgement, RoverResult, StoreResult
+from farside.logs.spans import LinkTally
 from farside.messages import (
     BatteryChanged,
     Drive,
@@ -220,6 +223,25 @@ def as_ground(run: Any, path: Path) -> RunView:
     return farside.logs.open(path, as_ground=True, until_s=5)
 
 
+RESULT = {
+    "mission": "handmade",
+    "seed": 7,
+    "outcome": "failure",
+    "log": "run.mcap",
+    "digest": "0" * 64,
+    "sim_seconds": 6.0,
+    "wall_seconds": 1.0,
+    "speedup": 6.0,
+    "goals": (),
+    "modes": (),
+    "link": {"uplink": LinkTally().counters(), "downlink": LinkTally().counters()},
+    "store": StoreResult(0, 0, 0, 0),
+    "dem": DemResult(0, 0, 0.0),
+    "rover": RoverResult(None, None, None, None),
+    "operator": None,
+}
+"""What `result.json` holds but for the expectations."""
+
 QUERIES: dict[str, Callable[[RunView], object]] = {
     "modes": lambda view: view.modes,
     "mode": lambda view: view.mode_at(1),
@@ -303,3 +325,49 @@ def test_what_a_log_says_wrongly_is_refused_by_name(path: Path) -> None:
         assert view.seed
     with pytest.raises(LogError, match=r"expected a result\.json of this version"):
         assert view.result
+
+
+# --- in two lines ------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def tells(path: Path) -> Path:
+    """The log of a run that is over, with all that it says of itself."""
+    judged = (Judgement("goal at:B reached", met=False, detail="never \x1b[31m reached"),)
+    with Recorder(path) as recorder:
+        recorder.metadata("farside.run", {"mission": "handmade", "seed": "7"})
+        recorder.write(records_of([(4, telemetry(2.0, "A")), (6, Silence(silent=False))]))
+        result = {**RESULT, "expectations": judged}
+        recorder.attach("result.json", "application/json", msgspec.json.encode(result))
+    return path
+
+
+def test_a_run_tells_how_it_ended_in_two_lines(tells: Path) -> None:
+    assert repr(farside.logs.open(tells)) == (
+        "<handmade, seed 7: failure after 6.0 s, 0 of 1 expectations met; "
+        "goal at:B reached: never \\x1b[31m reached\n"
+        f" farside replay {tells}>"
+    )
+
+
+def test_as_ground_it_tells_what_was_heard_last(tells: Path) -> None:
+    known = repr(farside.logs.open(tells, as_ground=True, until_s=5)).splitlines()[0]
+    before = repr(farside.logs.open(tells, as_ground=True, until_s=1)).splitlines()[0]
+
+    assert known == (
+        "<handmade, seed 7, as the ground had it at 5.0 s: heard 3.0 s ago, at:A, guided"
+    )
+    assert before == "<handmade, seed 7, as the ground had it at 1.0 s: nothing heard yet"
+
+
+def test_an_unfinished_run_tells_how_far_it_came(run: Any, path: Path) -> None:
+    told = repr(farside.logs.open(run.start().stand(9, "at:B").log(path)))
+
+    assert told.startswith("<a run, seed unknown: unfinished, 9.0 s so far\n")
+
+
+def test_the_time_that_was_asked_about_last_is_kept(tells: Path) -> None:
+    run = farside.logs.open(tells)
+    assert run.asked_s is None
+    run.believed_at(3)
+    assert run.asked_s == 3

@@ -9,7 +9,9 @@ import typer
 from farside.escaping import printable
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.failures import print_error
-from farside.missions.commands.logs.opening import As, At, run_of
+from farside.missions.commands.logs.finding import tell_damage
+from farside.missions.commands.logs.opening import At, run_of
+from farside.missions.commands.values import As
 from farside.validation import did_you_mean, shown
 
 if TYPE_CHECKING:
@@ -67,6 +69,7 @@ def export_log(
         written = write_tables(run.file, folder, Format(form), topics)
     for table in written:
         print(f"{printable(str(table.path))}: {table.rows} rows")  # noqa: T201
+    tell_damage(run.file)
     if not written:
         print_error(f"{run.path}: no messages, and so no tables")
 

@@ -1,28 +1,16 @@
-"""The options `--as ground --at S`, and the run that a command opens with them."""
+"""The run that a command opens with the options `--as ground --at S`."""
 
-from enum import StrEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from farside.missions.commands.logs.finding import log_named
+from farside.missions.commands.values import Who
 
 if TYPE_CHECKING:
     from farside.logs import RunView
 
-
-class Who(StrEnum):
-    """As whom a log is looked at."""
-
-    GROUND = "ground"
-
-
-As = Annotated[
-    Who | None,
-    typer.Option("--as", metavar="WHO", help="'ground': only what the ground had learned."),
-]
-"""The option `--as ground`."""
 
 At = Annotated[
     float | None,
