@@ -171,7 +171,7 @@ def _summary(result: RunResult | None) -> str:
         rows = [
             (
                 sign_text(goal.tokens),
-                goal.source,
+                str(goal.source),
                 f"{goal.set_s:.1f} s",
                 "not reached" if goal.reached_s is None else f"{goal.reached_s:.1f} s",
             )

@@ -8,7 +8,8 @@ import typer
 from farside.escaping import printable
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.failures import print_error
-from farside.missions.commands.logs.opening import As, At, run_of
+from farside.missions.commands.logs.opening import At, run_of
+from farside.missions.commands.values import As
 
 
 def report_log(
