@@ -1,14 +1,15 @@
 """Pictures of any moment of a log, and the events about it, read through the log's index."""
 
-from collections.abc import Iterator
-from typing import Any, Protocol, cast
+from collections.abc import Callable, Collection, Hashable, Iterator, Mapping
+from typing import Any, Protocol, TypeVar, cast
 
 from farside.logs.events import EVENT_TOPICS, EventLine
 from farside.logs.file.reading import LogEntry, decode
 from farside.logs.known import COMMAND_TOPICS
 from farside.logs.picture import PICTURE_TOPICS, Picture, recent_since_ns
 from farside.logs.playing import Source
-from farside.node import NS_PER_S, Record, Topic
+from farside.messages import Tokens
+from farside.node import NS_PER_S, Direction, Record, Topic
 from farside.topics import (
     GROUND_COMMAND,
     GROUND_HELD,
@@ -23,24 +24,25 @@ from farside.topics import (
     ROVER_PROPOSAL,
     ROVER_PROPOSAL_ENDED,
     CommandSent,
+    GoalChange,
 )
 
-_ADDING_UP = (ROVER_GOAL, GROUND_HELD, LINK_OUTAGE)
-"""Rare, and each message changes what the ones before left: read from the start."""
+K = TypeVar("K", bound=Hashable)
 
 _TELEMETRY = (GROUND_TELEMETRY, GROUND_STORED_TELEMETRY)
 _ACTION = (ROVER_ACTION_STARTED, ROVER_ACTION_ENDED)
 _PROPOSAL = (ROVER_PROPOSAL, ROVER_PROPOSAL_ENDED, ROVER_GOAL)
 
 _READ_APART = {
-    *_ADDING_UP, *_TELEMETRY, *_ACTION, *_PROPOSAL, GROUND_COMMAND, GROUND_LIFE, LINK_FRAME,
+    *_TELEMETRY, *_ACTION, *_PROPOSAL,
+    GROUND_COMMAND, GROUND_HELD, GROUND_LIFE, LINK_FRAME, LINK_OUTAGE,
 }  # fmt: skip
 _LATEST = tuple(topic for topic in PICTURE_TOPICS if topic not in _READ_APART)
 """Of these the last message says it all."""
 
 _NEWS_TOPICS = tuple(dict.fromkeys((*EVENT_TOPICS, *COMMAND_TOPICS)))
 
-_FIRST_STEP_NS = 8 * NS_PER_S
+_FIRST_STEP_NS = 16 * NS_PER_S
 _APART_NS = 10 * NS_PER_S
 _BEFORE_NS = 12 * _APART_NS
 _KEPT = 256
@@ -58,8 +60,7 @@ class Scene(Source, Protocol):
 def picture_at(log: Scene, time_ns: int) -> Picture:
     """The picture of a run at a time, of which no more is read than it tells of; as ground, if so.
 
-    That is the last ten minutes, what is older and still so, and the goals and outages from the
-    start.
+    That is the last ten minutes, and what is older and still so.
 
     Raises:
         LogError: if the log is damaged there.
@@ -126,7 +127,12 @@ class Moments:
         Raises:
             LogError: if the log is damaged on the way.
         """
-        for begin_ns, end_ns in _backwards(time_ns - 1):
+        if time_ns <= 0:
+            return None
+        recent = [line for line in self.at(time_ns - 1).lines if not line.routine]
+        if recent:
+            return recent[-1]
+        for begin_ns, end_ns in _backwards(recent_since_ns(time_ns - 1)):
             picture = _state_at(self._log, begin_ns - 1)
             records = self._log.records(_NEWS_TOPICS, start_ns=begin_ns, end_ns=end_ns)
             if lines := list(_lines(picture, records)):
@@ -142,16 +148,16 @@ def _lines(picture: Picture, records: Iterator[Record]) -> Iterator[EventLine]:
 
 
 def _backwards(end_ns: int) -> Iterator[tuple[int, int]]:
-    """Stretches from `end_ns` back to 0, each twice as long as the one after it."""
+    """Stretches from `end_ns` back to 0, each four times as long as the one after it."""
     length_ns = _FIRST_STEP_NS
     while end_ns >= 0:
         begin_ns = max(0, end_ns - length_ns + 1)
         yield begin_ns, end_ns
-        end_ns, length_ns = begin_ns - 1, 2 * length_ns
+        end_ns, length_ns = begin_ns - 1, 4 * length_ns
 
 
 def _play(
-    picture: Picture, log: Scene, topics: tuple[Topic[Any], ...], start_ns: int, end_ns: int
+    picture: Picture, log: Scene, topics: Collection[Topic[Any]], start_ns: int, end_ns: int
 ) -> None:
     for record in log.records(topics, start_ns=start_ns, end_ns=end_ns):
         picture.apply(LogEntry.of(record))
@@ -164,41 +170,90 @@ def _blank(log: Scene) -> Picture:
 def _state_at(log: Scene, time_ns: int) -> Picture:
     """What is so at a time, without anything that only happened: track, events, frames."""
     picture = _blank(log)
-    latest = _latest(log, (*_LATEST, *_TELEMETRY, _ACTION[0], _PROPOSAL[0]), time_ns)
-    proposed_ns = _time_ns(latest, ROVER_PROPOSAL, time_ns + 1)
-    _play(picture, log, _ADDING_UP, 0, proposed_ns - 1)
-    _play(picture, log, (*_ADDING_UP, *_PROPOSAL), proposed_ns, time_ns)
-    if ROVER_ACTION_STARTED.name in latest:
-        started_ns = _time_ns(latest, ROVER_ACTION_STARTED, 0)
-        _play(picture, log, _ACTION, started_ns, time_ns)
+    latest = _latest(log, (*_LATEST, *_TELEMETRY, ROVER_ACTION_STARTED, ROVER_PROPOSAL), time_ns)
     heard_ns = max((_time_ns(latest, topic, 0) for topic in _TELEMETRY), default=0)
     _play(picture, log, _TELEMETRY, recent_since_ns(heard_ns), time_ns)
     for topic in _LATEST:
         if topic.name in latest:
             picture.apply(LogEntry.of(latest[topic.name]))
+    _play(picture, log, _ACTION, _time_ns(latest, ROVER_ACTION_STARTED, time_ns + 1), time_ns)
+    _play(picture, log, [GROUND_HELD], 0, time_ns)
+    _know_goals(picture, log, _time_ns(latest, ROVER_PROPOSAL, time_ns), time_ns)
+    _know_outages(picture, log, time_ns)
     _know_commands(picture, log, time_ns)
     picture.lines.clear()
     picture.visited.clear()
     return picture
 
 
-def _latest(log: Scene, topics: tuple[Topic[Any], ...], time_ns: int) -> dict[str, Record]:
+def _latest(log: Scene, topics: Collection[Topic[Any]], time_ns: int) -> dict[str, Record]:
     """The last record of each topic up to a time, by name, as far as there is one."""
-    found: dict[str, Record] = {}
-    missing = list(topics)
+    wanted = {topic.name: topic for topic in topics}
+    return _newest(log, wanted, lambda record: record.topic, time_ns)
+
+
+def _newest(
+    log: Scene,
+    wanted: Mapping[K, Topic[Any]],
+    key_of: Callable[[Record], K | None],
+    time_ns: int,
+) -> dict[K, Record]:
+    """The last record with each key up to a time, as far as there is one.
+
+    Args:
+        log: the log.
+        wanted: the topic of each key.
+        key_of: the key of a record of these topics.
+        time_ns: greatest log time.
+    """
+    found: dict[K, Record] = {}
     for begin_ns, end_ns in _backwards(time_ns):
-        found |= {
-            record.topic: record
-            for record in log.records(missing, start_ns=begin_ns, end_ns=end_ns)
-        }
-        missing = [topic for topic in missing if topic.name not in found]
-        if not missing:
+        topics = {topic for key, topic in wanted.items() if key not in found}
+        records = log.records(topics, start_ns=begin_ns, end_ns=end_ns) if topics else ()
+        keyed = ((key_of(record), record) for record in records)
+        found = {key: record for key, record in keyed if key is not None and key in wanted} | found
+        if len(found) == len(wanted):
             break
     return found
 
 
-def _time_ns(latest: dict[str, Record], topic: Topic[Any], default_ns: int) -> int:
+def _time_ns(latest: Mapping[str, Record], topic: Topic[Any], default_ns: int) -> int:
     return latest[topic.name].log_time_ns if topic.name in latest else default_ns
+
+
+def _know_goals(picture: Picture, log: Scene, proposed_ns: int, time_ns: int) -> None:
+    """The Goal List: as telemetry had it, and what changed since; and the proposal that stands.
+
+    Args:
+        picture: with the telemetry.
+        log: the log.
+        proposed_ns: when the last proposal was made.
+        time_ns: the time in question.
+    """
+    if log.is_as_ground:
+        return  # it has them from what it believes
+    heard, since_ns = picture.telemetry, 0
+    if heard is not None:
+        since_ns = heard.time_ns
+        listed = dict.fromkeys(heard.goals, ROVER_GOAL)
+        for record in _newest(log, listed, _sign_set, since_ns).values():
+            picture.apply(LogEntry.of(record))
+    _play(picture, log, _PROPOSAL, min(since_ns, proposed_ns), time_ns)
+
+
+def _sign_set(record: Record) -> Tokens | None:
+    goal = ROVER_GOAL.decode(record.payload)
+    return goal.tokens if goal.change is GoalChange.SET else None
+
+
+def _know_outages(picture: Picture, log: Scene, time_ns: int) -> None:
+    wanted = dict.fromkeys(Direction, LINK_OUTAGE)
+    for record in _newest(log, wanted, _direction_of, time_ns).values():
+        picture.apply(LogEntry.of(record))
+
+
+def _direction_of(record: Record) -> Direction:
+    return LINK_OUTAGE.decode(record.payload).direction
 
 
 def _know_commands(picture: Picture, log: Scene, time_ns: int) -> None:

@@ -3,8 +3,8 @@
 import base64
 import hashlib
 import html
-from importlib import resources
 from collections.abc import Sequence
+from importlib import resources
 from string import Template
 from typing import NamedTuple
 

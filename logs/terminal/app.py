@@ -12,6 +12,7 @@ from rich.console import Group, RenderableType
 from rich.text import Text
 from textual.app import App, ComposeResult
 from textual.binding import BindingType
+from textual.geometry import Size
 from textual.widgets import Input, Static
 
 from farside.escaping import printable
@@ -22,7 +23,16 @@ from farside.logs.moments import Moments
 from farside.logs.picture import PICTURE_TOPICS
 from farside.logs.playing import Player
 from farside.logs.terminal.screen import LEAST_HEIGHT, LEAST_WIDTH, screen
-from farside.logs.terminal.transport import Key, keys_text, transport
+from farside.logs.terminal.strip import STRIP_HEIGHT, LightStrip
+from farside.logs.terminal.transport import (
+    FAR_S,
+    SEEK_S,
+    STEP_S,
+    Key,
+    keys_of,
+    keys_text,
+    transport,
+)
 from farside.node import to_ns, to_s
 
 SPEEDS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
@@ -31,8 +41,8 @@ SPEEDS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 _UPDATE_S = 0.1
 """Wall time between two screen updates: smooth to the eye, and light on a slow terminal."""
 
-_STEP_S, _SEEK_S, _FAR_S = 1, 10, 60
-_AS_GROUND = " as the ground knew it: nothing here was unknown to it at this time "
+_AS_GROUND = " as the ground knew it: nothing else is shown "
+_STRIP_FROM = 30  # rows, without those of the keys
 _KEYS_ROOM = 4  # rows above the least height from which the keys have theirs
 
 
@@ -49,7 +59,7 @@ class ReplayApp(App[None]):
 
     Attributes:
         player: what plays the log.
-        failure: what ended it, if the log is damaged.
+        failure: what ended it, if not a key did.
     """
 
     ENABLE_COMMAND_PALETTE = False
@@ -64,12 +74,12 @@ class ReplayApp(App[None]):
     """
     BINDINGS: ClassVar[list[BindingType]] = [
         ("space", "pause_or_play"),
-        ("left", f"step({-_STEP_S})"),
-        ("right", f"step({_STEP_S})"),
-        ("shift+left", f"skip({-_SEEK_S})"),
-        ("shift+right", f"skip({_SEEK_S})"),
-        ("pageup", f"skip({-_FAR_S})"),
-        ("pagedown", f"skip({_FAR_S})"),
+        ("left", f"step({-STEP_S})"),
+        ("right", f"step({STEP_S})"),
+        ("shift+left", f"skip({-SEEK_S})"),
+        ("shift+right", f"skip({SEEK_S})"),
+        ("pageup", f"skip({-FAR_S})"),
+        ("pagedown", f"skip({FAR_S})"),
         ("home", "edge(False)"),
         ("end", "edge(True)"),
         ("[", "previous_event"),
@@ -97,13 +107,15 @@ class ReplayApp(App[None]):
         super().__init__()
         self.theme = "ansi-dark"  # takes all colours from the terminal, of a light one too
         self.player = Player(log, PICTURE_TOPICS, speed=speed, start_ns=start_ns)
-        self.failure: LogError | None = None
+        self.failure: Exception | None = None
         self._source = log
         self._moments = Moments(log)
+        self._strip = LightStrip(log)
         self._picture = self._moments.at(self.player.now_ns)
         self._refresh_log, self._wall_s = refresh, now
         self._seen_s = now()
         self._standing = ""
+        self._drawn = Size()
         self._board, self._transport = Static(id="board"), Static(id="transport")
         self._keys, self._keys_shown = Static(id="keys"), list[Text]()
         self._go = Input(id="go", compact=True, select_on_focus=False)
@@ -115,6 +127,7 @@ class ReplayApp(App[None]):
 
         Raises:
             LogError: if the log is damaged.
+            Exception: whatever else went wrong, once the terminal is as before.
         """
         # Textual takes the variable out, and leaves its handlers behind.
         colourless = os.environ.get("NO_COLOR")
@@ -148,6 +161,7 @@ class ReplayApp(App[None]):
         """Let the wall time since the last tick pass, and draw what is so then."""
         now_s = self._wall_s()
         passed_s, self._seen_s = now_s - self._seen_s, now_s
+        before = self.player.now_ns, self._standing, self._drawn
         try:
             self._standing = self._refresh_log()
             played = self.player.advance(passed_s)
@@ -160,31 +174,28 @@ class ReplayApp(App[None]):
         except LogError as error:
             self._fail(error)
             return
-        self._draw()
+        if played.jumped or before != (self.player.now_ns, self._standing, self.size):
+            self._draw()
 
-    def _fail(self, error: LogError) -> None:
+    def _fail(self, error: Exception) -> None:
         self.failure = error
         self.exit()
+
+    def _handle_exception(self, error: Exception) -> None:
+        """Leave it to the command to tell of, in place of Textual's pages of variables."""
+        if self.is_headless:  # as in a test
+            super()._handle_exception(error)
+        self._fail(error)
 
     # --- drawing -------------------------------------------------------------------------------
 
     @property
     def keys(self) -> list[Key]:
         """The keys and what they do now."""
-        loop = "loop from here" if self._loop_from_ns is None else "loop to here"
-        return [
-            ("space", "pause" if self.player.playing else "play"),
-            ("←→", f"{_STEP_S} s"),
-            ("⇧←→", f"{_SEEK_S} s"),
-            ("[ ]", "event"),
-            ("+ -", "speed"),
-            ("r", "reverse"),
-            ("l", "no loop" if self.player.loop_ns else loop),
-            ("g", "go to"),
-            ("q", "leave"),
-        ]
+        return keys_of(self.player, loop_from_ns=self._loop_from_ns)
 
     def _draw(self) -> None:
+        self._drawn = self.size
         width, height = self.size
         keys = keys_text(self.keys, width)
         if height - len(keys) < LEAST_HEIGHT + _KEYS_ROOM or self._go.display:
@@ -206,17 +217,21 @@ class ReplayApp(App[None]):
 
     def _board_of(self, width: int, height: int) -> RenderableType:
         now_ns = self.player.now_ns
+        strip = STRIP_HEIGHT if height >= _STRIP_FROM else 0
         if width < LEAST_WIDTH or height < LEAST_HEIGHT:
             state = f"{time_text(now_ns)} {self._picture.mode or ''} {self._picture.failsafe or ''}"
             return Text(f"{state}\n{LEAST_WIDTH} columns by {LEAST_HEIGHT + 1} rows show more")
-        return screen(
+        board = screen(
             self._picture,
             now_ns,
             width=width,
-            height=height,
+            height=height - strip,
             title=self._source.path.name,
             end_ns=self._source.end_ns,
         )
+        if not strip:
+            return board
+        return Group(board, self._strip.draw(self._picture, now_ns, width))
 
     # --- keys ----------------------------------------------------------------------------------
 
@@ -331,3 +346,4 @@ class ReplayApp(App[None]):
         """Draw what a key brought about, and a note on it if it brought nothing."""
         self._note = note
         self.tick()
+        self._draw()

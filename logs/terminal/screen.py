@@ -108,7 +108,7 @@ def screen(
     return Group(
         _header(picture, now_ns, title, end_ns, wide=width >= _WIDE),
         *panels,
-        _panel("events", _events(list(picture.lines)[-events:]), height=events + 2),
+        panel("events", _events(list(picture.lines)[-events:]), height=events + 2),
     )
 
 
@@ -116,12 +116,12 @@ def _commands(commands: KnownCommands, now_ns: int, rows: int, order_width: int)
     shown = command_rows(commands, now_ns, rows)
     for _, order, _ in shown:
         order.truncate(order_width, overflow="ellipsis")
-    return _panel(commands_title(commands), _grid(shown), height=rows + 2)
+    return panel(commands_title(commands), _grid(shown), height=rows + 2)
 
 
 def _yard_panel(yard: DrawnMap, height: int) -> Panel:
     """The map; an edge behind which it goes on is dashed."""
-    panel = _panel(
+    framed = panel(
         f"yard, more {' '.join(yard.more)}" if yard.more else "yard",
         Group(*yard.rows),
         height=height,
@@ -130,17 +130,17 @@ def _yard_panel(yard: DrawnMap, height: int) -> Panel:
     west, east = ("┊" if arrow in yard.more else "│" for arrow in "←→")
     north, south = ("┄" if arrow in yard.more else "─" for arrow in "↑↓")
     sides = f"{west}  {east}\n"
-    panel.box = Box(f"╭{north}{north}╮\n{sides}├──┤\n{sides}├──┤\n├──┤\n{sides}╰{south}{south}╯\n")
-    return panel
+    framed.box = Box(f"╭{north}{north}╮\n{sides}├──┤\n{sides}├──┤\n├──┤\n{sides}╰{south}{south}╯\n")
+    return framed
 
 
 def _instruments(picture: Picture, now_ns: int, height: int) -> RenderableType:
     """The rover's panel, and that of link and ground where there is room for both."""
     if height < _BODY_HEIGHT_MIN // 2 + _LINK_HEIGHT:
-        return _panel("rover", _rover(picture), height=height)
+        return panel("rover", _rover(picture), height=height)
     return Group(
-        _panel("rover", _rover(picture), height=height - _LINK_HEIGHT),
-        _panel(
+        panel("rover", _rover(picture), height=height - _LINK_HEIGHT),
+        panel(
             "link and ground",
             Group(_link(picture), _ground(picture, now_ns)),
             height=_LINK_HEIGHT,
@@ -148,7 +148,8 @@ def _instruments(picture: Picture, now_ns: int, height: int) -> RenderableType:
     )
 
 
-def _panel(title: str, inside: RenderableType, *, height: int, legend: str | None = None) -> Panel:
+def panel(title: str, inside: RenderableType, *, height: int, legend: str | None = None) -> Panel:
+    """A frame about something, with a title, `height` rows high."""
     return Panel(
         inside,
         title=title,

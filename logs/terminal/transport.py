@@ -12,8 +12,32 @@ Key = tuple[str, str]
 """A key, and what it does."""
 
 _DIM, _BOLD, _FAIR = "bright_black", "bold", "yellow"
+STEP_S, SEEK_S, FAR_S = 1, 10, 60
+"""Simulated seconds of a step, a seek, and one far away."""
+
 _GAP = "  "
 _BAR_MIN = 8
+
+
+def keys_of(player: Player, *, loop_from_ns: int | None = None) -> list[Key]:
+    """The keys of a replay, and what they do now.
+
+    Args:
+        player: what plays.
+        loop_from_ns: where the next loop will begin, if that is marked.
+    """
+    loop = "loop from here" if loop_from_ns is None else "loop to here"
+    return [
+        ("space", "pause" if player.playing else "play"),
+        ("←→", f"{STEP_S} s"),
+        ("⇧←→", f"{SEEK_S} s"),
+        ("[ ]", "event"),
+        ("+ -", "speed"),
+        ("r", "reverse"),
+        ("l", "no loop" if player.loop_ns else loop),
+        ("g", "go to"),
+        ("q", "leave"),
+    ]
 
 
 def keys_text(keys: Sequence[Key], width: int) -> list[Text]:

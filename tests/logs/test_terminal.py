@@ -170,6 +170,7 @@ def test_a_terminal_that_is_too_small_tells_the_time_and_is_no_trap(log: LogFile
             await seat.resize(*size)
             await seat.press("right", "g", "escape")
         await seat.resize(80, 24)
+        await seat.wait(0)
         assert (seat.now_s, "╭─ yard" in seat.text) == (15, True)
 
     seated(replaying(log), does, (30, 8))

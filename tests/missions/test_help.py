@@ -9,6 +9,7 @@ COMMANDS = [
     (),
     ("run",),
     ("check",),
+    ("info",),
     ("replay",),
     ("export",),
     ("recover",),
