@@ -42,7 +42,7 @@ _UPDATE_S = 0.1
 """Wall time between two screen updates: smooth to the eye, and light on a slow terminal."""
 
 _AS_GROUND = " as the ground knew it: nothing else is shown "
-_STRIP_FROM = 30  # rows, without those of the keys
+_STRIP_FROM = 29  # rows, without those of the keys
 _KEYS_ROOM = 4  # rows above the least height from which the keys have theirs
 
 
