@@ -104,7 +104,7 @@ class ReplayApp(App[None]):
         refresh: Callable[[], str] = str,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
-        super().__init__()
+        super().__init__(ansi_color=True)
         self.theme = "ansi-dark"  # takes all colours from the terminal, of a light one too
         self.player = Player(log, PICTURE_TOPICS, speed=speed, start_ns=start_ns)
         self.failure: Exception | None = None
