@@ -5,7 +5,7 @@ say what was in a frame, the channel says what became of it; they are joined her
 and only what is under way is kept.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple, cast
 
 import msgspec
@@ -108,67 +108,82 @@ class UnderWay:
     @property
     def is_done(self) -> bool:
         """Whether no word is under way."""
-        return not self.words
+        return not (self.words or self._used)
 
-    def take(self, now_ns: int, message: msgspec.Struct) -> Iterator[Word]:
+    def take(self, now_ns: int, message: msgspec.Struct) -> Sequence[Word]:
         """Take the next message of `topics`; gives the words whose end it tells."""
-        if self._used:
-            yield from self.settle_used(now_ns)
+        settled = self.settle_used(now_ns) if self._used else []
+        ended = None
         if isinstance(message, FrameFate):
             if message.queued_ns <= self._end_ns:
-                yield from self.fate(message)
+                ended = self.fate(message)
         elif isinstance(message, FrameEvent) and not (
-            message.stage is FrameStage.MADE and now_ns > self._end_ns
+            now_ns > self._end_ns and message.stage is FrameStage.MADE
         ):
-            yield from self.event(now_ns, message)
+            ended = self.event(now_ns, message)
+        if ended is None:
+            return settled
+        return [*settled, ended] if settled else (ended,)
 
-    def event(self, now_ns: int, event: FrameEvent) -> Iterator[Word]:
+    def event(self, now_ns: int, event: FrameEvent) -> Word | None:
         """An end made a frame, lost it to terrain shadow, refused it or used it."""
         key = event.direction, event.sequence
         if event.stage is FrameStage.MADE:
             self.words[key] = _made(now_ns, event)
-            return
-        word = self.words.get(key)
+            return None
+        word = self.words.pop(key, None)
         if word is None:
-            return  # sent before the start; or nothing that the other end made
+            return None  # sent before the start; or nothing that the other end made
         if event.stage is FrameStage.SHADOWED:
-            yield self.words.pop(key)._replace(lost="lost in terrain shadow")
-        elif event.stage is FrameStage.REFUSED:
+            return word._replace(lost="lost in terrain shadow")
+        if event.stage is FrameStage.REFUSED:
             # A duplicate is refused after the frame itself was used, and so is gone from here.
-            yield self.words.pop(key)._replace(lost=f"refused by the receiver: {event.what}")
-        elif word.arrives_ns is None:
-            self._used[key] = now_ns, self.words.pop(key)
-        else:
-            yield self.words.pop(key)
+            return word._replace(lost=f"refused by the receiver: {event.what}")
+        if word.arrives_ns is None:
+            self._used[key] = now_ns, word
+            return None
+        return word
 
-    def fate(self, fate: FrameFate) -> Iterator[Word]:
+    def fate(self, fate: FrameFate) -> Word | None:
         """The channel tells what became of a frame."""
         if fate.copy or fate.queued_ns < self._start_ns:
-            return
+            return None
         key = fate.direction, fate.sequence
+        word = self.words.pop(key, None)
+        if word is not None:
+            lost = lost_to(fate)
+            word = word._replace(
+                arrives_ns=fate.arrival_ns, lost=lost, priority=fate.priority, fate=fate
+            )
+            if lost is not None:
+                return word
+            self.words[key] = word
+            return None
         if key in self._used:
             _, used = self._used.pop(key)
-            yield used._replace(arrives_ns=fate.arrival_ns, priority=fate.priority, fate=fate)
-            return
-        unknown = Word(fate.direction, "a frame", fate.queued_ns, None, None, fate.sequence, 0)
-        word = self.words.pop(key, unknown)
-        word = word._replace(
-            arrives_ns=fate.arrival_ns, lost=lost_to(fate), priority=fate.priority, fate=fate
+            return used._replace(arrives_ns=fate.arrival_ns, priority=fate.priority, fate=fate)
+        return Word(
+            fate.direction,
+            "a frame",
+            fate.queued_ns,
+            fate.arrival_ns,
+            lost_to(fate),
+            fate.sequence,
+            fate.priority,
+            fate=fate,
         )
-        if word.lost is not None or word.what == unknown.what:
-            yield word
-        else:
-            self.words[key] = word
 
-    def settle_used(self, now_ns: int) -> Iterator[Word]:
+    def settle_used(self, now_ns: int) -> list[Word]:
         """Those used before `now_ns` whose fate the log lacks, as if they arrived when used."""
+        settled = []
         while self._used:
             key = next(iter(self._used))
             used_ns, word = self._used[key]
             if used_ns >= now_ns:
-                return
+                break
             del self._used[key]
-            yield word._replace(arrives_ns=used_ns)
+            settled.append(word._replace(arrives_ns=used_ns))
+        return settled
 
     def rest(self) -> Iterator[Word]:
         """Those under way at the end, in the order of sending."""
@@ -189,41 +204,34 @@ class HeardAndSent:
     def __init__(self, end_ns: int = NEVER_NS) -> None:
         self._end_ns, self._delay_ns = end_ns, 0
 
-    def take(self, now_ns: int, message: msgspec.Struct) -> Iterator[Word]:
+    def take(self, now_ns: int, message: msgspec.Struct) -> Sequence[Word]:
         """Take the next message of `topics`; gives the word that it tells of."""
         event = cast("FrameEvent", message)
         if event.direction is Direction.UP:
-            if event.stage is FrameStage.MADE and now_ns <= self._end_ns:
-                yield _made(now_ns, event)
-            return
+            is_sent = event.stage is FrameStage.MADE and now_ns <= self._end_ns
+            return (_made(now_ns, event),) if is_sent else ()
         carries = event.carries[0] if event.carries else None
         if carries is not None and carries.kind == "telemetry" and not event.stored:
             self._delay_ns = now_ns - (now_ns if carries.time_ns is None else carries.time_ns)
         if now_ns - self._delay_ns > self._end_ns:
-            return
-        used = event.stage is FrameStage.USED
-        yield _made(now_ns - self._delay_ns, event)._replace(
-            arrives_ns=now_ns, lost=None if used else f"refused by the receiver: {event.what}"
-        )
+            return ()
+        lost = None
+        if event.stage is not FrameStage.USED:
+            lost = f"refused by the receiver: {event.what}"
+        return (_made(now_ns - self._delay_ns, event, arrives_ns=now_ns, lost=lost),)
 
     def rest(self) -> Iterator[Word]:
         """None: what was heard was heard."""
         return iter(())
 
 
-def _made(sent_ns: int, event: FrameEvent) -> Word:
+def _made(
+    sent_ns: int, event: FrameEvent, arrives_ns: int | None = None, lost: str | None = None
+) -> Word:
     carries = event.carries[0] if event.carries else None
-    return Word(
-        direction=event.direction,
-        what=cargo_text(event),
-        sent_ns=sent_ns,
-        arrives_ns=None,
-        lost=None,
-        frame=event.sequence,
-        priority=0,
-        carries=carries,
-        stored=event.stored,
-    )
+    what = cargo_text(event)
+    sequence, stored = event.sequence, event.stored
+    return Word(event.direction, what, sent_ns, arrives_ns, lost, sequence, 0, carries, stored)
 
 
 def lost_to(fate: FrameFate) -> str | None:
@@ -235,9 +243,9 @@ def lost_to(fate: FrameFate) -> str | None:
 
 def cargo_text(event: FrameEvent) -> str:
     """What a frame carries, in words: `command 12`, `telemetry`, `proposal 3, part 1 of 2`."""
-    if event.what == "segment" and not event.carries:
-        return "part of a message"
-    return ", ".join(carried_text(one, stored=event.stored) for one in event.carries) or event.what
+    if not event.carries:
+        return "part of a message" if event.what == "segment" else event.what
+    return ", ".join(carried_text(one, stored=event.stored) for one in event.carries)
 
 
 def carried_text(carried: Carried, *, stored: bool = False) -> str:

@@ -49,7 +49,7 @@ RUNS = Path("logs/runs")
 """Default folder for logs, relative to the current folder."""
 
 _PATIENT = Patience()
-_LIBRARIES = ("farside", "eclipse-zenoh", "mcap", "msgspec", "numpy", "pymunk")
+_LIBRARIES = ("farside", "eclipse-zenoh", "foxglove-sdk", "mcap", "msgspec", "numpy", "pymunk")
 
 
 class _Unwatched(Watcher):

@@ -15,13 +15,12 @@ from typing import Generic, NamedTuple, TypeVar
 import msgspec
 
 from farside.frames import Carried, FrameEvent, FrameStage
-from farside.link.endpoint.cargo import carried, part_of
 from farside.link.endpoint.fragments import Fragmenter, Reassembler
 from farside.link.endpoint.keys import simulated_key
 from farside.link.endpoint.receiver import ReliableReceiver
 from farside.link.endpoint.segments import ReceptionReport, Segment, decode_part
 from farside.link.endpoint.sender import ReliableSender, Sending
-from farside.link.endpoint.services import SERVICES, Service
+from farside.link.endpoint.services import SERVICES, Service, carried, part_of
 from farside.link.endpoint.stored import StoredStream, StoreState
 from farside.link.endpoint.transfer import TransferConfig
 from farside.link.endpoint.wire import OVERHEAD_BYTE, Flag, FrameError, Opener, Sealer, unpack

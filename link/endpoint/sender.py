@@ -6,9 +6,9 @@ from itertools import islice
 from typing import NamedTuple
 
 from farside.frames import Carried
-from farside.link.endpoint.cargo import part_of
 from farside.link.endpoint.deadlines import Deadlines
 from farside.link.endpoint.segments import Coverage, ReceptionReport, Segment, encode_part
+from farside.link.endpoint.services import part_of
 from farside.link.endpoint.transfer import TransferConfig
 from farside.link.endpoint.wire import FrameError
 from farside.link.profile.schedule import Schedule

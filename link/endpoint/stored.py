@@ -7,9 +7,9 @@ time, so that there is no use in a queue of it.
 from collections import deque
 from typing import NamedTuple
 
-from farside.link.endpoint.cargo import carried_in
 from farside.link.endpoint.segments import ReceptionReport
 from farside.link.endpoint.sender import ReliableSender, Sending
+from farside.link.endpoint.services import carried_in
 from farside.link.endpoint.store import Store
 from farside.link.endpoint.transfer import TransferConfig
 from farside.link.profile.schedule import Schedule

@@ -87,17 +87,13 @@ def message_bytes(records: Iterable[Record], channels: Mapping[str, int]) -> byt
         KeyError: if a topic has no channel.
     """
     parts: list[bytes] = []
-    for topic, log_time_ns, publish_time_ns, payload in map(_fields, records):
+    pack, message = MESSAGE_HEAD.pack, int(Opcode.MESSAGE)
+    for record in records:
+        payload, topic = record.payload, record.topic
         length = _MESSAGE_BODY_BYTE + len(payload)
-        head = MESSAGE_HEAD.pack(
-            Opcode.MESSAGE, length, channels[topic], 0, log_time_ns, publish_time_ns
-        )
-        parts += (head, payload)
+        times_ns = record.log_time_ns, record.publish_time_ns
+        parts += (pack(message, length, channels[topic], 0, *times_ns), payload)
     return b"".join(parts)
-
-
-def _fields(record: Record) -> tuple[str, int, int, bytes]:
-    return record.topic, record.log_time_ns, record.publish_time_ns, record.payload
 
 
 def chunk_bytes(data: bytes, start_ns: int, end_ns: int, *, compressed: bool) -> bytes:

@@ -140,18 +140,29 @@ class _Packer:
 
     def _add(self, data: bytes) -> None:
         """Add the messages of a chunk of the old file to the chunk in progress."""
-        unpack, filled, at, size = MESSAGE_HEAD.unpack_from, self._filled, 0, len(data)
+        unpack, filled, sizes, at, size = (
+            MESSAGE_HEAD.unpack_from,
+            self._filled,
+            self._sizes,
+            0,
+            len(data),
+        )
+        message, overhead_byte = int(Opcode.MESSAGE), MESSAGE_HEAD.size - HEAD.size
+        start, moved = 0, len(filled)
         while at < size:
             opcode, length, channel, _, log_time_ns, _ = unpack(data, at)
-            end = at + HEAD.size + length
-            if opcode == Opcode.MESSAGE:
+            if opcode == message:
                 places = self._places.get(channel)
                 if places is None:
                     places = self._places[channel] = []
-                places += (log_time_ns, len(filled))
-                self._sizes[channel] += end - at - MESSAGE_HEAD.size
-                filled += data[at:end]
-            at = end
+                places += (log_time_ns, moved + at)
+                sizes[channel] += length - overhead_byte
+                at += HEAD.size + length
+            else:
+                filled += data[start:at]
+                start = at = at + HEAD.size + length
+                moved = len(filled) - start
+        filled += data[start:]
 
     def _end_chunk(self) -> None:
         """Write the chunk in progress, and the index of its messages."""

@@ -1,11 +1,12 @@
 """Reading a run's log by topic and time, even if its writer was killed."""
 
+from collections import Counter
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import copy
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple, Self
+from typing import BinaryIO, NamedTuple, Protocol, Self
 
 import msgspec
 
@@ -13,7 +14,7 @@ from farside.logs.file.digest import digest_of
 from farside.logs.file.index import LogIndex
 from farside.logs.file.mcap_bytes import DAMAGE, PICTURE, messages
 from farside.logs.file.parts import Attachment, Block, LogError, block_records
-from farside.node import NEVER_NS, Record, Topic, to_s
+from farside.node import NEVER_NS, Record, to_s
 from farside.topics import TOPICS
 
 _log_time_ns = attrgetter("log_time_ns")
@@ -60,6 +61,15 @@ def decode(record: Record) -> msgspec.Struct:
     except (msgspec.MsgspecError, ValueError, RecursionError) as error:
         where = f"{record.topic} at {to_s(record.log_time_ns)} s"
         raise LogError(f"{where}: expected a {topic.kind.__name__}, found: {error}") from error
+
+
+class Named(Protocol):
+    """What has the name of a topic: a `Topic`, or one of pictures."""
+
+    @property
+    def name(self) -> str:
+        """The name."""
+        ...
 
 
 class LogFile:
@@ -168,9 +178,34 @@ class LogFile:
             return metadata
         return {name: values for name, values in metadata.items() if name == "farside.run"}
 
+    @property
+    def size_byte(self) -> int:
+        """Length of the file when it was looked at last."""
+        return self.index.size_byte
+
+    def sizes(self) -> dict[str, tuple[int, int]]:
+        """For each topic with messages how many it has, and the length of all their payloads.
+
+        A finished log says it. Any other is read for it.
+
+        Raises:
+            LogError: if the file is gone.
+        """
+        index = self.index
+        if index.counts is not None and index.payload_byte and not self.is_as_ground:
+            topics = {number: channel.topic for number, channel in index.channels.items()}
+            said = {topics[number]: count for number, count in index.counts.items()}
+            return {topic: (count, index.payload_byte[topic]) for topic, count in said.items()}
+        counts: Counter[str] = Counter()
+        sizes: Counter[str] = Counter()
+        for record in self.records(pictures=True):
+            counts[record.topic] += 1
+            sizes[record.topic] += len(record.payload)
+        return {topic: (count, sizes[topic]) for topic, count in counts.items()}
+
     def records(
         self,
-        topics: Collection[Topic[Any]] | None = None,
+        topics: Collection[Named] | None = None,
         *,
         start_ns: int = 0,
         end_ns: int = NEVER_NS,
@@ -202,7 +237,7 @@ class LogFile:
                 else:
                     yield from (r for r in records if start_ns <= r.log_time_ns <= end_ns)
 
-    def latest(self, topic: Topic[Any], time_ns: int) -> Record | None:
+    def latest(self, topic: Named, time_ns: int) -> Record | None:
         """The last record of a topic with a log time of `time_ns` or before; `None` if none has.
 
         Raises:

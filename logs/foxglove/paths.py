@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable
 
-from foxglove.messages import SpherePrimitive, Vector3
+from foxglove.messages import CubePrimitive, SpherePrimitive, TextPrimitive, Vector3
 
 from farside.control import Chooser, Mode
 from farside.logs.foxglove.maps import Places
@@ -29,12 +29,13 @@ from farside.logs.foxglove.shapes import (
     text,
     tile,
 )
+from farside.logs.foxglove.sides import Believed
 from farside.messages import Proposal, ProposedStep, Tokens
 from farside.node import Record
 from farside.places import ACTIONS
 from farside.topics import (
-    BeliefEntry,
     Decision,
+    Likely,
     ModeEntry,
     PolicyMapEntry,
     Prediction,
@@ -126,7 +127,7 @@ class PolicyScenes:
     def __init__(self, places: Places) -> None:
         self._places = places
         self._best: dict[Cell, tuple[float, str | None]] = {}
-        self._is_drawn = False
+        self._path: list[Cell] = []
 
     def policy_map(self, t_ns: int, entry: PolicyMapEntry) -> Drawn:
         """Another top-goal, or none."""
@@ -150,6 +151,8 @@ class PolicyScenes:
         cells = [] if start is None else self._walk(start)
         if len(cells) < 2:
             return self._remove(t_ns)
+        if cells == self._path[-len(cells) :]:
+            return ()  # the rover has come farther on it
         return self._draw(t_ns, cells, {cell: self._best[cell][0] for cell in cells})
 
     def proposal(self, t_ns: int, proposal: Proposal) -> Drawn:
@@ -161,13 +164,13 @@ class PolicyScenes:
         return self._remove(t_ns)
 
     def _draw(self, t_ns: int, cells: list[Cell], costs: dict[Cell, float]) -> Drawn:
-        self._is_drawn = True
+        self._path = cells
         return [_path(ROVER_POLICY, t_ns, cells, costs, self._places)]
 
     def _remove(self, t_ns: int) -> list[Record]:
-        if not self._is_drawn:
+        if not self._path:
             return []
-        self._is_drawn = False
+        self._path = []
         return [Record(ROVER_POLICY.name, t_ns, t_ns, nothing(t_ns))]
 
     def _walk(self, start: Cell) -> list[Cell]:
@@ -217,7 +220,7 @@ class GroundPolicy:
             return ()
         return self._remove(t_ns)
 
-    def belief(self, t_ns: int, belief: BeliefEntry) -> Drawn:
+    def belief(self, t_ns: int, belief: Believed) -> Drawn:
         """The ground learns which one stands."""
         known, shown = belief.proposal, self._shown
         if shown is None or known is None or known.value == shown.number:
@@ -232,22 +235,31 @@ class GroundPolicy:
 class Predicted:
     """Where the ground predicts the rover to be by now.
 
-    A tile for each place, the more solid the more probable, and a ball where it is more probable
-    than not.
+    A tile for each place, the more solid the more probable, with the probability of the first; and
+    a ball where it is more probable than not.
     """
 
     def __init__(self, places: Places) -> None:
         self._places = places
+        self._drawn: tuple[Likely, ...] = ()
 
     def prediction(self, t_ns: int, prediction: Prediction) -> Drawn:
-        """A prediction, which replaces the one before."""
+        """A prediction, which replaces the one before; nothing if it is the same."""
+        if prediction.likely == self._drawn:
+            return ()
+        self._drawn = prediction.likely
         side_m = self._places.cell_m
-        tiles, balls, labels = [], [], []
+        tiles: list[CubePrimitive] = []
+        balls: list[SpherePrimitive] = []
+        labels: list[TextPrimitive] = []
         for likely in prediction.likely:
             cell, probability = self._places.cell(likely.sign), likely.probability
             if cell is None:
                 continue
             x_m, y_m = self._places.centre_m(cell)
+            if not labels:  # the most probable comes first
+                over = standing(x_m, y_m, 0.8 * side_m)
+                labels.append(text(f"{probability:.0%}", over, 0.2 * side_m, colour(_INK)))
             tint = colour(_PREDICTED, 0.7 * probability)
             tiles.append(tile(standing(x_m, y_m, 0.01 * side_m), 0.6 * side_m, tint))
             if probability >= 0.5:
@@ -255,9 +267,6 @@ class Predicted:
                 above = standing(x_m, y_m, 0.5 * side_m)
                 solid = colour(_PREDICTED, probability)
                 balls.append(SpherePrimitive(pose=above, size=size, color=solid))
-            if probability >= 0.05:
-                over = standing(x_m, y_m, 0.8 * side_m)
-                labels.append(text(f"{probability:.0%}", over, 0.2 * side_m, colour(_INK)))
         # Without a place nothing is shown, under the same name.
         parts = Parts(cubes=tiles, spheres=balls, texts=labels)
         return [Record(GROUND_PREDICTED.name, t_ns, t_ns, scene(entity(t_ns, "now", parts)))]

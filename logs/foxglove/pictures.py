@@ -31,7 +31,14 @@ from farside.logs.foxglove.names import (
 )
 from farside.logs.foxglove.paths import GroundPolicy, PolicyScenes, Predicted, Track
 from farside.logs.foxglove.poses import Drawn, TruePose, Where, Whereabouts
-from farside.logs.foxglove.sides import GroundSide, LinkSide, RoverSide, SentFrame, TruthSide
+from farside.logs.foxglove.sides import (
+    Believed,
+    GroundSide,
+    LinkSide,
+    RoverSide,
+    SentFrame,
+    TruthSide,
+)
 from farside.messages import Telemetry
 from farside.node import Record, Topic
 from farside.topics import (
@@ -71,6 +78,7 @@ _PARTS: dict[str, type[msgspec.Struct]] = {
     TRUTH_POSE.name: TruePose,
     ROVER_ESTIMATE.name: Where,
     LINK_FRAME.name: SentFrame,
+    GROUND_BELIEF.name: Believed,
 }
 
 

@@ -7,8 +7,6 @@ and `descriptor.proto`.
 
 import struct
 from collections.abc import Callable
-from itertools import chain
-from operator import attrgetter
 from typing import Any
 
 import msgspec
@@ -58,12 +56,14 @@ def encoder(kind: type[msgspec.Struct]) -> Callable[[Any], bytes]:
     fixed = [(number, field) for number, field in fields if field.type is not str]
     texts = [(number, field.name) for number, field in fields if field.type is str]
     layout = struct.Struct("<" + "".join(f"B{_TYPES[field.type][2]}" for _, field in fixed))
-    tags = [_tag(number, _TYPES[field.type][1]) for number, field in fixed]
-    values = [attrgetter(field.name) for _, field in fixed]
+    template: list[Any] = [0] * (2 * len(fixed))
+    template[::2] = [_tag(number, _TYPES[field.type][1]) for number, field in fixed]
+    names = [field.name for _, field in fixed]
 
     def encode(message: Any) -> bytes:
-        told = [value(message) for value in values]
-        data = layout.pack(*chain.from_iterable(zip(tags, told, strict=True)))
+        told = template.copy()
+        told[1::2] = [getattr(message, name) for name in names]
+        data = layout.pack(*told)
         for number, name in texts:
             data += _sized(number, getattr(message, name).encode())
         return data

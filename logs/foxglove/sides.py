@@ -6,8 +6,8 @@ from typing import Any
 import msgspec
 from foxglove.messages import Log, LogLevel
 
-from farside.control import BatteryState, Failsafe, Mode, Verdict
-from farside.frames import Fate, LinkOutage
+from farside.control import BatteryState, Failsafe, Verdict
+from farside.frames import LinkOutage
 from farside.logs.events import event_line, sign_text
 from farside.logs.file.reading import LogEntry
 from farside.logs.foxglove.names import (
@@ -40,17 +40,16 @@ from farside.logs.foxglove.states import (
     TruthNumbers,
 )
 from farside.logs.picture import Picture
-from farside.messages import Telemetry, Tokens
+from farside.messages import CommandReached, Event, Telemetry, Tokens
 from farside.node import NS_PER_S, Direction, Record, to_s
 from farside.topics import (
     ActionEnded,
     ActionStarted,
     BatteryEntry,
-    BeliefEntry,
     CommandEntry,
     Cycle,
+    EventLearned,
     FailsafeEntry,
-    Known,
     LifeEntry,
     ModeEntry,
     PolicyMapEntry,
@@ -60,7 +59,10 @@ from farside.topics import (
     StuckEntry,
 )
 
-_CHARGE_SHOWN = 0.001
+_PLOT_NS = 5 * NS_PER_S
+"""How often numbers are told that change all the time (project default)."""
+
+_CHARGE_SHOWN, _SPEED_SHOWN_M_S = 0.001, 0.01
 
 _ENCODERS: dict[type[msgspec.Struct], Callable[[Any], bytes]] = {
     picture.kind: encoder(picture.kind)
@@ -82,7 +84,10 @@ class TruthSide:
     def condition(self, t_ns: int, pose: TruePose) -> Drawn:
         """Battery and speed, where a plot would show the change."""
         told = self._told
-        if pose.speed_m_s == told.speed_m_s and abs(pose.battery - told.battery) < _CHARGE_SHOWN:
+        if (
+            abs(pose.speed_m_s - told.speed_m_s) < _SPEED_SHOWN_M_S
+            and abs(pose.battery - told.battery) < _CHARGE_SHOWN
+        ):
             return ()
         self._told = TruthNumbers(pose.battery, pose.speed_m_s)
         return _told(TRUTH_NUMBERS, t_ns, self._told)
@@ -145,32 +150,22 @@ class SentFrame(msgspec.Struct, frozen=True, gc=False):
     sent_ns: int
     sent_end_ns: int
     arrival_ns: int | None
-    fate: Fate
 
 
 class _Way:
     """One direction of the link.
 
     Attributes:
-        delay_s: of the last frame delivered.
-        queue_s: how long the last frame sent had waited.
+        delay_ns: of the last frame delivered.
+        queue_ns: how long the last frame sent had waited.
         lost: how many frames were not delivered.
-        bits: sent since the numbers were told.
+        byte: sent since the numbers were told.
     """
 
-    def __init__(self) -> None:
-        self.delay_s = self.queue_s = 0.0
-        self.lost = self.bits = 0
+    __slots__ = ("byte", "delay_ns", "lost", "queue_ns")
 
-    def take(self, frame: SentFrame) -> None:
-        """A frame's fate is known."""
-        if frame.arrival_ns is None:
-            self.lost += 1
-        else:
-            self.delay_s = to_s(frame.arrival_ns - frame.queued_ns)
-        if frame.sent_end_ns > frame.queued_ns:
-            self.queue_s = to_s(frame.sent_ns - frame.queued_ns)
-            self.bits += 8 * frame.size_byte
+    def __init__(self) -> None:
+        self.delay_ns = self.queue_ns = self.lost = self.byte = 0
 
 
 class LinkSide:
@@ -199,25 +194,62 @@ class LinkSide:
         return _told(LINK_STATE, t_ns, self._state)
 
     def frame(self, t_ns: int, frame: SentFrame) -> Drawn:
-        """A frame's fate; told of once a second."""
-        self._ways[frame.direction].take(frame)
+        """A frame's fate; the numbers follow from all since they were told last."""
+        way, queued_ns = self._ways[frame.direction], frame.queued_ns
+        if frame.arrival_ns is None:
+            way.lost += 1
+        else:
+            way.delay_ns = frame.arrival_ns - queued_ns
+        if frame.sent_end_ns > queued_ns:
+            way.queue_ns = frame.sent_ns - queued_ns
+            way.byte += frame.size_byte
         since_ns = t_ns - self._told_ns
-        if since_ns < NS_PER_S:
+        if since_ns < _PLOT_NS:
             return ()
         up, down = self._ways[Direction.UP], self._ways[Direction.DOWN]
         numbers = LinkNumbers(
-            up_delay_s=up.delay_s,
-            down_delay_s=down.delay_s,
-            up_rate_bit_s=round(up.bits / to_s(since_ns)),
-            down_rate_bit_s=round(down.bits / to_s(since_ns)),
-            up_queue_s=up.queue_s,
-            down_queue_s=down.queue_s,
+            up_delay_s=to_s(up.delay_ns),
+            down_delay_s=to_s(down.delay_ns),
+            up_rate_bit_s=round(8 * up.byte / to_s(since_ns)),
+            down_rate_bit_s=round(8 * down.byte / to_s(since_ns)),
+            up_queue_s=to_s(up.queue_ns),
+            down_queue_s=to_s(down.queue_ns),
             up_lost_frames=up.lost,
             down_lost_frames=down.lost,
         )
         self._told_ns = t_ns
-        up.bits = down.bits = 0
+        up.byte = down.byte = 0
         return _told(LINK_NUMBERS, t_ns, numbers)
+
+
+class KnownWord(msgspec.Struct, frozen=True):
+    """A `farside.topics.Known` word: its value."""
+
+    value: str | None
+
+
+class KnownSigns(msgspec.Struct, frozen=True):
+    """The Goal List as the ground knows it."""
+
+    value: tuple[Tokens, ...]
+
+
+class KnownNumber(msgspec.Struct, frozen=True):
+    """A number as the ground knows it, and when it was so."""
+
+    value: int | None
+    so_ns: int
+
+
+class Believed(msgspec.Struct, frozen=True):
+    """A `farside.topics.BeliefEntry`, as far as it is told of here."""
+
+    stale: tuple[str, ...]
+    mode: KnownWord | None = None
+    failsafe: KnownWord | None = None
+    action: KnownWord | None = None
+    goals: KnownSigns | None = None
+    proposal: KnownNumber | None = None
 
 
 class GroundSide:
@@ -229,6 +261,8 @@ class GroundSide:
             UNKNOWN, UNKNOWN, NONE, NONE, link=UNKNOWN, stale=False, shadow=NONE
         )
         self._battery: float | None = None
+        self._plot_at_ns = 0
+        self._commands_done = 0
 
     def event(self, entry: LogEntry) -> Drawn:
         """What happened or was learned, if it is news."""
@@ -237,7 +271,9 @@ class GroundSide:
     def hear(self, t_ns: int, telemetry: Telemetry) -> Drawn:
         """Telemetry has come, newer than all before it."""
         self._battery = telemetry.battery
-        self._picture.commands.apply(telemetry, t_ns)
+        if telemetry.commands_done != self._commands_done:
+            self._commands_done = telemetry.commands_done
+            self._picture.commands.apply(telemetry, t_ns)
         # Silence is told of from its first time on.
         if self._state.link != UNKNOWN:
             return ()
@@ -248,7 +284,7 @@ class GroundSide:
         """The state of the rover as it is believed to be, if that has changed."""
         replace, now = msgspec.structs.replace, self._state
         match message:
-            case BeliefEntry(mode=mode, failsafe=failsafe, goals=goals, stale=stale) as belief:
+            case Believed(mode=mode, failsafe=failsafe, goals=goals, stale=stale) as belief:
                 now = replace(
                     now,
                     mode=_known(mode),
@@ -269,8 +305,9 @@ class GroundSide:
 
     def prediction(self, t_ns: int, prediction: Prediction) -> Drawn:
         """How old and how sure it is what the ground knows."""
-        if self._battery is None:
+        if self._battery is None or t_ns < self._plot_at_ns:
             return ()
+        self._plot_at_ns = t_ns + _PLOT_NS
         likely = prediction.likely
         numbers = GroundNumbers(
             battery=self._battery,
@@ -281,10 +318,10 @@ class GroundSide:
         return _told(GROUND_NUMBERS, t_ns, numbers)
 
 
-def _known(known: Known[Mode] | Known[Failsafe] | Known[str | None] | None) -> str:
+def _known(known: KnownWord | None) -> str:
     if known is None:
         return UNKNOWN
-    return NONE if known.value is None else str(known.value)
+    return NONE if known.value is None else known.value
 
 
 def _goal(goal: Tokens | None) -> str:
@@ -292,6 +329,8 @@ def _goal(goal: Tokens | None) -> str:
 
 
 def _event(topic: PictureTopic, name: str, picture: Picture | None, entry: LogEntry) -> Drawn:
+    if _says_nothing(entry.message):
+        return ()
     line = event_line(entry) if picture is None else picture.apply(entry)
     if line is None:
         return ()
@@ -299,6 +338,17 @@ def _event(topic: PictureTopic, name: str, picture: Picture | None, entry: LogEn
     level = LogLevel.Debug if line.routine else _level(entry.message)
     log = Log(timestamp=stamp(t_ns), level=level, message=line.text, name=name)
     return (Record(topic.name, t_ns, t_ns, log.encode()),)
+
+
+def _says_nothing(message: msgspec.Struct) -> bool:
+    """Whether a message never makes a line: it is asked first, as most messages are such."""
+    match message:
+        case ActionEnded(blocked=False) | CommandEntry(why=None):
+            return True
+        case EventLearned(event=Event(what=CommandReached(why=None))):
+            return True
+        case _:
+            return False
 
 
 def _level(message: msgspec.Struct) -> LogLevel:

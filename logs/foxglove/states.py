@@ -63,7 +63,7 @@ class LinkState(msgspec.Struct, frozen=True):
 
 
 class LinkNumbers(msgspec.Struct, frozen=True):
-    """What the link did of late, once a simulated second at most, when a frame's fate is known.
+    """What the link did of late, every five seconds at most, when a frame's fate is known.
 
     Attributes:
         up_delay_s, down_delay_s: of the last frame delivered, from being queued; 0 before one was.
@@ -104,7 +104,7 @@ class GroundState(msgspec.Struct, frozen=True):
 
 
 class GroundNumbers(msgspec.Struct, frozen=True):
-    """What the ground last heard, and how sure it is of where the rover is, at a prediction.
+    """What the ground last heard, and how sure it is of where the rover is, every five seconds.
 
     Attributes:
         battery: state of charge as last heard, 0 to 1.

@@ -65,13 +65,7 @@ def offered(*, as_ground: bool = False) -> list[Offered]:
         for name, topic in TOPICS.items()
     ]
     pictures = [
-        Offered(
-            name,
-            "protobuf",
-            picture.schema_name,
-            "protobuf",
-            picture.schema(),
-        )
+        Offered(name, "protobuf", picture.schema_name, "protobuf", picture.schema())
         for name, picture in PICTURES.items()
     ]
     return [

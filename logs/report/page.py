@@ -3,8 +3,8 @@
 import base64
 import hashlib
 import html
-from importlib import resources
 from collections.abc import Sequence
+from importlib import resources
 from string import Template
 from typing import NamedTuple
 
@@ -92,7 +92,7 @@ def report_page(log: LogFile) -> str:
     """
     views = views_of(log)
     head = _head(log)
-    script = "(() => {\n\"use strict\";\n" + "\n".join(map(_file, _SCRIPTS)) + "})();\n"
+    script = '(() => {\n"use strict";\n' + "\n".join(map(_file, _SCRIPTS)) + "})();\n"
     style = _file("page.css")
     return Template(_file("page.html")).substitute(
         script_hash=_hash(script),
@@ -157,9 +157,7 @@ def _head(log: LogFile) -> _Head:
 
 
 def _facts(facts: list[tuple[str, str]], *, so: bool = False) -> str:
-    items = (
-        f"<li>{html.escape(name)} {html.escape(value)}</li>" for name, value in facts if value
-    )
+    items = (f"<li>{html.escape(name)} {html.escape(value)}</li>" for name, value in facts if value)
     return f'<ul class="facts{" so" if so else ""}">{"".join(items)}</ul>'
 
 

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 from farside.logs.report.model import Series
 
@@ -55,13 +55,20 @@ class Rows(Generic[T]):
         self.every = 1
         self._most, self._seen, self._musts = most, 0, 0
 
+    def skip(self) -> bool:
+        """Whether the next row is left out anyway; if so it counts as added."""
+        skipped = self._seen % self.every != 0
+        self._seen += skipped
+        return skipped
+
     def add(self, row: T, *, must: bool = False) -> None:
         """Add a row; one that `must` stay is never left out."""
-        if must or self._seen % self.every == 0:
+        is_kept = must or self._seen % self.every == 0
+        if is_kept:
             self.kept.append((self._seen, row, must))
             self._musts += must
         self._seen += 1
-        while len(self.kept) - self._musts > self._most:
+        while is_kept and len(self.kept) - self._musts > self._most:
             self.every *= 2
             self.kept = [one for one in self.kept if one[2] or one[0] % self.every == 0]
 
@@ -69,6 +76,73 @@ class Rows(Generic[T]):
     def rows(self) -> list[T]:
         """Those that are kept, in order."""
         return [row for _, row, _ in self.kept]
+
+
+_LEAST_CM = 4.0
+
+R = TypeVar("R", bound=tuple[Any, ...])
+
+
+class Waypoints(Generic[R]):
+    """Rows of a way, thinned where there are too many: those stay at which it turns.
+
+    A row is left out if it lies near where the way between its neighbours has it at its time.
+
+    Args:
+        most: how many rows.
+        t: the number of the column with the time, in ms; those of x and y follow, in cm.
+        same: columns in which neighbours must be alike.
+
+    Attributes:
+        rows: the rows.
+        off_cm: how far what is left out may lie from the way; 0 while nothing is.
+        apart_ms: how far neighbours may be apart after that.
+    """
+
+    def __init__(self, most: int, t: int = 0, same: tuple[int, ...] = ()) -> None:
+        self.rows: list[R] = []
+        self.off_cm, self.apart_ms = 0.0, 0
+        self._most, self._t, self._same = most, t, same
+
+    def add(self, row: R) -> None:
+        """Add a row."""
+        self.rows.append(row)
+        while len(self.rows) > self._most:
+            self.off_cm = max(_LEAST_CM, 1.25 * self.off_cm)
+            self.apart_ms = max(15_000, 2 * self.apart_ms)
+            self._thin()
+
+    def _thin(self) -> None:
+        kept, between = self.rows[:1], []
+        for row, following in pairwise(self.rows[1:]):
+            between.append(row)
+            if self._lie_on_the_way(kept[-1], between, following):
+                continue
+            kept.append(row)
+            between = []
+        self.rows = [*kept, self.rows[-1]]
+
+    def _lie_on_the_way(self, start: R, between: list[R], end: R) -> bool:
+        t, x, y = self._t, self._t + 1, self._t + 2
+        took = end[t] - start[t]
+        if not 0 < took <= self.apart_ms:
+            return False
+        for row in between:
+            if any(row[column] != start[column] for column in self._same):
+                return False
+            share = (row[t] - start[t]) / took
+            east = start[x] + share * (end[x] - start[x]) - row[x]
+            north = start[y] + share * (end[y] - start[y]) - row[y]
+            if abs(east) > self.off_cm or abs(north) > self.off_cm:
+                return False
+        return all(end[column] == start[column] for column in self._same)
+
+    def note(self, what: str) -> list[str]:
+        """What the page says of it; nothing if nothing was left out."""
+        if not self.off_cm:
+            return []
+        off = f"{self.off_cm:.0f} cm"
+        return [f"{what}: points less than {off} from the way between others are left out"]
 
 
 class Curve:

@@ -71,14 +71,25 @@ def explain(search: Search, direction: Direction, t_ns: int) -> Explained:
         losses.append(loss)
         kinds[_how(loss)] += 1
     way = "the uplink" if direction is Direction.UP else "the downlink"
-    texts = [
-        f"{way} is out, {OUTAGES[one.message.reason]} since {time_text(one.t_ns)}"
-        for one in outages
-    ]
+    texts = [_out(search, one, t_ns, way) for one in outages]
     texts += [f"{_frames(count)} {how}" for how, count in sorted(kinds.items())]
     if not texts:
         texts.append(_under_way(search, direction, t_ns, way))
     return Explained("; ".join(texts), heard, outages, tuple(losses), kinds.total())
+
+
+def _out(search: Search, outage: Found[LinkOutage], t_ns: int, way: str) -> str:
+    """That a direction is out, or was while nothing was heard."""
+    ended = search.first(
+        LINK_OUTAGE,
+        lambda one: one.direction is outage.message.direction and not one.down,
+        start_ns=outage.t_ns,
+        end_ns=t_ns,
+    )
+    what, since = OUTAGES[outage.message.reason], time_text(outage.t_ns)
+    if ended is None:
+        return f"{way} is out, {what} since {since}"
+    return f"{way} was out, {what} from {since} to {time_text(ended.t_ns)}"
 
 
 def _frames(count: int) -> str:

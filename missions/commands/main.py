@@ -20,21 +20,17 @@ from farside.escaping import printable
 from farside.missions.commands import failures
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.formats import list_missions, show_schema
+from farside.missions.commands.live.address import Listen, Live, Port, address_of, live_speed
+from farside.missions.commands.live.layout import write_layouts
 from farside.missions.commands.logs.comparing import DIFF_STATUS, diff_logs
 from farside.missions.commands.logs.exporting import export_log
+from farside.missions.commands.logs.informing import show_information
 from farside.missions.commands.logs.looking import recover_log, replay_log
 from farside.missions.commands.logs.reliving import VERIFY_STATUS, rerun_log, verify_log
 from farside.missions.commands.logs.report import report_log
 from farside.missions.commands.logs.story import tell_story
 from farside.missions.commands.logs.why import tell_why
-from farside.missions.commands.values import (
-    Listen,
-    Live,
-    Port,
-    address_of,
-    live_speed,
-    pace_of,
-)
+from farside.missions.commands.values import pace_of
 from farside.node import to_ns
 from farside.validation import dotted
 
@@ -55,6 +51,7 @@ _HELP = """Simulate rover missions over delayed, lossy links.
 \b
 farside missions                 what ships
 farside run blackout             run one, and leave a log
+farside info LOG                 how it went
 farside replay LOG               watch it again
 """
 
@@ -234,7 +231,7 @@ def run(
         else:
             with display:
                 if address is not None:
-                    from farside.missions.commands.logs.live import LiveRun
+                    from farside.missions.commands.live.serving import LiveRun
 
                     shown = stack.enter_context(
                         LiveRun(
@@ -285,6 +282,7 @@ def check(mission: Mission, set_: Set = None) -> None:
 
 
 app.command("replay")(replay_log)
+app.command("info")(show_information)
 app.command("recover")(recover_log)
 app.command("export")(export_log)
 app.command("verify", epilog=VERIFY_STATUS)(verify_log)
@@ -293,6 +291,7 @@ app.command("diff", epilog=DIFF_STATUS)(diff_logs)
 app.command("story")(tell_story)
 app.command("why")(tell_why)
 app.command("report")(report_log)
+app.command("layout")(write_layouts)
 app.command("missions")(list_missions)
 app.command("schema")(show_schema)
 

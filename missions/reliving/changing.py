@@ -5,14 +5,18 @@ from typing import Any, NamedTuple
 
 import msgspec
 
+from farside.dem import DynamicExpectancyModel
 from farside.ground.config import GroundConfig
 from farside.ground.node import Ground
 from farside.link.channel.node import Channel
+from farside.messages import Tokens
 from farside.missions.build import build_operator
 from farside.missions.extensions.kinds import NONE, Extensions
 from farside.missions.schema import MissionFile
-from farside.rover.changing import change as change_rover
+from farside.places import place_token
+from farside.rover.config import RoverConfig
 from farside.rover.node import Rover
+from farside.rover.world.faults import Faults
 from farside.validation import Key, Problem
 
 _START = "it acts at the start only"
@@ -110,7 +114,7 @@ def change(
     if after.link != before.link:
         live.link.adopt(after.link)
     if after.rover != before.rover:
-        change_rover(live.rover, after.rover, now_ns)
+        _change_rover(live.rover, after.rover, now_ns)
         if live.ground.shadow is not None:
             live.ground.shadow.model.agree(after.rover.dem)
     if after.ground != before.ground:
@@ -126,3 +130,27 @@ def _still_to_come(ground: GroundConfig, now_ns: int) -> GroundConfig:
     progress = tuple(line for line in recorded.progress if line.time_ns >= now_ns)
     coming = msgspec.structs.replace(recorded, orders=orders, progress=progress)
     return msgspec.structs.replace(ground, recorded=coming)
+
+
+def _change_rover(rover: Rover, config: RoverConfig, now_ns: int) -> None:
+    """Have a rover go by another `[rover]` table from now on.
+
+    What it was told stays: goals that were reached or withdrawn, and what the operator said of
+    `on_loss`. A proposal that stands keeps its veto window. The charge is the energy left.
+    """
+    before, rover.config = rover.config, config
+    parts, failsafe = rover.parts, config.failsafe
+    parts.journal.now_ns = now_ns
+    if config.dem != before.dem and isinstance(rover.controller, DynamicExpectancyModel):
+        rover.controller.change(config.dem)
+    parts.silence.change(failsafe)
+    rover.pilot.change(failsafe)
+    parts.proposals.change(config.consent, parts.silence.grace_ns)
+    parts.battery.change(config.battery)
+    parts.gate.factor = config.battery.reserve
+    parts.goals.change_mission(_goals(before), _goals(config))
+    rover.faults = Faults(config.faults)
+
+
+def _goals(config: RoverConfig) -> dict[Tokens, float]:
+    return {(place_token(goal.place),): goal.priority for goal in config.goals}

@@ -1,6 +1,6 @@
 """A run once more, otherwise: `farside rerun`."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -20,6 +20,7 @@ from farside.missions.loading import LoadedMission, MissionError, load_text
 from farside.missions.reliving.changing import different_keys, refusals
 from farside.missions.reliving.crew import RelivedCrew
 from farside.missions.reliving.past import Past, RelivingError, read_past, refuse_beyond
+from farside.missions.reliving.verifying import compared
 from farside.missions.run import RUNS, FinishedRun, run_mission
 from farside.missions.schema import Change, MissionFile
 from farside.node import to_ns, to_s
@@ -53,6 +54,7 @@ def load_again(
     seed: int | None = None,
     *,
     from_s: float | None = None,
+    progress: Callable[[float], None] | None = None,
     controller: "type[Controller] | None" = None,
     operator: "type[Operator] | None" = None,
 ) -> tuple[LoadedMission, Past]:
@@ -67,14 +69,16 @@ def load_again(
         assignments: as in `farside.missions.load_mission`.
         seed: in place of the run's.
         from_s: the changes act from this moment on, in simulated seconds, to the next tick; the run
-            up to it is the recorded one. From the start by default.
+            up to it is the recorded one, which is proved first. From the start by default.
+        progress: told of how far that has come, in simulated seconds.
         controller: the class of the run's own controller, where its name does not lead to it.
         operator: likewise.
 
     Raises:
         LogError: if the log cannot be read.
         MissionError: if the mission with the changes is not valid.
-        RelivingError: if the run cannot be lived again up to `from_s`; or a key cannot change then.
+        RelivingError: if the run cannot be lived again up to `from_s`, or does not come out as it
+            is in the log; or a key cannot change then.
     """
     past = read_past(Path(log))
     try:
@@ -84,34 +88,29 @@ def load_again(
     if seed is not None:
         made.append(Assignment(("seed",), seed, f"--seed {seed}"))
     classes = _Classes(controller, operator)
-    stages = [_Stage(0, tuple(_set_then(past)))]
-    stages += [_Stage(one.at_ns, tuple(_assigned(one.overrides, _LATER))) for one in past.changes]
+    begun = _Stage(0, tuple(_set_then(past)))
+    later = [_Stage(one.at_ns, tuple(_assigned(one.overrides, _LATER))) for one in past.changes]
     again = {"log": past.log.path.name, "digest": _digest(past)}
     if from_s is None:
-        first = stages[0]._replace(made=(*stages[0].made, *made))
-        loaded = _loaded(past, first.made, classes)
-        changes = _changes(past, loaded.mission, [first, *stages[1:]], classes)
+        begun = begun._replace(made=(*begun.made, *made))
+        loaded = _loaded(past, begun.made, classes)
         overrides = (*past.overrides, *_overrides(made))
+        changes = _changes(past, loaded.mission, [begun], later, classes)
         return loaded._replace(changes=changes, overrides=overrides, again=again), past
     refuse_beyond(past, from_s)
     at_ns = -(-to_ns(from_s) // past.mission.tick_ns) * past.mission.tick_ns
-    before = [stage for stage in stages if stage.at_ns <= at_ns]
-    after = [stage for stage in stages if stage.at_ns > at_ns]
     kept = tuple(one for one in past.changes if one.at_ns <= at_ns)
-    loaded = _loaded(past, before[0].made, classes)
-    _expect_same(past, loaded.mission)
     mission = kept[-1].mission if kept else past.mission
-    coming = [*before[1:], _Stage(at_ns, tuple(made)), *after]
-    changes = _changes(past, mission, [before[0], *coming], classes)[len(kept) :]
-    return (
-        loaded._replace(
-            mission=past.mission,
-            changes=(*kept, *changes),
-            overrides=past.overrides,
-            again={**again, "from_s": f"{to_s(at_ns):g}"},
-        ),
-        past,
+    coming = [_Stage(at_ns, tuple(made)), *later[len(kept) :]]
+    changes = _changes(past, mission, [begun, *later[: len(kept)]], coming, classes)
+    loaded = _loaded(past, begun.made, classes)._replace(
+        mission=past.mission,
+        changes=(*kept, *changes),
+        overrides=past.overrides,
+        again={**again, "from_s": f"{to_s(at_ns):g}"},
     )
+    _prove(past, at_ns, loaded, progress)
+    return loaded, past
 
 
 def rerun(
@@ -210,43 +209,84 @@ def _is_set(kind: Kind, made: Sequence[Assignment]) -> bool:
 
 
 def _changes(
-    past: Past, mission: MissionFile, stages: Sequence[_Stage], classes: _Classes
+    past: Past,
+    mission: MissionFile,
+    before: Sequence[_Stage],
+    coming: Sequence[_Stage],
+    classes: _Classes,
 ) -> tuple[Change, ...]:
-    """What becomes of a mission, stage by stage; `stages[0]` is `mission` itself.
+    """What becomes of a mission, stage by stage.
+
+    Args:
+        past: the run.
+        mission: the mission in force before.
+        before: how it came about, stage by stage, the start included.
+        coming: the stages.
+        classes: in place of their names.
 
     Raises:
         RelivingError: if a key changes that cannot during a run.
     """
-    made = list(stages[0].made)
+    made = [one for stage in before for one in stage.made]
+    text = _loaded(past, made, classes).mission
     changes = []
-    for stage in stages[1:]:
+    for stage in coming:
         made += stage.made
-        after = _loaded(past, made, classes).mission
-        problems = [
-            f"{past.log.path}: {dotted(key)}: {text}; without --from it can change"
-            for key, text in refusals(mission, after)
-        ]
-        if to_ns(after.duration_s) <= stage.at_ns:
-            problems.append(
-                f"{past.log.path}: duration_s: expected more than the {to_s(stage.at_ns):g} s from "
-                f"which it is to hold, found {after.duration_s:g}"
-            )
-        if problems:
-            raise RelivingError("\n".join(problems))
+        text_before, text = text, _loaded(past, made, classes).mission
+        # Only what this stage changes: another Farside may read the rest of the text otherwise.
+        after = _patched(mission, text_before, text)
+        _refuse(past, stage.at_ns, mission, after)
         changes.append(Change(stage.at_ns, _overrides(stage.made), after))
         mission = after
     return tuple(changes)
 
 
-def _expect_same(past: Past, mission: MissionFile) -> None:
-    """Expect that the mission file in the log still means the mission that was run."""
-    keys = ", ".join(dotted(key) for key in different_keys(past.mission, mission))
-    if keys:
-        raise RelivingError(
-            f"{past.log.path}: expected the mission file in it to mean the mission that was run, "
-            f"found a difference in {keys}: this Farside reads it otherwise than the one that "
-            f"wrote the log, or a file that it names has changed"
+def _patched(mission: MissionFile, before: MissionFile, after: MissionFile) -> MissionFile:
+    """A mission with the keys changed in which two others differ."""
+    data, source = msgspec.to_builtins(mission), msgspec.to_builtins(after)
+    for *path, last in different_keys(before, after):
+        table, other = data, source
+        for part in path:
+            table, other = table[part], other[part]
+        if last in other:
+            table[last] = other[last]
+        else:
+            table.pop(last, None)
+    return msgspec.convert(data, MissionFile)
+
+
+def _refuse(past: Past, at_ns: int, before: MissionFile, after: MissionFile) -> None:
+    problems = [
+        f"{past.log.path}: {dotted(key)}: {text}; without --from it can change"
+        for key, text in refusals(before, after)
+    ]
+    if to_ns(after.duration_s) <= at_ns:
+        problems.append(
+            f"{past.log.path}: duration_s: expected more than the {to_s(at_ns):g} s from which it "
+            f"is to hold, found {after.duration_s:g}"
         )
+    if problems:
+        raise RelivingError("\n".join(problems))
+
+
+def _prove(
+    past: Past, at_ns: int, loaded: LoadedMission, progress: Callable[[float], None] | None
+) -> None:
+    """Prove that the run up to a moment comes out as it is in the log, before anything is written.
+
+    Raises:
+        RelivingError: if it does not.
+    """
+    verdict = compared(past, at_ns, loaded.extensions, progress)
+    if verdict.parting is None:
+        return
+    others = ", ".join(f"{one.name} {one.then}, here {one.now}" for one in verdict.other_versions)
+    raise RelivingError(
+        f"{past.log.path}: expected the run to come out as it is in the log up to "
+        f"{to_s(at_ns):g} s, found another record at {verdict.parting.t_s:g} s in "
+        f"{verdict.parting.topic}, which `farside verify` shows"
+        + (f"; it was recorded with {others}" if others else "")
+    )
 
 
 def _digest(past: Past) -> str:

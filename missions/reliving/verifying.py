@@ -9,9 +9,9 @@ import msgspec
 
 from farside.logs import Digest
 from farside.logs.diff.parting import Parting
-from farside.logs.unwritten import UnwrittenRecorder
+from farside.logs.foxglove.pictures import Pictures
 from farside.missions.extensions.kinds import Extensions, search_path, searching
-from farside.missions.reliving.crew import RelivedCrew, advanced, revived
+from farside.missions.reliving.crew import advanced, revived
 from farside.missions.reliving.past import Past, RelivingError, read_past
 from farside.node import NS_PER_S, Record, to_s
 
@@ -36,13 +36,14 @@ class Verdict(msgspec.Struct, frozen=True):
     Attributes:
         log: the log.
         equal: whether every record came out as it is in the log, and the digest as it says.
-        records: how many records were equal.
+        records: how many records were equal, pictures included.
         sim_seconds: how far it was lived again, in simulated time.
         whole: whether that is all of the run; false for a log that nobody finished.
         digest: of the run lived again, as far as it went.
         recorded: the digest that the log states; `None` if nobody finished it.
         parting: the first record that differs; `None` if none does.
         other_versions: what is installed here in another version than the run was recorded with.
+        damage: what is missing of the log, a sentence each.
     """
 
     log: str
@@ -54,6 +55,7 @@ class Verdict(msgspec.Struct, frozen=True):
     recorded: str | None
     parting: Parting | None
     other_versions: tuple[OtherVersion, ...]
+    damage: tuple[str, ...]
 
 
 class _Comparison(Digest):
@@ -122,15 +124,37 @@ def verify(
     if (why := past.not_whole()) is not None:
         raise RelivingError(f"{past.log.path}: the run cannot be lived again to its end: {why}")
     extensions = Extensions(controller, operator, search_path(Path.cwd()))
-    recorded = past.log.metadata.get("farside.result", {}).get("digest")
-    comparison = _Comparison(past.log.records(), whole=recorded is not None)
-    with searching(extensions.path), UnwrittenRecorder(comparison) as recorder:
+    return compared(past, past.end_ns, extensions, progress)
+
+
+def compared(
+    past: Past,
+    until_ns: int,
+    extensions: Extensions,
+    progress: Callable[[float], None] | None = None,
+) -> Verdict:
+    """`verify`, up to, not including, a moment; the digest counts if that is the end of the run.
+
+    Raises:
+        RelivingError: if the run cannot be lived again.
+    """
+    recorded = None
+    if until_ns >= past.end_ns:
+        recorded = past.log.metadata.get("farside.result", {}).get("digest")
+    records = past.log.records(end_ns=until_ns - 1, pictures=True)
+    comparison = _Comparison(records, whole=recorded is not None or until_ns < past.end_ns)
+    pictures = Pictures()
+    with searching(extensions.path):
         crew = revived(past, extensions)
-        while crew.now_ns < past.end_ns and not comparison.over:
-            _advance(crew, past, recorder)
+        while crew.now_ns < until_ns and not comparison.over:
+            lived = advanced(crew, past, min(crew.now_ns + _TOLD_NS, until_ns))
+            # In the order in which a run is recorded, with the pictures beside.
+            lived.sort(key=attrgetter("log_time_ns"))
+            for record in pictures.beside(lived):
+                comparison.add(record)
             if progress is not None:
                 progress(to_s(crew.now_ns))
-    if crew.now_ns >= past.end_ns:
+    if crew.now_ns >= until_ns:
         comparison.end()
     return Verdict(
         log=str(past.log.path),
@@ -142,13 +166,5 @@ def verify(
         recorded=recorded,
         parting=comparison.parting,
         other_versions=tuple(OtherVersion(*other) for other in past.other_versions()),
+        damage=past.log.damage,
     )
-
-
-def _advance(crew: RelivedCrew, past: Past, recorder: UnwrittenRecorder) -> None:
-    """Live on a little, and compare what is recorded of it."""
-    records = advanced(crew, past, min(crew.now_ns + _TOLD_NS, past.end_ns))
-    # As the conductor orders them.
-    records.sort(key=attrgetter("log_time_ns"))
-    recorder.write(records)
-    recorder.flush()

@@ -7,9 +7,9 @@ from collections.abc import Iterator
 import msgspec
 
 from farside.escaping import printable
-from farside.logs.events import EventLine, time_text
+from farside.logs.events import EVENT_TOPICS, EventLine, time_text
 from farside.logs.file.reading import LogEntry
-from farside.logs.picture import PICTURE_TOPICS, Picture
+from farside.logs.picture import Picture
 from farside.logs.timeline import timeline
 from farside.missions.run import FinishedRun
 from farside.node import NEVER_NS, to_ns, to_s
@@ -64,6 +64,6 @@ def _lines(run: FinishedRun) -> Iterator[str]:
 def _events(run: FinishedRun) -> list[EventLine]:
     until_ns = NEVER_NS if run.asked_s is None else to_ns(run.asked_s)
     picture = Picture()
-    for record in run.file.records(PICTURE_TOPICS, end_ns=until_ns):
+    for record in run.file.records(EVENT_TOPICS, end_ns=until_ns):
         picture.apply(LogEntry.of(record))
     return list(picture.lines)[-_EVENTS:]

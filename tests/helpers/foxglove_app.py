@@ -12,6 +12,7 @@ from types import TracebackType
 from typing import Any, NamedTuple, Self
 
 from websockets.sync.client import connect
+from websockets.typing import Subprotocol
 
 _PATIENCE_S = 20  # a server that says nothing for so long is broken
 _MESSAGE, _TIME, _STATE = 1, 2, 5  # from the server
@@ -56,7 +57,7 @@ class FoxgloveApp:
     def __init__(self, port: int) -> None:
         self._connection = connect(
             f"ws://127.0.0.1:{port}",
-            subprotocols=["foxglove.sdk.v1"],
+            subprotocols=[Subprotocol("foxglove.sdk.v1")],
             proxy=None,
             max_size=None,
             max_queue=None,  # what is never taken must not hold up the end

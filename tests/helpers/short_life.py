@@ -15,10 +15,13 @@ from farside.node import Record, to_ns
 from farside.topics import OperatorEntry
 
 SHORT: dict[str, Any] = {
-    "duration_s": 150.0,
+    "duration_s": 75.0,
     "tick_s": 0.1,
-    "world.map": "########\n#A..B.C#\n#.####.#\n#D.....#\n########",
+    "world.map": "#####\n#A.B#\n#.#.#\n#D.C#\n#####",
     "rover.start": "D",
+    "link.up.delay_s": 0.3,
+    "link.down.delay_s": 0.3,
+    "rover.failsafe": {"hold_after_s": 5.0, "lost_after_s": 15.0},
     "rover.goals": [{"place": "C"}],
     "ground.script": [
         {"do": "tour", "places": ["C", "B", "D"]},
@@ -29,7 +32,7 @@ SHORT: dict[str, Any] = {
     ],
     "link.up.loss": 0.05,
     "link.down.loss": 0.05,
-    "link.blackouts": [{"start_s": 85.0, "end_s": 135.0}],
+    "link.blackouts": [{"start_s": 42.0, "end_s": 67.0}],
     "expect": [{"what": "reached", "place": "B"}],
 }
 """A tour, goals, and a blackout that is long enough for the rover to go on alone."""
@@ -39,13 +42,13 @@ ORDERS: Sequence[tuple[float, Act]] = (
     (3.0, Drive("E")),
     (17.3, SetMode(Mode.SHARED)),
     (17.31, SetGoal(("at:D",), 1.0)),
-    (41.0, SetMode(Mode.GUIDED)),
-    (55.5, Drive("N")),
+    (25.0, SetMode(Mode.GUIDED)),
+    (33.5, Drive("N")),
 )
 
 QUEUED: dict[str, Any] = {
     **SHORT,
-    "duration_s": 70.0,
+    "duration_s": 40.0,
     "ground.operator": "queued",
     "ground.script": [],
 }

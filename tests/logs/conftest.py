@@ -116,6 +116,15 @@ def run() -> Handmade:
     return Handmade()
 
 
+@pytest.fixture(scope="session")
+def flown(tmp_path_factory: pytest.TempPathFactory) -> LogFile:
+    """The log of the shipped blackout mission."""
+    finished = run_mission(
+        load_mission("blackout"), in_process=True, out=tmp_path_factory.mktemp("flown")
+    )
+    return LogFile(finished.log)
+
+
 @pytest.fixture
 def handmade() -> type[Handmade]:
     """For tests of several runs."""

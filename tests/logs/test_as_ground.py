@@ -9,6 +9,7 @@ import shutil
 from collections.abc import Callable
 from contextlib import chdir
 from functools import partial
+from io import StringIO
 from pathlib import Path
 from typing import Any
 
@@ -18,11 +19,13 @@ import pytest
 from any_message import values
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
+from noting import write
 from rich.console import Console
 from typer.testing import CliRunner
 
 import farside.logs
-from farside.logs import LogError, LogFile, Recorder, RunView, picture_at, screen
+from farside.logs import LogError, LogFile, Recorder, RunView, picture_at, replay, screen
+from farside.logs.report.page import report_page
 from farside.logs.story import Aspect, SubjectError, story, story_lines, subject_of, why
 from farside.messages import Proposal
 from farside.missions import load_mission, run_mission
@@ -97,6 +100,22 @@ def reasons(path: Path, t_s: float) -> object:
     return {aspect: answer(partial(why, log, to_ns(t_s), aspect)) for aspect in Aspect}
 
 
+def pictures(path: Path, t_s: float) -> object:
+    """All that Foxglove shows, which draws from the same records as `farside replay --live`."""
+    return list(LogFile(path).as_ground(to_ns(t_s)).records(pictures=True))
+
+
+def printed(path: Path, t_s: float) -> object:
+    """What a replay prints into a pipe."""
+    text = StringIO()
+    replay(LogFile(path).as_ground(to_ns(t_s)), Console(file=text, width=100))
+    return text.getvalue()
+
+
+def reported(path: Path, t_s: float) -> object:
+    return answer(partial(report_page, LogFile(path).as_ground(to_ns(t_s))))
+
+
 def command(name: str, *more: str) -> View:
     """What a command prints, and the files that it writes into the folder `out`."""
 
@@ -115,6 +134,9 @@ VIEWS: dict[str, View] = {
     "queries": queries,
     "picture": picture,
     "terminal": terminal,
+    "pictures": pictures,
+    "replay": printed,
+    "report": reported,
     "stories": stories,
     "reasons": reasons,
     "export": command("export", "--out", "out"),
@@ -129,23 +151,24 @@ def seen(view: View, folder: Path, t_s: float) -> object:
         return view(Path("run.mcap"), t_s)
 
 
-def learned_by(log: LogFile, t_s: float, folder: Path) -> Path:
+def learned_by(log: LogFile, t_s: float, folder: Path, *, drawn: bool) -> Path:
     """A log of what the ground had learned by a time, alone; returns its folder."""
     folder.mkdir()
     with Recorder(folder / "run.mcap") as recorder:
         for name, values in log.as_ground().metadata.items():
             recorder.metadata(name, dict(values))
-        recorder.write(
+        known = (
             record
             for record in log.records()
             if record.topic.startswith("/ground/") and record.log_time_ns <= to_ns(t_s)
         )
+        write(recorder, known, drawn=drawn)
     return folder
 
 
-def differing(log: LogFile, t_s: float, folder: Path) -> list[str]:
+def differing(log: LogFile, t_s: float, folder: Path, *, drawn: bool = True) -> list[str]:
     """The views that show something as of a time that the ground had not learned."""
-    known = learned_by(log, t_s, folder / "known")
+    known = learned_by(log, t_s, folder / "known", drawn=drawn)
     return [
         name
         for name, view in VIEWS.items()
@@ -197,9 +220,9 @@ def test_whatever_a_log_holds_no_view_knows_more_than_the_ground(
         recorder.metadata("farside.run", {"mission": "any", "seed": "1"})
         recorder.metadata("farside.result", {"outcome": "success", "digest": "0" * 64})
         recorder.attach("mission.toml", "application/toml", b"")
-        recorder.write(journal.take())
+        write(recorder, journal.take(), drawn=False)
 
-    assert differing(LogFile(folder / "run.mcap"), t_s, folder) == []
+    assert differing(LogFile(folder / "run.mcap"), t_s, folder, drawn=False) == []
 
 
 # --- what is there to see ----------------------------------------------------------------------

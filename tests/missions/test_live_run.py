@@ -12,8 +12,8 @@ from foxglove_app import FoxgloveApp
 
 from farside.logs.live.server import offered
 from farside.missions import load_mission, run_mission
-from farside.missions.commands.logs.live import LiveRun
-from farside.missions.commands.values import Address
+from farside.missions.commands.live.address import Address
+from farside.missions.commands.live.serving import LiveRun
 from farside.missions.conductor import WallClock
 from farside.missions.interrupts import Interrupts
 from farside.missions.run import FinishedRun, _Unwatched
@@ -102,7 +102,7 @@ def test_replay_live_serves_what_the_ground_knew_until_ctrl_c(tmp_path: Path) ->
             with FoxgloveApp(int(where[1])) as app:
                 app.until(lambda: len(app.channels) == len(offered(as_ground=True)))
                 app.subscribe("/ground/telemetry", "/ground/map")
-                app.until(lambda: app.messages[-1:] and app.messages[-1].time_ns > to_ns(25))
+                app.until(lambda: any(message.time_ns > to_ns(25) for message in app.messages))
             assert {message.topic for message in app.messages} == {
                 "/ground/telemetry",
                 "/ground/map",

@@ -18,7 +18,7 @@ from farside.topics import GROUND_ORDER, ROVER_CYCLE
 
 
 @settings(max_examples=2)
-@given(st.lists(st.floats(0, 150), min_size=5, max_size=5))
+@given(st.lists(st.floats(0, 75), min_size=5, max_size=5))
 def test_a_moment_is_as_the_log_tells_of_it(flown: FinishedRun, times_s: list[float]) -> None:
     relived = farside.relive(flown.log, 0.0)
     for t_s in sorted(times_s):
@@ -29,12 +29,12 @@ def test_a_moment_is_as_the_log_tells_of_it(flown: FinishedRun, times_s: list[fl
         assert relived.model.hypothesis_count == ROVER_CYCLE.decode(cycle.payload).hypotheses
         assert relived.rover.pilot.authority.mode is flown.mode_at(min(t_s, flown.duration_s))
         assert relived.rover.parts.watch.state is flown.failsafe_at(min(t_s, flown.duration_s))
-        assert relived.now_s <= t_s < relived.now_s + 0.1 or t_s == 150
+        assert relived.now_s <= t_s < relived.now_s + 0.1 or t_s == 75
 
 
 def test_model_channel_and_ground_can_be_asked(flown: FinishedRun) -> None:
     """Within the blackout: the rover is alone with its mission goal, and the ground is not told."""
-    relived = farside.relive(flown.log, 125.0)
+    relived = farside.relive(flown.log, 62.0)
 
     model, shadow = relived.model, relived.shadow
     assert isinstance(model, DynamicExpectancyModel)
@@ -44,19 +44,19 @@ def test_model_channel_and_ground_can_be_asked(flown: FinishedRun) -> None:
     assert all(relived.channel.outage(direction) for direction in Direction)
     telemetry = relived.ground.situation.belief.telemetry
     assert telemetry is not None
-    assert telemetry.time_ns < to_ns(85.0)
-    assert relived.mission.duration_s == 150.0
-    assert "125 s" in repr(relived)
+    assert telemetry.time_ns < to_ns(42.0)
+    assert relived.mission.duration_s == 75.0
+    assert "62 s" in repr(relived)
 
 
 def test_life_goes_on_to_the_same_moment_as_at_one_go(flown: FinishedRun) -> None:
     by_steps = farside.relive(flown.log, 20.0)
     by_steps.go_on(20.0)
-    by_steps.go_on(77.75)
+    by_steps.go_on(38.75)
 
-    at_one_go = farside.relive(str(flown.log), 77.75)
+    at_one_go = farside.relive(str(flown.log), 38.75)
     assert _lists(by_steps) == _lists(at_one_go)
-    with pytest.raises(RelivingError, match=r"at 77.7 s or later, found 20 s"):
+    with pytest.raises(RelivingError, match=r"at 38.7 s or later, found 20 s"):
         by_steps.go_on(20.0)
 
 
@@ -67,7 +67,7 @@ def _lists(relived: farside.Relived) -> tuple[object, ...]:
 
 def test_the_orders_of_a_person_come_on_their_tick(ordered: FinishedRun) -> None:
     (first_s, _), (second_s, _), *_ = ordered.entries(GROUND_ORDER)
-    assert first_s == second_s > 3.0  # the first window from 3 s on
+    assert first_s == second_s == 3.0
 
     relived = farside.relive(ordered.log, first_s - 0.1)
     assert relived.ground.situation.commands.last_given == 0
@@ -75,9 +75,9 @@ def test_the_orders_of_a_person_come_on_their_tick(ordered: FinishedRun) -> None
     assert relived.ground.situation.commands.last_given == 2
 
 
-@pytest.mark.parametrize("t_s", [-1.0, 150.5, float("nan")])
+@pytest.mark.parametrize("t_s", [-1.0, 75.5, float("nan")])
 def test_no_moment_of_the_run(flown: FinishedRun, t_s: float) -> None:
-    with pytest.raises(RelivingError, match=r"expected a moment of the run, 0 to 150 s, found "):
+    with pytest.raises(RelivingError, match=r"expected a moment of the run, 0 to 75 s, found "):
         farside.relive(flown.log, t_s)
 
 

@@ -115,7 +115,7 @@ function wordPaths(words, x, top, bottom) {
 
 function stripNote(every) {
   byId("strip-note").textContent = every > 1
-    ? `At this zoom, 1 in ${every} of each kind of words that are many alike is drawn. Every command, event and proposal is.`
+    ? `At this zoom, 1 in ${every} of each kind of words that are many alike is drawn; of commands, events and proposals all that this page holds.`
     : "";
 }
 

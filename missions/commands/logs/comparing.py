@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from farside.missions.commands.display.patience import patience
+from farside.missions.commands.logs.finding import tell_damage
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -40,7 +41,10 @@ def diff_logs(
     from farside.logs.diff.comparing import compare
 
     with patience("comparing the logs"):
-        difference = compare(LogFile(first), LogFile(second))
+        logs = LogFile(first), LogFile(second)
+        difference = compare(*logs)
+    for log in logs:
+        tell_damage(log)
     if json:
         print(msgspec.json.encode(difference).decode())  # noqa: T201
     else:

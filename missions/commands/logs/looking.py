@@ -7,16 +7,9 @@ import typer
 
 from farside.escaping import printable
 from farside.missions.commands.display.patience import patience
+from farside.missions.commands.live.address import Listen, Live, Port, address_of, live_speed
 from farside.missions.commands.logs.finding import log_named, tell_damage
-from farside.missions.commands.values import (
-    As,
-    Listen,
-    Live,
-    Port,
-    address_of,
-    live_speed,
-    pace_of,
-)
+from farside.missions.commands.values import As, pace_of
 from farside.node import to_ns
 
 _SPEED = 20.0
@@ -94,7 +87,7 @@ def replay_log(
     pace = (1.0 if zenoh is not None else _SPEED) if speed is None else speed
     try:
         if (address := address_of(live=live, listen=listen, port=port)) is not None:
-            from farside.missions.commands.logs.live import serve_log
+            from farside.missions.commands.live.serving import serve_log
 
             serve_log(file, address, speed=live_speed(pace), start_ns=to_ns(start or 0))
         elif zenoh is not None:

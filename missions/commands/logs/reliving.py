@@ -7,7 +7,7 @@ import typer
 
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.failures import print_error, status_of
-from farside.missions.commands.logs.finding import log_named
+from farside.missions.commands.logs.finding import log_named, tell_damage
 from farside.node import to_s
 
 if TYPE_CHECKING:
@@ -50,6 +50,7 @@ def verify_log(log: Log = None, json: Json = False) -> None:
         past = read_past(log)
     with going_through("living it again", to_s(past.end_ns), Console(stderr=True)) as come_to:
         verdict = verify(log, come_to)
+    tell_damage(past.log)
     for one in verdict.other_versions:
         print_error(f"{log}: recorded with {one.name} {one.then}, lived again with {one.now}")
     if json:
@@ -68,11 +69,11 @@ def _show_verdict(verdict: "Verdict", console: "Console") -> None:
     ended = "" if verdict.whole else ", of which the log ends before the run does"
     if verdict.equal:
         tell(f"{verdict.log}: equal")
-        tell(f"{verdict.records} records came out again, {verdict.sim_seconds:g} s{ended}")
+        tell(f"{verdict.records} messages came out again, {verdict.sim_seconds:g} s{ended}")
         tell(f"digest  {verdict.digest}")
         return
     tell(f"{verdict.log}: differs")
-    tell(f"{verdict.records} records came out again{ended}")
+    tell(f"{verdict.records} messages came out again{ended}")
     if verdict.parting is not None:
         show_parting(verdict.parting, ("in the log", "lived again"), console)
     else:
@@ -118,13 +119,19 @@ def rerun_log(
     from rich.console import Console
 
     from farside.missions.commands.display.progress import ProgressDisplay
+    from farside.missions.commands.display.steps import going_through
     from farside.missions.commands.display.summary import show_summary
     from farside.missions.interrupts import Interrupts
     from farside.missions.reliving.rerunning import load_again, run_again
 
     log = log_named(log)
-    with patience("reading the log"):
-        loaded, past = load_again(log, set_ or (), seed, from_s=from_s)
+    if from_s is None:
+        with patience("reading the log"):
+            loaded, past = load_again(log, set_ or (), seed)
+    else:
+        with going_through(f"up to {from_s:g} s", from_s, Console(stderr=True)) as come_to:
+            loaded, past = load_again(log, set_ or (), seed, from_s=from_s, progress=come_to)
+    tell_damage(past.log)
     with Interrupts() as interrupts:
         with ProgressDisplay(loaded.last, Console(stderr=True)) as display:
             run = run_again(loaded, past, out=out, watcher=display, interrupts=interrupts)

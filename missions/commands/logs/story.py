@@ -33,7 +33,7 @@ def tell_story(
         str,
         typer.Argument(
             metavar="LOG",
-            help="Log of a run; the newest in logs/runs by default.",
+            help="Log of a run; may be left out for the newest in logs/runs.",
             autocompletion=_complete,
             show_default=False,
         ),
@@ -52,19 +52,21 @@ def tell_story(
         bool, typer.Option("--json", help="Print the story as one JSON object.")
     ] = False,
 ) -> None:
-    """Tell the story of one thing, from birth to effect, across both sides of the link.
+    """Tell the story of one thing, from birth to effect.
 
-    Each line says when it was so, how long after the line before, and where. Told are waits,
-    losses, what was sent again, refusals, and the light time of each leg.
+    Across both sides of the link: each line says when it was so, how long after the line before,
+    and where. Told are waits, losses, what was sent again, refusals, and the light time of each
+    leg.
 
     \b
     SUBJECT is one of
-      command:12        an order: given, sent, taken, begun, done, and known to be done
-      proposal:3        what the rover proposed, on what grounds, and what came of it
-      event:5           what the rover told the ground, and when that knew
-      goal:B            a goal: who set it, what was done for it, how it ended; a place by its
-                        name, any other Sign by its Tokens, as in goal:at:D+on_charge
-      frame:down:17     one frame, and the others with the same in them; up is to the rover
+      command:12      an order: given, sent, taken, begun, done, known to be done
+      proposal:3      what the rover proposed, on what grounds, what came of it
+      event:5         what the rover told the ground, and when that knew
+      goal:B          who set it, what was done for it, how it ended: a place by
+                      its name, any other Sign by its Tokens: goal:at:D+on_charge
+      frame:down:17   a frame, and the others with the same in them; up is to
+                      the rover
 
     \b
     farside story logs/runs/blackout-seed1-1.mcap command:93

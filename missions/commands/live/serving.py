@@ -14,7 +14,7 @@ from farside.logs.live.feeds import LogFeed, RunFeed
 from farside.logs.live.playbar import PlayBar
 from farside.logs.live.server import TICK_S, LiveServer, ServerError, offered
 from farside.logs.playing import Player
-from farside.missions.commands.values import Address
+from farside.missions.commands.live.address import Address
 from farside.missions.conductor import WallClock, Watcher
 from farside.missions.crew.crew import InfrastructureError
 from farside.missions.interrupts import Interrupts

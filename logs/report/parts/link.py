@@ -1,12 +1,11 @@
 """The link as it was delivered, against what was asked of it."""
 
-from collections import Counter
 from typing import Any
 
 from farside.frames import Fate, FrameFate
 from farside.logs.file.reading import LogEntry
-from farside.logs.report.asked import Asked
 from farside.logs.report.model import LinkRow, Panel, Series, Side, View
+from farside.logs.report.parts.asked import Asked
 from farside.logs.report.thinning import Curve, ms, rounded, steps, thinning_note
 from farside.logs.spans import LinkTally
 from farside.node import Direction, Topic, to_s
@@ -27,7 +26,8 @@ class Buckets:
     def __init__(self, until_ns: int) -> None:
         self.width_ms = max(1000, -(-(ms(until_ns) + 1) // _SPANS // 1000) * 1000)
         self._until = ms(until_ns)
-        self._sums: Counter[int] = Counter()
+        self._sums = [0] * (self._until // self.width_ms + 1)
+        self._width_ns = self.width_ms * 1_000_000
 
     @property
     def width_text(self) -> str:
@@ -36,23 +36,22 @@ class Buckets:
 
     def add(self, time_ns: int, amount: int) -> None:
         """Add to the sum of the span in which a time lies."""
-        self._sums[ms(time_ns) // self.width_ms] += amount
+        self._sums[min(time_ns // self._width_ns, len(self._sums) - 1)] += amount
 
     def rates(self, name: str, *, known: bool = False) -> Series:
         """The sums per second, in steps; with `known`, each known at the end of its span."""
-        spans = range(self._until // self.width_ms + 1)
+        spans = range(len(self._sums))
         starts = steps([span * self.width_ms for span in spans])
-        rates = [rounded(self._sums[span] * 1000 / self.width_ms) for span in spans]
+        rates = [rounded(total * 1000 / self.width_ms) for total in self._sums]
         ends = steps([min((span + 1) * self.width_ms, self._until) for span in spans])
         return Series(name, starts, list(rates), known=ends if known else [], look="steps")
 
     def shares(self, name: str, of: "Buckets") -> Series:
         """The sums as shares of others, in steps; broken where there was nothing."""
-        spans = range(self._until // self.width_ms + 1)
-        starts = steps([span * self.width_ms for span in spans])
+        starts = steps([span * self.width_ms for span in range(len(self._sums))])
         shares = [
-            rounded(self._sums[span] / whole) if (whole := of._sums[span]) else None  # noqa: SLF001
-            for span in spans
+            rounded(part / whole) if whole else None
+            for part, whole in zip(self._sums, of._sums, strict=True)  # noqa: SLF001
         ]
         return Series(name, starts, shares, look="steps")
 
@@ -75,7 +74,8 @@ class _Way:
             self.bits.add(frame.arrival_ns, (frame.size_byte + self._overhead_byte) * 8)
         if frame.arrival_ns is not None or frame.fate in _MISSED:
             self.tried.add(frame.sent_ns, 1)
-            self.lost.add(frame.sent_ns, int(frame.fate in _MISSED))
+            if frame.fate in _MISSED:
+                self.lost.add(frame.sent_ns, 1)
 
 
 class DeliveredLink:

@@ -75,11 +75,17 @@ class Traffic:
             self._add(word)
 
     def _add(self, word: Word) -> None:
-        sent = _sent(word)
-        key = sent.direction, sent.kind, sent.lost != ""
+        carries = word.carries
+        kind = carries.kind if carries is not None else word.what
+        if word.stored and kind == "telemetry":
+            kind = "stored"
+        if kind not in KINDS:
+            kind = "other"
+        key = word.direction, kind, word.lost is not None
         if (rows := self._groups.get(key)) is None:
             rows = self._groups[key] = Rows(_MOST)
-        rows.add(sent)
+        if not rows.skip():
+            rows.add(_sent(word, kind))
 
     def fill(self, view: View) -> None:
         """See `Gatherer`."""
@@ -97,16 +103,12 @@ def _order(sent: _Sent) -> tuple[int, Direction, int]:
     return sent.t, sent.direction, sent.frame
 
 
-def _sent(word: Word) -> _Sent:
-    kind = word.carries.kind if word.carries is not None else word.what.partition(",")[0]
-    if kind == "telemetry" and word.stored:
-        kind = "stored"
-    if kind not in KINDS:
-        kind = "other"
+def _sent(word: Word, kind: str) -> _Sent:
     flight = None if word.arrives_ns is None else (word.arrives_ns - word.sent_ns) // 1000
     again = word.carries is not None and word.carries.attempt > 1
     text = "" if kind in _ALIKE else word.what
-    return _Sent(ms(word.sent_ns), word.frame, kind, word.direction, flight, word.lost or "", again, text)
+    t, frame, direction, lost = ms(word.sent_ns), word.frame, word.direction, word.lost or ""
+    return _Sent(t, frame, kind, direction, flight, lost, again, text)
 
 
 def _columns(kept: list[_Sent]) -> Words:
@@ -126,9 +128,7 @@ def _columns(kept: list[_Sent]) -> Words:
         ],
         lost=[losses.setdefault(sent.lost, len(losses)) for sent in kept],
         again=[row for row, sent in enumerate(kept) if sent.again],
-        unended=[
-            row for row, sent in enumerate(kept) if sent.flight is None and not sent.lost
-        ],
+        unended=[row for row, sent in enumerate(kept) if sent.flight is None and not sent.lost],
         named=[sent.text for sent in kept if sent.kind not in _ALIKE],
         kinds=list(KINDS.values()),
         losses=list(losses),

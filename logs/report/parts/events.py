@@ -18,6 +18,7 @@ from farside.messages import (
     FailsafeChanged,
     GoalAside,
     StuckChanged,
+    Telemetry,
 )
 from farside.node import Topic
 from farside.topics import (
@@ -54,6 +55,9 @@ class Events:
 
     def take(self, entry: LogEntry) -> None:
         """See `Gatherer`."""
+        if isinstance(entry.message, Telemetry):  # no event, and there is much of it
+            self._picture.commands.apply(entry.message, entry.log_time_ns)
+            return
         line = self._picture.apply(entry)
         if line is None:
             return

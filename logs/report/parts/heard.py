@@ -7,8 +7,15 @@ from farside.frames import FrameEvent, FrameStage
 from farside.logs.events import sign_text
 from farside.logs.file.reading import LogEntry
 from farside.logs.report.model import Heard, Panel, Predicted, Side, View
-from farside.logs.report.thinning import Curve, Rows, ms, steps, thinning_note
-from farside.logs.report.link import Buckets
+from farside.logs.report.parts.link import Buckets
+from farside.logs.report.thinning import (
+    Curve,
+    Rows,
+    Waypoints,
+    ms,
+    steps,
+    thinning_note,
+)
 from farside.messages import Telemetry
 from farside.node import Direction, Topic, to_s
 from farside.topics import (
@@ -19,7 +26,7 @@ from farside.topics import (
     Prediction,
 )
 
-_ROWS = 8000
+_ROWS = 30_000
 _PREDICTED = 2000
 _LIKELY = 6
 _GAPS = 5  # of the usual distance between two measurements
@@ -47,8 +54,9 @@ class HeardAtGround:
 
     def __init__(self, side: Side) -> None:
         self._words = _Words()
-        self._rows: Rows[tuple[int, ...]] = Rows(_ROWS)
-        self._last: dict[str, tuple[int, ...]] = {}
+        # Mode, failsafe and goals stay to the row; battery and action go with the place.
+        self._rows: Waypoints[tuple[int, ...]] = Waypoints(_ROWS, t=1, same=(5, 6, 8))
+        self._last: dict[str, int] = {}
         self._distances: Counter[int] = Counter()
         self._charge, self._delay = Curve(side.until_ns), Curve(side.until_ns)
         self._bits = Buckets(side.until_ns)
@@ -74,13 +82,10 @@ class HeardAtGround:
         so = ms(told.time_ns)
         row = (ms(known_ns), so, round(told.x_m * 100), round(told.y_m * 100))
         row += (round(told.battery * 1000), *numbers)
-        changed = last is None or (last[5], last[6], last[8]) != (row[5], row[6], row[8])
-        if changed and last is not None and self._rows.every > 1:
-            self._rows.add(last, must=True)  # so that what was before lasts until here
-        self._rows.add(row, must=changed)
+        self._rows.add(row)
         if last is not None:
-            self._distances[(so - last[1]) // 100] += 1
-        self._last[entry.topic] = row
+            self._distances[(so - last) // 100] += 1
+        self._last[entry.topic] = so
         self._charge.add(told.time_ns, told.battery, known_ns)
         if live:
             self._delay.add(told.time_ns, to_s(known_ns - told.time_ns), known_ns)
@@ -102,18 +107,16 @@ class HeardAtGround:
         columns: list[list[int]] = [list(column) for column in zip(*rows, strict=True)] or [
             [] for _ in range(9)
         ]
-        usual = max((n, -distance) for distance, n in self._distances.items()) if rows[1:] else (0, 0)
-        gap = max(5000, _GAPS * -usual[1] * 100) * self._rows.every
+        usual = (
+            max((n, -distance) for distance, n in self._distances.items()) if rows[1:] else (0, 0)
+        )
+        gap = max(5000, _GAPS * -usual[1] * 100) + self._rows.apart_ms
         known, so, *others = columns
         view.heard = Heard(
             steps(known), steps(so), *others, words=list(self._words.numbers), gap=gap
         )
         view.predicted = self._predicted.rows
-        if self._rows.every > 1:
-            view.notes.append(
-                f"Telemetry: 1 of {self._rows.every}, and each in which a mode, failsafe or goal "
-                "changed"
-            )
+        view.notes += self._rows.note("Telemetry")
         if self._predicted.every > 1:
             view.notes.append(f"Predictions of the ground: 1 of {self._predicted.every}")
         view.panels += [

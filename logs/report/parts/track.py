@@ -4,7 +4,14 @@ from typing import Any
 
 from farside.logs.file.reading import LogEntry
 from farside.logs.report.model import Panel, Side, Track, View
-from farside.logs.report.thinning import Curve, Rows, ms, steps, thinning_note
+from farside.logs.report.thinning import (
+    Curve,
+    Rows,
+    Waypoints,
+    ms,
+    steps,
+    thinning_note,
+)
 from farside.node import Topic
 from farside.topics import (
     GROUND_CHART,
@@ -18,7 +25,7 @@ from farside.topics import (
     Yard,
 )
 
-_ROWS = 12_000
+_ROWS = 40_000
 _BUMPS = 2000
 
 _Row = tuple[int, int, int]
@@ -27,8 +34,8 @@ _Row = tuple[int, int, int]
 class _Path:
     """A track without the rows in which nothing moved: they lie on the line between others."""
 
-    def __init__(self) -> None:
-        self.rows: Rows[_Row] = Rows(_ROWS)
+    def __init__(self, most: int) -> None:
+        self.way: Waypoints[_Row] = Waypoints(most)
         self._last: _Row | None = None
         self._stood = False
 
@@ -38,13 +45,13 @@ class _Path:
             self._last, self._stood = row, True
             return
         if self._stood and self._last is not None:
-            self.rows.add(self._last)
-        self.rows.add(row)
+            self.way.add(self._last)
+        self.way.add(row)
         self._last, self._stood = row, False
 
     def track(self) -> Track:
-        kept = self.rows.rows
-        return Track(steps([t for t, _, _ in kept]), [x for _, x, _ in kept], [y for *_, y in kept])
+        rows = self.way.rows
+        return Track(steps([t for t, _, _ in rows]), [x for _, x, _ in rows], [y for *_, y in rows])
 
 
 class Tracks:
@@ -61,7 +68,7 @@ class Tracks:
     def __init__(self, side: Side) -> None:
         self._chart_topic = GROUND_CHART.name if side.is_ground else TRUTH_YARD.name
         self._chart: Yard | None = None
-        self._true, self._estimated = _Path(), _Path()
+        self._true, self._estimated = _Path(_ROWS), _Path(_ROWS)
         self._charge = Curve(side.until_ns)
         self._bumps: Rows[tuple[int, int, int]] = Rows(_BUMPS)
 
@@ -84,16 +91,13 @@ class Tracks:
         if self._chart is not None:
             view.rows, view.cell_m = list(self._chart.rows), self._chart.cell_m
         view.bumps = self._bumps.rows
-        if not self._true.rows.kept:
+        if not self._true.way.rows:
             return
         view.track, view.believed = self._true.track(), self._estimated.track()
         charge = self._charge.series("true charge")
         view.panels.append(Panel("Battery", "%", [charge], top=1.0))
         view.notes += thinning_note("Battery", [self._charge])
-        for what, every in (
-            ("The track", self._true.rows.every),
-            ("The estimated track", self._estimated.rows.every),
-            ("Bumps", self._bumps.every),
-        ):
-            if every > 1:
-                view.notes.append(f"{what}: 1 of {every} points while the rover moved")
+        view.notes += self._true.way.note("The track")
+        view.notes += self._estimated.way.note("The track by the rover's own estimate")
+        if self._bumps.every > 1:
+            view.notes.append(f"Bumps: 1 of {self._bumps.every}")

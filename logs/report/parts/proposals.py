@@ -60,9 +60,7 @@ class Proposals:
             self._left_out += 1
             return
         path = [sign_text(step.sign) for step in made.path]
-        proposed = Proposed(
-            made.number, ms(made.time_ns), made.action, sign_text(made.goal), path
-        )
+        proposed = Proposed(made.number, ms(made.time_ns), made.action, sign_text(made.goal), path)
         if self._as_ground:
             proposed.known = ms(known_ns)
         self._all[made.number] = self._open[made.number] = proposed
