@@ -78,6 +78,12 @@ class ChangeFeed:
         self._check: int | None = None
         self._goals: tuple[Goal, ...] = ()
 
+    def change(self, parameters: Parameters) -> None:
+        """The model has other parameters from now on: the next delta is a whole that says so."""
+        self._parameters = parameters
+        self._changes.clear()
+        self._check = None
+
     def delta(self, goals: tuple[Goal, ...]) -> Delta:
         """The changes since the last delta; a whole if this is the first, or a whole is shorter."""
         if self._check is None:

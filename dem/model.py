@@ -329,6 +329,14 @@ class DynamicExpectancyModel:
         model._chosen, model._on_course = state.chosen, state.on_course
         return model
 
+    def change(self, parameters: Parameters) -> None:
+        """Learn and act by these from now on; raises what `Learner.change` does."""
+        self._learner.change(parameters)
+        self._parameters = parameters
+        self._goals.change(parameters.break_multiple, parameters.recovery)
+        if self._feed is not None:
+            self._feed.change(parameters)
+
     def record_changes(self) -> None:
         """From now on, record the changes of the lists for a `ShadowModel`; see `take_delta`."""
         if self._feed is None:

@@ -50,7 +50,7 @@ class ShadowModel:
 
     def __init__(self, action_costs: Mapping[str, float], parameters: Parameters) -> None:
         self._actions = ActionList(action_costs)
-        self._parameters = parameters
+        self._parameters = self._coming = parameters
         self._goals: tuple[Goal, ...] = ()
         self._number = 0
         self._check: int | None = None
@@ -86,6 +86,10 @@ class ShadowModel:
         # The maps are repaired when they are asked for; until then, what for is kept.
         if len(self._hypotheses.cost_changes) > FEW_CHANGES:
             self._planner.refresh()
+
+    def agree(self, parameters: Parameters) -> None:
+        """The model has these by now: they hold from the first whole that comes with them."""
+        self._coming = parameters
 
     def lists_check(self) -> int:
         """CRC-32 of the lists; equal to that of the model when this holds what that held."""
@@ -228,6 +232,8 @@ class ShadowModel:
     def _restore(self, packed: bytes) -> None:
         whole = decompress(packed, Whole)
         costs = dict(zip(self._actions.names, self._actions.costs, strict=True))
+        if same(whole.parameters, self._coming):
+            self._parameters = self._coming
         if whole.action_costs != costs or not same(whole.parameters, self._parameters):
             raise DeltaError(
                 f"the lists of another model: expected action costs {costs} and "

@@ -9,9 +9,21 @@ Raises:
 """
 
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+from farside.lazily import lazily
+
+if TYPE_CHECKING:
+    from farside.missions.reliving.moment import Relived, relive
+
+__all__ = ["Relived", "relive"]
 
 if not (Path(__file__).parent / "dem").is_dir():
     raise ImportError(
         "Expected the symbolic link farside/dem -> ../dem, found none: this checkout was made "
         "without symbolic links. Clone again with `git clone -c core.symlinks=true`."
     )
+
+__getattr__ = lazily(
+    __name__, {"Relived": "missions.reliving.moment", "relive": "missions.reliving.moment"}
+)

@@ -76,6 +76,25 @@ class FrameStage(StrEnum):
     USED = "used"
 
 
+class Carried(msgspec.Struct, frozen=True, omit_defaults=True, gc=False):
+    """A message in a frame, or a part of one.
+
+    Attributes:
+        kind: as the message is tagged on the link, such as `command` or `telemetry`.
+        number: its number; of `shown`, that of the proposal. `None` where it has none.
+        time_ns: its time stamp, `None` where it has none.
+        part, parts: which part of it, from 1, of how many.
+        attempt: how many times this part has now been sent.
+    """
+
+    kind: str
+    number: int | None = None
+    time_ns: int | None = None
+    part: int = 1
+    parts: int = 1
+    attempt: int = 1
+
+
 class FrameEvent(msgspec.Struct, frozen=True, omit_defaults=True):
     """What an endpoint did with a frame.
 
@@ -86,6 +105,9 @@ class FrameEvent(msgspec.Struct, frozen=True, omit_defaults=True):
         what: the kind of message in it or, if refused, the reason.
         stored: whether it is of the stored stream: what waited for the link to return, and the
             updates of the model.
+        carries: the message in it, as far as this end knows: the sender of each frame but a
+            report; the receiver once it has the message whole, and with it those that waited for
+            it to be in order.
     """
 
     direction: Direction
@@ -94,6 +116,7 @@ class FrameEvent(msgspec.Struct, frozen=True, omit_defaults=True):
     size_byte: int
     what: str
     stored: bool = False
+    carries: tuple[Carried, ...] = ()
 
 
 class LinkOutage(msgspec.Struct, frozen=True):

@@ -78,11 +78,12 @@ class GroundSilence:
         light_time_ns: before which nothing can be heard.
 
     Attributes:
+        after_ns: as given.
         state: as of the last `look`.
     """
 
     def __init__(self, plan: DownlinkPlan, after_ns: int, light_time_ns: int) -> None:
-        self._plan, self._after_ns = plan, after_ns
+        self._plan, self.after_ns = plan, after_ns
         self._light_time_ns = light_time_ns
         self._heard_ns = -1
         self._due_ns = 0
@@ -98,8 +99,8 @@ class GroundSilence:
         if heard_ns != self._heard_ns:
             self._heard_ns = heard_ns
             self._due_ns = self._plan.next_due_ns(max(0, heard_ns - self._light_time_ns))
-        silent = now_ns - self._due_ns >= self._after_ns
-        quiet = not silent and now_ns - heard_ns >= self._after_ns + self._light_time_ns
+        silent = now_ns - self._due_ns >= self.after_ns
+        quiet = not silent and now_ns - heard_ns >= self.after_ns + self._light_time_ns
         before, self.state = self.state, Silence(silent, quiet and self._plan.is_closed(now_ns))
         return self.state != before
 

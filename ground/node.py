@@ -11,6 +11,7 @@ from farside.ground.downlink import DownlinkPlan, GroundSilence
 from farside.ground.moves import MoveTimes
 from farside.ground.operators.operator import Operator, Situation
 from farside.ground.operators.queued import QueuedOperator, as_logged
+from farside.ground.operators.scripted import ScriptedOperator
 from farside.ground.outlook import Outlook, RoverTerms
 from farside.ground.shadow import Shadow
 from farside.link.endpoint.endpoint import LinkTerms, ground_endpoint
@@ -64,6 +65,7 @@ class Ground:
         shadow: for the lists of the model on board, empty; `None` where they are not sent.
 
     Attributes:
+        operator: who decides.
         shadow: what is held of the model on board; `None` where it is not sent.
     """
 
@@ -80,7 +82,9 @@ class Ground:
     ) -> None:
         self._tick_ns = tick_ns
         self._now_ns = 0
-        self._operator = operator
+        self._config = config
+        self._round_trip_ns = terms.round_trip_ns
+        self.operator = operator
         self._journal = Journal()
         self._endpoint = ground_endpoint(terms, self._journal)
         self.shadow = None if shadow is None else Shadow(shadow, self._journal)
@@ -90,7 +94,7 @@ class Ground:
         times = MoveTimes(rover.moves)
         self._desk = CommandDesk(
             terms.schedule,
-            valid_ns=terms.round_trip_ns + to_ns(config.command_lifetime_s),
+            valid_ns=self._valid_ns(config),
             times=times,
             least_move_ns=rover.least_move_ns,
             action_of=self._action_of,
@@ -126,11 +130,32 @@ class Ground:
         Raises:
             TypeError: if the operator takes no orders from outside.
         """
-        if not isinstance(self._operator, QueuedOperator):
+        if not isinstance(self.operator, QueuedOperator):
             raise TypeError(
-                f"expected an operator that takes orders, found {type(self._operator).__name__}"
+                f"expected an operator that takes orders, found {type(self.operator).__name__}"
             )
-        self._operator.put(acts)
+        self.operator.put(acts)
+
+    def change(self, config: GroundConfig, operator: Operator) -> None:
+        """Go by `config` from now on, with `operator` at it; the heartbeats stay.
+
+        Where both are scripts, and what the present one has begun is the same in the other, it goes
+        on with the other's rest. Otherwise `operator` takes the seat, and begins its own work.
+        """
+        before, self._config = self._config, config
+        self._desk.valid_ns = self._valid_ns(config)
+        self._silence.after_ns = to_ns(config.silent_after_s)
+        if _orders(config) == _orders(before):
+            return
+        match self.operator:
+            case ScriptedOperator() as present if config.steps is not None:
+                if not present.change(config.steps, config.rules):
+                    self.operator = operator
+            case _:
+                self.operator = operator
+
+    def _valid_ns(self, config: GroundConfig) -> int:
+        return self._round_trip_ns + to_ns(config.command_lifetime_s)
 
     def _tick(self) -> None:
         now_ns = self._journal.now_ns = self._now_ns
@@ -142,10 +167,10 @@ class Ground:
             self._predict()
         for command in self._desk.follow(now_ns, silent=self._silence.state.silent):
             self._endpoint.send(command, now_ns)
-        for act in self._operator.act(self._situation()):
+        for act in self.operator.act(self.situation):
             self._give(as_logged(act))
-        if self._operator.progress != self._progress:
-            self._progress = self._operator.progress
+        if self.operator.progress != self._progress:
+            self._progress = self.operator.progress
             self._journal.note(GROUND_OPERATOR, self._progress)
 
     def _give(self, act: Act) -> None:
@@ -218,7 +243,9 @@ class Ground:
         if self._silence.look(self._belief.heard_ns, self._now_ns):
             self._journal.note(GROUND_SILENCE, self._silence.state)
 
-    def _situation(self) -> Situation:
+    @property
+    def situation(self) -> Situation:
+        """What an operator knows now."""
         silent = self._silence.state.silent
         return Situation(self._now_ns, self._belief, self._desk, silent, self._outlook)
 
@@ -246,3 +273,9 @@ class Ground:
                 override=override,
             ),
         )
+
+
+def _orders(config: GroundConfig) -> tuple[object, ...]:
+    """What the `[ground]` table says of who orders, and how."""
+    own = config.operator, config.operator_options, config.steps, config.rules
+    return (*own, config.recorded if config.operator == "recorded" else None)

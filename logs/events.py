@@ -175,13 +175,14 @@ def _condition_line(entry: LogEntry) -> EventLine | None:
             return None
 
 
-_OUTAGES = {
+OUTAGES = {
     OutageReason.BLACKOUT: "blackout",
     OutageReason.PASS: "gap between passes",
     OutageReason.CONTACT: "gap between contacts",
     OutageReason.CONJUNCTION: "solar conjunction",
     OutageReason.CONTROL: "manual outage",
 }
+"""What an outage is called."""
 
 
 def _link_or_ground_line(entry: LogEntry) -> EventLine | None:
@@ -189,7 +190,7 @@ def _link_or_ground_line(entry: LogEntry) -> EventLine | None:
     match entry.message:
         case LinkOutage(direction=direction, down=down, reason=reason):
             way = "uplink" if direction is Direction.UP else "downlink"
-            text = f"{way}: {_OUTAGES[reason]} {'begins' if down else 'ends'}"
+            text = f"{way}: {OUTAGES[reason]} {'begins' if down else 'ends'}"
             return EventLine(t_ns, Role.LINK, text)
         case CommandSent(number=number, order=order, when=when):
             text = f"command {number}: {order_text(order)}{when_text(when)}"
@@ -200,8 +201,9 @@ def _link_or_ground_line(entry: LogEntry) -> EventLine | None:
         case EventLearned(event=event):
             text = f"learns of {time_text(event.time_ns)}: {_happening(event.what)}"
             return EventLine(t_ns, Role.GROUND, text)
-        case Silence(silent=silent):
-            text = "hears nothing from the rover" if silent else "hears the rover"
+        case Silence(silent=silent, expected=expected):
+            text = "hears nothing from the rover" if silent or expected else "hears the rover"
+            text += ", as planned" if expected else ""
             return EventLine(t_ns, Role.GROUND, text)
         case _:
             return None

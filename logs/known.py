@@ -2,7 +2,8 @@
 
 from collections import deque
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from copy import copy
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import msgspec
@@ -121,6 +122,10 @@ class KnownCommand:
             self.end, self.why = entry.stage, entry.why
             self.over_ns = now_ns if self.over_ns is None else self.over_ns
 
+    def copy(self) -> "KnownCommand":
+        """The same, which changes by itself."""
+        return replace(self, stages={slot: copy(stage) for slot, stage in self.stages.items()})
+
     def says_news(self, entry: LifeEntry) -> bool:
         """Whether a verdict is worth a line: the first overdue or late one, and what resolves it.
 
@@ -237,6 +242,22 @@ class KnownCommands:
         stages = {due.stage: KnownStage(due) for due in sent.dues}
         self.open[sent.number] = KnownCommand(sent.number, sent.order, sent.when, now_ns, stages)
         _bound(self.open)
+
+    def forget(self, before_ns: int) -> None:
+        """Forget those that were known to be over before a time."""
+        for number, command in list(self.open.items()):
+            if command.over_ns is not None and command.over_ns < before_ns:
+                del self.open[number]
+        while self.ended and (self.ended[0].stages[_DONE].told_ns or 0) < before_ns:
+            self.ended.popleft()
+
+    def copy(self) -> "KnownCommands":
+        """The same, which changes by itself."""
+        return KnownCommands(
+            {number: command.copy() for number, command in self.open.items()},
+            self.ended.copy(),
+            dict(self.held),
+        )
 
     def says_news(self, entry: LifeEntry) -> bool:
         """Whether a verdict is worth a line; see `KnownCommand.says_news`."""

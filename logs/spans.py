@@ -1,15 +1,15 @@
 """What queries on a run answer with: spans of time, and counts of frames."""
 
 from collections import Counter
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import msgspec
 
-from farside.control import Mode, ModeCause
+from farside.control import Cause, CommandStage, Failsafe, Mode, ModeCause, Verdict
 from farside.frames import Fate, FrameEvent, FrameFate, FrameStage, OutageReason
-from farside.messages import ModelUpdate, Tokens
+from farside.messages import Meant, ModelUpdate, Order, Telemetry, Tokens, When
 from farside.node import Direction, to_s
-from farside.topics import GoalSource
+from farside.topics import BeliefEntry, CommandSent, GoalSource, LifeEntry, Prediction
 
 
 class ModeSpan(NamedTuple):
@@ -18,6 +18,15 @@ class ModeSpan(NamedTuple):
     t_s: float
     mode: Mode
     why: ModeCause
+
+
+class FailsafeSpan(NamedTuple):
+    """The failsafe was in `state` from `t_s` until the next span; see `FailsafeEntry`."""
+
+    t_s: float
+    state: Failsafe
+    why: str
+    causes: tuple[Cause, ...]
 
 
 class OutageSpan(NamedTuple):
@@ -45,6 +54,113 @@ class GoalSpan(NamedTuple):
     set_s: float
     reached_s: float | None = None
     withdrawn_s: float | None = None
+
+
+class CommandVerdict(NamedTuple):
+    """What the ground came to say of a stage of a command.
+
+    Attributes:
+        said_s: when; of a stage that it knows was reached, when it learned so.
+        stage: the stage.
+        verdict: on it.
+        due_s: when it was due on board; `None` if it never was.
+        so_s: when it was reached on board; `None` while the ground does not know.
+    """
+
+    said_s: float
+    stage: CommandStage
+    verdict: Verdict
+    due_s: float | None
+    so_s: float | None
+
+    @property
+    def is_of_fact(self) -> bool:
+        """Whether the ground knew by it that the stage was reached."""
+        return self.verdict in {Verdict.ON_TIME, Verdict.LATE}
+
+
+class CommandLife(NamedTuple):
+    """A command from leaving the ground to its end, on both sides.
+
+    Attributes:
+        number, order, meant, when: see `Command`.
+        sent_s: when the ground gave it.
+        expires_s: when it would be too late to begin it.
+        arrived_s: when the rover received it; `None` if it did not. As ground, this and the next
+            four are what the ground had heard.
+        begun_s: when its action began; `None` without an action, or if it never did.
+        ended_s: when it was over.
+        how: the stage that ended it.
+        why: why it ended without being done.
+        verdicts: what the ground came to say of it, in order.
+    """
+
+    number: int
+    order: Order
+    meant: Meant | None
+    when: When | None
+    sent_s: float
+    expires_s: float
+    arrived_s: float | None = None
+    begun_s: float | None = None
+    ended_s: float | None = None
+    how: CommandStage | None = None
+    why: str | None = None
+    verdicts: tuple[CommandVerdict, ...] = ()
+
+    @classmethod
+    def of(cls, sent: CommandSent, t_s: float) -> Self:
+        """The life of a command that was sent at `t_s`."""
+        return cls(sent.number, sent.order, sent.meant, sent.when, t_s, to_s(sent.expires_ns))
+
+    @property
+    def learned_s(self) -> float | None:
+        """When the ground learned how it ended; `None` if it never did."""
+        ends = (said.said_s for said in self.verdicts if said.stage.is_last and said.is_of_fact)
+        return next(ends, None)
+
+    def reach(self, stage: CommandStage, t_s: float | None, why: str | None) -> Self:
+        """The same command once it has come to a stage at `t_s`."""
+        if stage.is_last:
+            return self._replace(ended_s=t_s, how=stage, why=why)
+        if stage is CommandStage.BEGUN:
+            return self._replace(begun_s=t_s)
+        return self._replace(arrived_s=t_s) if stage is CommandStage.TAKEN else self
+
+    def judge(self, entry: LifeEntry, t_s: float, *, told: bool) -> Self:
+        """The same command once the ground has said this of it at `t_s`.
+
+        Args:
+            entry: what it said.
+            t_s: when.
+            told: whether its life on board is to be what the ground was told of it.
+        """
+        if entry.stage is None or entry.verdict is None:
+            return self
+        due_s, so_s = (None if ns is None else to_s(ns) for ns in (entry.due_ns, entry.so_ns))
+        said = CommandVerdict(t_s, entry.stage, entry.verdict, due_s, so_s)
+        judged = self._replace(verdicts=(*self.verdicts, said))
+        return judged.reach(entry.stage, so_s, entry.why) if told and said.is_of_fact else judged
+
+
+class Believed(NamedTuple):
+    """What the ground believed of the rover at a time.
+
+    Attributes:
+        t_s: the time.
+        belief: item by item, with when it was so and when that was learned.
+        telemetry: the newest that had come straight from the rover; `None` before the first.
+        age_s: how long ago that was measured.
+        silent: whether the rover counted as silent.
+        prediction: where the ground took it to be by then; `None` where it said nothing.
+    """
+
+    t_s: float
+    belief: BeliefEntry
+    telemetry: Telemetry | None
+    age_s: float | None
+    silent: bool
+    prediction: Prediction | None
 
 
 class OperatorSpan(NamedTuple):

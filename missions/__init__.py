@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING
 from farside.lazily import lazily
 
 if TYPE_CHECKING:
+    from farside.logs.result import Outcome, RunResult
     from farside.missions.loading import MissionError, load_mission
     from farside.missions.orders.timed import TimedOrders
-    from farside.missions.result import Outcome, RunResult
     from farside.missions.run import FinishedRun, run_mission
     from farside.missions.schema import MissionFile
     from farside.missions.testing.rehearsal import Rehearsal
@@ -30,9 +30,9 @@ __getattr__ = lazily(
         "FinishedRun": "run",
         "MissionError": "loading",
         "MissionFile": "schema",
-        "Outcome": "result",
+        "Outcome": "run",
         "Rehearsal": "testing.rehearsal",
-        "RunResult": "result",
+        "RunResult": "run",
         "TimedOrders": "orders.timed",
         "load_mission": "loading",
         "run_mission": "run",

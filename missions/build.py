@@ -50,14 +50,16 @@ def build_node(role: Role, mission: MissionFile, extensions: Extensions = NONE) 
     """
     match role:
         case Role.ROVER:
-            return _rover(mission, extensions)
+            return build_rover(mission, extensions)
         case Role.LINK:
-            return _channel(mission)
+            return build_channel(mission)
         case Role.GROUND:
             return build_ground(mission, build_operator(mission, extensions))
 
 
-def _rover(mission: MissionFile, extensions: Extensions) -> Rover:
+def build_rover(mission: MissionFile, extensions: Extensions = NONE) -> Rover:
+    """The rover of a mission; see `build_node`."""
+
     def controller(rover: RoverConfig, rng: Generator) -> Controller:
         return build_controller(rover, rng, extensions)
 
@@ -95,7 +97,8 @@ def _terms(mission: MissionFile) -> LinkTerms:
     return LinkTerms.simulated(mission.link, mission.seed, heartbeat_ns)
 
 
-def _channel(mission: MissionFile) -> Channel:
+def build_channel(mission: MissionFile) -> Channel:
+    """The channel of a mission."""
     seed = mission.seed if mission.link.seed is None else mission.link.seed
     rngs = {
         Direction.UP: _stream(seed, _Purpose.UPLINK),

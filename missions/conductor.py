@@ -4,6 +4,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 from operator import attrgetter
+from pathlib import Path
 from typing import NamedTuple, Protocol
 
 from farside.acts import Act
@@ -23,8 +24,13 @@ _log_time_ns = attrgetter("log_time_ns")
 class Watcher(Protocol):
     """Observer of a run in progress, who may give orders where the mission's operator is `queued`.
 
-    A class that derives from it need not define `orders`, and gives none.
+    A class that derives from it need define neither `opened` nor `orders`, and gives none. The run
+    waits while `watch` does, for as long as that takes: so a watcher may pace it, or hold it.
     """
+
+    def opened(self, log: Path) -> None:  # noqa: ARG002 - for those that define it
+        """Called before the first window, with the log that is written."""
+        return  # without a body it would be abstract
 
     def orders(self, now_s: float) -> Sequence[Act]:  # noqa: ARG002 - for those that define it
         """Called before each window: what is ordered on its first tick, in order.

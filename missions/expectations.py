@@ -5,9 +5,9 @@ from collections.abc import Callable
 
 from farside.control import CommandStage, Mode, ModeCause
 from farside.frames import Fate, FrameFate
+from farside.logs.result import Judgement
 from farside.logs.spans import OutageSpan
-from farside.logs.views import RunView
-from farside.missions.result import Judgement
+from farside.logs.views.run import RunView
 from farside.missions.schema import (
     AutonomyExpected,
     ChargeExpected,

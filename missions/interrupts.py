@@ -43,6 +43,10 @@ class Interrupts:
         finally:
             self._breaks_at = None
 
+    def request(self) -> None:
+        """Count as a signal, but interrupt nothing: the run ends with the window in progress."""
+        self._count += 1
+
     def _hear(self, _number: int, _frame: FrameType | None) -> None:
         self._count += 1
         if self._breaks_at is not None and self._count >= self._breaks_at:

@@ -25,7 +25,7 @@ from farside.missions.extensions.kinds import (
     searching,
 )
 from farside.missions.orders.recorded import RecordedError, with_recorded
-from farside.missions.schema import MAX_TICKS, MissionFile
+from farside.missions.schema import MAX_TICKS, Change, MissionFile
 from farside.places import ACTIONS, Cell, Chart, place_token
 from farside.validation import Key, Problem, did_you_mean, dotted, mismatches, named, shown
 
@@ -58,6 +58,9 @@ class LoadedMission(NamedTuple):
         source: path or name of the mission, as given to `load_mission`.
         overrides: dotted keys and values of the assignments, in order.
         extensions: the controller and operator of one's own that it names.
+        files: the texts of the files that its link names, by that name.
+        changes: what becomes of the mission during the run, in order of time.
+        again: of a run that is lived again otherwise: what the log says of it.
     """
 
     mission: MissionFile
@@ -65,6 +68,14 @@ class LoadedMission(NamedTuple):
     source: str
     overrides: tuple[tuple[str, object], ...] = ()
     extensions: Extensions = NONE
+    files: Mapping[str, str] = {}
+    changes: tuple[Change, ...] = ()
+    again: Mapping[str, str] = {}
+
+    @property
+    def last(self) -> MissionFile:
+        """The mission at the end of the run."""
+        return self.changes[-1].mission if self.changes else self.mission
 
 
 def load_mission(
@@ -94,15 +105,41 @@ def load_mission(
     """
     text = _read(source)
     try:
-        data = parse_toml(text)
-    except ValueError as error:
-        raise MissionError(f"{source}: expected TOML, found: {error}") from error
-    try:
         made = read_assignments(assignments)
     except ValueError as error:
         raise MissionError(f"{source}: {error}") from error
     if seed is not None:
         made.append(Assignment(("seed",), seed, f"--seed {seed}"))
+    return load_text(text, source, made, {}, controller=controller, operator=operator)
+
+
+def load_text(
+    text: str,
+    source: str | Path,
+    made: Sequence[Assignment],
+    texts: dict[str, str],
+    *,
+    controller: "type[Controller] | None" = None,
+    operator: "type[Operator] | None" = None,
+) -> LoadedMission:
+    """`load_mission` from the text of a mission file.
+
+    Args:
+        text: the text.
+        source: where it is from: other files are looked for beside it.
+        made: the assignments, the last one to a key wins.
+        texts: of the files that the mission names, by that name, where they need not be read.
+        controller: as in `load_mission`.
+        operator: likewise.
+
+    Raises:
+        MissionError: as `load_mission`.
+    """
+    try:
+        data = parse_toml(text)
+    except ValueError as error:
+        raise MissionError(f"{source}: expected TOML, found: {error}") from error
+    made = list(made)
     for kind, given in ((CONTROLLER, controller), (OPERATOR, operator)):
         if given is not None:
             made.append(Assignment(kind.key, _label(given), f"a {kind.what} given from Python"))
@@ -110,24 +147,25 @@ def load_mission(
     _refuse(problems, source, made)
     mission = msgspec.convert(data, MissionFile)
     _refuse(_inconsistencies(mission, data), source, made)
+    folder = Path(source).parent
     try:
-        link = resolve_link(mission.link, folder=Path(source).parent, duration_s=mission.duration_s)
+        link = resolve_link(mission.link, folder=folder, duration_s=mission.duration_s, texts=texts)
     except LinkConfigError as error:
         _refuse(_link_problems(error), source, made)
         raise
     try:
-        mission = with_recorded(mission, Path(source).parent)
+        mission = with_recorded(mission, folder)
     except RecordedError as error:
         _refuse([error.problem], source, made)
         raise
     try:
-        extensions = _extensions(mission, Path(source).parent, controller, operator)
+        extensions = _extensions(mission, folder, controller, operator)
     except ExtensionError as error:
         _refuse([error.problem], source, made)
         raise
     overrides = tuple((dotted(change.key), change.value) for change in made)
     mission = msgspec.structs.replace(mission, link=link)
-    return LoadedMission(mission, text, str(source), overrides, extensions)
+    return LoadedMission(mission, text, str(source), overrides, extensions, texts)
 
 
 def _label(given: type) -> str:

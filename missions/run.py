@@ -12,7 +12,21 @@ from typing import NamedTuple
 import msgspec
 
 from farside.logs import LogError, LogFile, Recorder
-from farside.logs.views import RunView
+from farside.logs.result import (
+    DemResult,
+    GoalResult,
+    Judgement,
+    LinkResult,
+    LostProcessResult,
+    ModeResult,
+    OperatorResult,
+    Outcome,
+    RoverResult,
+    RunResult,
+    ShadowResult,
+    StoreResult,
+)
+from farside.logs.views.run import RunView
 from farside.missions.build import build_node
 from farside.missions.conductor import Conductor, Watcher
 from farside.missions.crew.crew import (
@@ -28,20 +42,6 @@ from farside.missions.expectations import judge
 from farside.missions.extensions.kinds import searching
 from farside.missions.interrupts import Interrupts
 from farside.missions.loading import LoadedMission
-from farside.missions.result import (
-    DemResult,
-    GoalResult,
-    Judgement,
-    LinkResult,
-    LostProcessResult,
-    ModeResult,
-    OperatorResult,
-    Outcome,
-    RoverResult,
-    RunResult,
-    ShadowResult,
-    StoreResult,
-)
 from farside.missions.schema import MissionFile
 from farside.node import Direction, Node, Record, Role, to_ns, to_s
 
@@ -49,7 +49,7 @@ RUNS = Path("logs/runs")
 """Default folder for logs, relative to the current folder."""
 
 _PATIENT = Patience()
-_LIBRARIES = ("farside", "eclipse-zenoh", "mcap", "msgspec", "numpy", "pymunk")
+_LIBRARIES = ("farside", "eclipse-zenoh", "foxglove-sdk", "mcap", "msgspec", "numpy", "pymunk")
 
 
 class _Unwatched(Watcher):
@@ -66,7 +66,6 @@ class FinishedRun(RunView):
     """A run that is over: its result, and the queries of a `RunView`.
 
     Attributes:
-        result: the result.
         lost_processes: processes that ended before the run, in order of loss.
         interrupted: whether the run was stopped, as by Ctrl-C.
     """
@@ -80,9 +79,14 @@ class FinishedRun(RunView):
         interrupted: bool,
     ) -> None:
         super().__init__(log)
-        self.result = result
+        self._result = result
         self.lost_processes = lost_processes
         self.interrupted = interrupted
+
+    @property
+    def result(self) -> RunResult:
+        """The result, as the log has it too."""
+        return self._result
 
     @property
     def log(self) -> Path:
@@ -105,6 +109,7 @@ def run_mission(
     window_ns: int | None = None,
     patience: Patience = _PATIENT,
     interrupts: Interrupts | None = None,
+    crew: Crew | None = None,
 ) -> FinishedRun:
     """Run a mission and write its log.
 
@@ -117,6 +122,8 @@ def run_mission(
         window_ns: longest window, if shorter than the link allows.
         patience: how long to wait for a process that does not answer; see `ProcessCrew`.
         interrupts: those of a caller that is not to be interrupted after the run either.
+        crew: rover, link and ground at time 0, in place of those that are made for the run. A
+            mission that changes needs one that changes with it.
 
     Ctrl-C or SIGTERM ends the run after the window in progress, a second one at once. The log is
     whole either way.
@@ -130,9 +137,11 @@ def run_mission(
         ValueError: if the mission was loaded with a class, and is not to be run in this process; or
             if the watcher gives orders, and the mission's operator is not `queued`.
     """
-    mission = loaded.mission
+    mission = loaded.last
     watcher = watcher or _Unwatched()
-    if loaded.extensions.local and not in_process:
+    if loaded.changes and crew is None:
+        raise ValueError("expected a crew for a mission that changes during the run, found none")
+    if loaded.extensions.local and not in_process and crew is None:
         raise ValueError(
             "expected a run in this process, as its controller or operator was given as a class; "
             "in processes, name it in the mission as module:Class"
@@ -142,11 +151,14 @@ def run_mission(
         stack.enter_context(searching(loaded.extensions.path))
         interrupts = interrupts or stack.enter_context(Interrupts())
         with interrupts.breakable(at=1):
-            crew = stack.enter_context(_crew(loaded, patience, watcher, in_process=in_process))
+            crew = stack.enter_context(
+                crew or _crew(loaded, patience, watcher, in_process=in_process)
+            )
         recorder = Recorder.in_folder(out, f"{mission.name}-seed{mission.seed}")
         stack.enter_context(_log_failures())
         stack.enter_context(recorder)
         _describe(recorder, loaded)
+        watcher.opened(recorder.path)
         conductor = Conductor(
             mission,
             crew,
@@ -216,6 +228,12 @@ def _describe(recorder: Recorder, loaded: LoadedMission) -> None:
     recorder.attach("mission.toml", "application/toml", loaded.text.encode())
     recorder.attach("mission.json", "application/json", msgspec.json.encode(mission))
     recorder.attach("overrides.json", "application/json", msgspec.json.encode(loaded.overrides))
+    if loaded.files:
+        recorder.attach("files.json", "application/json", msgspec.json.encode(loaded.files))
+    if loaded.changes:
+        recorder.attach("changes.json", "application/json", msgspec.json.encode(loaded.changes))
+    if loaded.again:
+        recorder.metadata("farside.rerun", dict(loaded.again))
     versions = {name: version(name) for name in _LIBRARIES}
     recorder.metadata(
         "farside.run",

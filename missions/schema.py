@@ -1,9 +1,9 @@
 """The schema of a mission file: world, rover, link, ground and expectations."""
 
 from functools import lru_cache
-from typing import Annotated
+from typing import Annotated, Any
 
-from msgspec import Meta
+from msgspec import Meta, Struct
 
 from farside.ground.config import GroundConfig
 from farside.link.profile.config import LinkConfig
@@ -137,3 +137,17 @@ class MissionFile(Section, frozen=True):
     def window_ns(self) -> int:
         """The longest window in nanoseconds: the link's lookahead in whole ticks, at least one."""
         return max(1, self.link.lookahead_ns // self.tick_ns) * self.tick_ns
+
+
+class Change(Struct, frozen=True):
+    """From a moment of a run on, it goes by another mission.
+
+    Attributes:
+        at_ns: the moment in simulated time, on a tick.
+        overrides: dotted keys and values of what is changed then, in order.
+        mission: the mission from then on, resolved.
+    """
+
+    at_ns: int
+    overrides: tuple[tuple[str, Any], ...]
+    mission: MissionFile

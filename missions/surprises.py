@@ -7,7 +7,7 @@ import msgspec
 
 from farside.control import Chooser, CommandStage, Failsafe, Mode
 from farside.logs.events import sign_text
-from farside.logs.views import RunView
+from farside.logs.views.run import RunView
 from farside.messages import Approve, Drive, Override, Proposal, Tokens, Veto
 from farside.node import to_ns, to_s
 from farside.topics import (

@@ -20,6 +20,11 @@ class Battery:
         self._charging = False
         self.low = config.initial < config.low
 
+    def change(self, config: BatteryConfig) -> None:
+        """Be a battery by `config` from now on, with the energy that is left."""
+        self._config = config
+        self._charge_j = min(self._charge_j, config.capacity_j)
+
     @property
     def charge(self) -> float:
         """State of charge, 0 to 1."""

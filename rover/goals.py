@@ -135,6 +135,23 @@ class Goals:
                 else:
                     self._give_up(tokens, GoalSource.MISSION)
 
+    def change_mission(self, before: Mapping[Tokens, float], after: Mapping[Tokens, float]) -> None:
+        """Have other mission goals from now on: those that were reached or withdrawn stay so.
+
+        Args:
+            before: the mission goals so far, with their priorities.
+            after: those from now on.
+        """
+        for tokens in [tokens for tokens in before if tokens not in after]:
+            left = self._mission.pop(tokens, None)
+            if left is not None and self.wants(tokens, GoalSource.MISSION):
+                self._give_up(tokens, GoalSource.MISSION)
+        for tokens, priority in after.items():
+            if tokens not in before or (tokens in self._mission and priority != before[tokens]):
+                self._mission[tokens] = priority
+                if self.wants(tokens, GoalSource.MISSION):
+                    self.want(tokens, priority, GoalSource.MISSION)
+
     def reached(self, goals: Sequence[Goal]) -> None:
         """The controller found goals satisfied and took them off its list."""
         for goal in goals:

@@ -89,6 +89,14 @@ class Rover:
         terms: of the link, as agreed with the ground beforehand.
         streams: random streams.
         controller: makes the controller on board.
+
+    Attributes:
+        config: the `[rover]` table in force.
+        controller: the controller on board, which learns from everything that is done.
+        pilot: decides who drives, and what to begin next.
+        parts: what the pilot works with: goals, commands, proposals, silence, failsafe, battery.
+        world, estimate: where the rover is, and where it believes to be.
+        faults: what goes wrong with it.
     """
 
     def __init__(
@@ -103,20 +111,20 @@ class Rover:
     ) -> None:
         start = TruePose(*chart.centre_m(chart.places[config.start]), 0.0)
         tick_s = to_s(tick_ns)
-        self._config, self._chart, self._tick_ns = config, chart, tick_ns
+        self.config, self._chart, self._tick_ns = config, chart, tick_ns
         self._now_ns = self._house_at_ns = 0
         self._journal = journal = Journal()
         self._events = events = EventQueue(journal)
         self._endpoint = rover_endpoint(terms, journal)
-        self._world = World(chart, config.body, start, tick_s, streams.soil)
-        self._faults = Faults(config.faults)
+        self.world = World(chart, config.body, start, tick_s, streams.soil)
+        self.faults = Faults(config.faults)
         self._radio = Radio(chart) if chart.shadow else None
-        self._estimate = PoseEstimate(start, config.sensors, tick_s, streams.sensors)
+        self.estimate = PoseEstimate(start, config.sensors, tick_s, streams.sensors)
         self._battery = Battery(config.battery)
         self._condition = Condition(self._battery, journal, events)
         self._silence = Silence(config.failsafe, terms)
         self._reporting = Reporting(self._endpoint, terms, self._silence, journal)
-        brain = controller(config, streams.learning)
+        self.controller = brain = controller(config, streams.learning)
         mission: dict[Tokens, float] = {
             (place_token(goal.place),): goal.priority for goal in config.goals
         }
@@ -132,23 +140,20 @@ class Rover:
         self._gate = SafetyGate(
             brain, self._to_dock, self._battery, config.drive, config.battery.reserve
         )
-        self._pilot = Pilot(
-            Parts(
-                cycle=self._cycle,
-                goals=self._goals,
-                commands=self._commands,
-                proposals=self._proposals,
-                silence=self._silence,
-                watch=self._watch,
-                gate=self._gate,
-                tracks={(LINK_UP,): self._to_signal, (ON_CHARGE,): self._to_dock},
-                battery=self._battery,
-                journal=journal,
-                events=events,
-            ),
-            config.failsafe,
-            has_dock=chart.dock is not None,
+        self.parts = Parts(
+            cycle=self._cycle,
+            goals=self._goals,
+            commands=self._commands,
+            proposals=self._proposals,
+            silence=self._silence,
+            watch=self._watch,
+            gate=self._gate,
+            tracks={(LINK_UP,): self._to_signal, (ON_CHARGE,): self._to_dock},
+            battery=self._battery,
+            journal=journal,
+            events=events,
         )
+        self.pilot = Pilot(self.parts, config.failsafe, has_dock=chart.dock is not None)
         self._doing: _Doing | None = None
         self._stands_since_ns = 0
         self._least_move_ns = to_ns(config.drive.least_move_s(chart.cell_m))
@@ -180,12 +185,12 @@ class Rover:
 
     def _tick(self) -> None:
         now_ns = self._journal.now_ns = self._now_ns
-        self._endpoint.in_shadow = self._world.in_shadow
+        self._endpoint.in_shadow = self.world.in_shadow
         self._listen()
         if self._doing is not None:
             self._drive(self._doing)
         conditions = self._conditions()
-        if self._pilot.look(conditions, now_ns):
+        if self.pilot.look(conditions, now_ns):
             self._stirred = True
         if conditions.tilted and self._doing is not None:
             self._doing.move.abandon()
@@ -204,18 +209,18 @@ class Rover:
             self._stirred = True
             match message := arrival.message:
                 case Command():
-                    self._pilot.orders.take(message, self._now_ns)
+                    self.pilot.orders.take(message, self._now_ns)
                 case Heartbeat():
-                    self._pilot.orders.heartbeat(message, self._now_ns)
+                    self.pilot.orders.heartbeat(message, self._now_ns)
                     self._reporting.acknowledged(message, self._now_ns)
                     self._updates.heard(message.model)
                 case Shown():
-                    self._pilot.orders.shown(message.proposal, self._now_ns)
+                    self.pilot.orders.shown(message.proposal, self._now_ns)
         if self._endpoint.heard_ns is not None:
             self._silence.heard(self._endpoint.heard_ns)
 
     def _telemetry(self) -> Telemetry:
-        own, authority = self._estimate, self._pilot.authority
+        own, authority = self.estimate, self.pilot.authority
         standing = self._proposals.standing
         alone = authority.on_loss is OnLoss.AUTONOMY
         return Telemetry(
@@ -244,19 +249,19 @@ class Rover:
         self._flow()
         self._gate.look()
         self._condition.follow_battery()
-        truth = self._world.pose
+        truth = self.world.pose
         self._journal.note(
             TRUTH_POSE,
             Pose(
                 truth.x_m,
                 truth.y_m,
                 truth.heading_rad,
-                self._world.speed_m_s,
+                self.world.speed_m_s,
                 self._chart.tokens[self._true_cell],
                 self._battery.charge,
             ),
         )
-        own = self._estimate
+        own = self.estimate
         self._journal.note(ROVER_ESTIMATE, Estimate(own.x_m, own.y_m, own.heading_rad))
         self._stirred = True
         self._reporting.note_store()
@@ -265,7 +270,7 @@ class Rover:
 
     def _sensed(self) -> frozenset[str]:
         tokens: set[str] = set()
-        if self._faults.has_position(self._now_ns):
+        if self.faults.has_position(self._now_ns):
             tokens.add(self._chart.tokens[self._believed_cell])
             if self._believed_cell == self._chart.dock:
                 tokens.add(ON_CHARGE)
@@ -280,7 +285,7 @@ class Rover:
             place=self._place,
             signal=self._signal,
             stuck=self._condition.stuck,
-            tilted=self._faults.tilt_rad(self._now_ns) >= self._config.failsafe.tilt_limit_rad,
+            tilted=self.faults.tilt_rad(self._now_ns) >= self.config.failsafe.tilt_limit_rad,
         )
 
     def _follow_tracks(self, move: str | None) -> None:
@@ -295,7 +300,7 @@ class Rover:
 
     @property
     def _place(self) -> str | None:
-        if not self._faults.has_position(self._now_ns):
+        if not self.faults.has_position(self._now_ns):
             return None
         return self._chart.tokens[self._believed_cell]
 
@@ -309,11 +314,11 @@ class Rover:
 
     @property
     def _believed_cell(self) -> Cell:
-        return self._chart.cell_at(self._estimate.x_m, self._estimate.y_m)
+        return self._chart.cell_at(self.estimate.x_m, self.estimate.y_m)
 
     @property
     def _true_cell(self) -> Cell:
-        x_m, y_m, _ = self._world.pose
+        x_m, y_m, _ = self.world.pose
         return self._chart.cell_at(x_m, y_m)
 
     def _flow(self) -> None:
@@ -327,11 +332,11 @@ class Rover:
 
     def _decide(self) -> None:
         self._cycle.follow(self._sensed())
-        undertaking = self._pilot.next()
+        undertaking = self.pilot.next()
         if undertaking is not None:
             self._undertake(undertaking)
             return
-        proposal = self._pilot.propose()
+        proposal = self.pilot.propose()
         if proposal is not None:
             self._endpoint.send(proposal, self._now_ns)
 
@@ -341,8 +346,8 @@ class Rover:
         move = Move(
             self._chart.centre_m(home),
             self._chart.centre_m(home.beside(undertaking.action)),
-            self._config.drive,
-            self._config.body,
+            self.config.drive,
+            self.config.body,
             to_s(self._tick_ns),
         )
         self._doing = _Doing(undertaking, move, self._now_ns, self._cycle.tokens)
@@ -355,19 +360,19 @@ class Rover:
 
     def _drive(self, doing: _Doing) -> None:
         move = doing.move
-        if self._now_ns - doing.began_ns > to_ns(self._config.drive.give_up_s):
+        if self._now_ns - doing.began_ns > to_ns(self.config.drive.give_up_s):
             move.abandon()
-        before = self._world.pose
-        command = STAND if self._battery.empty else move.command(self._estimate)
-        bump_m_s = self._world.step(command.speed_m_s, command.yaw_rad_s)
-        after = self._world.pose
+        before = self.world.pose
+        command = STAND if self._battery.empty else move.command(self.estimate)
+        bump_m_s = self.world.step(command.speed_m_s, command.yaw_rad_s)
+        after = self.world.pose
         turned_rad = after.heading_rad - before.heading_rad
-        fixes = self._faults.has_position(self._now_ns)
-        self._estimate.update(after, command.speed_m_s, turned_rad, fixes=fixes)
+        fixes = self.faults.has_position(self._now_ns)
+        self.estimate.update(after, command.speed_m_s, turned_rad, fixes=fixes)
         if bump_m_s is not None:
             move.bumped()
             self._journal.note(TRUTH_BUMP, Bump(after.x_m, after.y_m, bump_m_s))
-        over = move.stopping and self._world.at_rest
+        over = move.stopping and self.world.at_rest
         # Where a fix has it arrive sooner than the ground may count on, it stands until then.
         if over and (move.blocked or self._now_ns - doing.began_ns >= self._least_move_ns):
             self._finish(doing)
@@ -383,7 +388,7 @@ class Rover:
         # Path A3: the controller learns from what was performed, no matter who chose it.
         self._cycle.sense(self._sensed(), action)
         self._follow_tracks(action)
-        self._pilot.ended(action, doing.start, duration_s, blocked=blocked)
+        self.pilot.ended(action, doing.start, duration_s, blocked=blocked)
         self._gate.look()
         self._stirred = True
         self._house_at_ns = self._now_ns

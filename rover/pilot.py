@@ -56,6 +56,11 @@ class Pilot:
         self.authority = Authority(parts, config, has_dock=has_dock)
         self.orders = Orders(parts, self.authority)
 
+    def change(self, config: FailsafeConfig) -> None:
+        """Go by another failsafe from now on."""
+        self._return_to = config.return_to
+        self.authority.change(config)
+
     # --- what is so ----------------------------------------------------------------------------
 
     def look(self, conditions: Conditions, now_ns: int) -> bool:

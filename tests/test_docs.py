@@ -14,6 +14,7 @@ import pytest
 from farside.link import LinkConfig
 from farside.link.profile.resolve import resolve_link, with_preset
 from farside.missions import load_mission, run_mission
+from farside.topics import TOPICS
 
 ROOT = Path(__file__).parent.parent
 DOCUMENTS = [
@@ -27,6 +28,7 @@ DOCUMENTS = [
         "docs/ground.md",
         "docs/dem.md",
         "docs/link.md",
+        "docs/logs.md",
         "docs/study.md",
     )
 ]
@@ -127,11 +129,23 @@ def test_every_test_in_the_documents_passes(pytester: pytest.Pytester) -> None:
     pytester.runpytest_inprocess().assert_outcomes(passed=1)
 
 
-def test_every_example_in_the_documents_runs() -> None:
+def test_every_example_in_the_documents_runs(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
     examples = [block for block in blocks("python") if "import " in block]
     assert examples
     for example in examples:
         exec(example, {})  # noqa: S102 - our own examples
+
+
+def test_every_topic_of_a_log_is_in_its_table() -> None:
+    rows = re.findall(
+        r"^\| `(/[a-z]+/[a-z_]+)` \| `(\w+)` \| .+ \|$",
+        (ROOT / "docs/logs.md").read_text(),
+        re.MULTILINE,
+    )
+    assert rows == [(name, topic.kind.__name__) for name, topic in TOPICS.items()]
 
 
 def test_every_link_in_the_documents_is_one() -> None:

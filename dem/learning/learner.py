@@ -82,6 +82,20 @@ class Learner:
         # The latest first.
         self._traces: deque[_Trace] = deque(maxlen=parameters.reach)
 
+    def change(self, parameters: Parameters) -> None:
+        """Learn by these from now on.
+
+        Raises:
+            ValueError: if `reach`, `own_credit` or `maturity` are others than before: traces, costs
+                and watches are laid out by them.
+        """
+        for name in ("reach", "own_credit", "maturity"):
+            before, after = getattr(self._parameters, name), getattr(parameters, name)
+            if before != after:
+                raise ValueError(f"{name}: expected {before} as before, found {after}")
+        self._parameters = parameters
+        self.hypotheses.change(parameters)
+
     def sense(self, tokens: Sign, needed: Sequence[int]) -> CycleResult:
         """Begin a cycle: settle predictions, differentiate, remove and create hypotheses.
 

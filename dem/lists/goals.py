@@ -160,11 +160,14 @@ class GoalList:
         self.sought: Sign | None = None
         self.unreachable: tuple[Sign, ...] = ()
         self._ranked: list[tuple[Sign, _Entry]] = []
-        self._break_multiple = break_multiple
-        self._recovery = recovery
+        self.change(break_multiple, recovery)
         self._entries: dict[Sign, _Entry] = {}
         # Goals of rules that were reached and have been active ever since.
         self._held: set[Sign] = set()
+
+    def change(self, break_multiple: float, recovery: int) -> None:
+        """Put goals aside by these from now on."""
+        self._break_multiple, self._recovery = break_multiple, recovery
 
     @property
     def top(self) -> Sign | None:

@@ -113,6 +113,10 @@ class HypothesisList:
         self._free: list[int] = []
         self._births = 0
 
+    def change(self, parameters: Parameters) -> None:
+        """Strengthen and weaken by these from now on."""
+        self._parameters = parameters
+
     def __len__(self) -> int:
         """Number of rows, free ones included."""
         return len(self.cm)

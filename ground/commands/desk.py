@@ -92,6 +92,7 @@ class CommandDesk:
             given so far.
 
     Attributes:
+        valid_ns: as given.
         last_given: number of the newest command, 0 before the first.
         held: what is held at the ground, by number of holding.
     """
@@ -108,7 +109,7 @@ class CommandDesk:
         queued_until_ns: Callable[[int], int],
     ) -> None:
         self._timing = Timing(schedule)
-        self._valid_ns, self._least_move_ns = valid_ns, least_move_ns
+        self.valid_ns, self._least_move_ns = valid_ns, least_move_ns
         self._times_of, self._action_of = times, action_of
         self._journal, self._queued_until_ns = journal, queued_until_ns
         self.last_given = 0
@@ -311,7 +312,7 @@ class CommandDesk:
         )[number]
         life.expect(foreseen, self._timing)
         earliest_ns = foreseen.taken_ns if when is None else foreseen.begun_ns
-        expires_ns = min(NEVER_NS, earliest_ns + self._times * self._valid_ns)
+        expires_ns = min(NEVER_NS, earliest_ns + self._times * self.valid_ns)
         command = life.command = msgspec.structs.replace(command, expires_ns=expires_ns)
         self._live[number] = life
         self._given_times[number] = self._times

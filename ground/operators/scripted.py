@@ -51,7 +51,8 @@ class ScriptedOperator:
         self, script: Sequence[ScriptStep], chart: Chart, rules: tuple[Rule, ...] = ()
     ) -> None:
         self._seat = Seat(chart, len(script), rules)
-        self._play = self._steps(script)
+        self._script = list(script)
+        self._play = self._steps()
         self._over = False
 
     @property
@@ -64,8 +65,21 @@ class ScriptedOperator:
         self._seat.situation = situation
         return () if self._over else next(self._play)
 
-    def _steps(self, script: Sequence[ScriptStep]) -> Work:
-        for number, step in enumerate(script, start=1):
+    def change(self, script: Sequence[ScriptStep], rules: tuple[Rule, ...]) -> bool:
+        """Go on by another script and other rules; false if what has begun differs in it.
+
+        Nothing is changed then.
+        """
+        begun = self.progress.step
+        if self._over or self._script[:begun] != list(script[:begun]):
+            return False
+        self._script[begun:] = script[begun:]
+        self._seat.change(len(script), rules)
+        return True
+
+    def _steps(self) -> Work:
+        # More steps may come, and others go, while it goes through them.
+        for number, step in enumerate(self._script, start=1):
             self._seat.begin(number, _wanted(step))
             yield from _work(self._seat, step)
         self._over = True

@@ -34,6 +34,12 @@ class Seat:
         self.chart, self.rules = chart, rules
         self.progress = OperatorEntry(0, of, None)
 
+    def change(self, of: int, rules: tuple[Rule, ...]) -> None:
+        """There are so many steps, and these rules, from now on."""
+        self.rules = rules
+        if of != self.progress.of:
+            self.progress = replace(self.progress, of=of)
+
     def wait_for(self, what: str) -> None:
         """Note what the work waits for."""
         if self.progress.waiting_for != what:

@@ -37,6 +37,14 @@ class Agenda:
             self._added += 1
             heapq.heappush(self._batches, (records[0].time_ns, self._added, records, 0))
 
+    def drop_outages(self) -> None:
+        """Forget the outages that are not yet due."""
+        batches, self._batches = self._batches, []
+        for _, added, records, begin in batches:
+            left = [one for one in records[begin:] if not isinstance(one.message, LinkOutage)]
+            if left:
+                heapq.heappush(self._batches, (left[0].time_ns, added, left, 0))
+
     def due(self, until_ns: int) -> list[PendingRecord]:
         """Take the records due before `until_ns`, in order within each batch alone."""
         due: list[PendingRecord] = []

@@ -94,6 +94,15 @@ class Channel:
         """
         self._ways[direction].change(self._now_ns, one_way)
 
+    def adopt(self, config: LinkConfig) -> None:
+        """From now on, be the link `config`, with its outages, and its changes that are to come.
+
+        As by `change`, what has left keeps its fate. What both ends agreed on beforehand, such as
+        foreseen outages and light times, is not the channel's, and stays.
+        """
+        for way in self._ways.values():
+            way.adopt(self._now_ns, config)
+
     def set_out(self, direction: Direction, out: bool) -> None:  # noqa: FBT001 - a state to be in
         """From now on, `direction` is out, or as scheduled again.
 

@@ -14,7 +14,7 @@ from farside.link.channel.agenda import Agenda, PendingRecord
 from farside.link.channel.chance import UNIMPAIRED, Impairment, RandomImpairments
 from farside.link.channel.outages import Outages
 from farside.link.channel.queueing import Transmission, Transmitter
-from farside.link.profile.config import LinkConfig, OneWay
+from farside.link.profile.config import LinkChange, LinkConfig, OneWay
 from farside.link.profile.schedule import Delay, Outage, outages_of
 from farside.node import Direction, Frame, to_ns
 
@@ -58,16 +58,7 @@ class OneWayChannel:
 
     def __init__(self, direction: Direction, link: LinkConfig, rng: Generator) -> None:
         self._direction = direction
-        self._changes = deque(
-            sorted(
-                (
-                    (to_ns(change.at_s), change)
-                    for change in link.changes
-                    if change.direction.includes(direction)
-                ),
-                key=itemgetter(0),
-            )
-        )
+        self._changes = deque(_changes_of(link, direction))
         self.config = link.way(direction)
         self._least_delay_ns = self.config.least_delay_ns
         self._impairments = RandomImpairments(rng, self.config)
@@ -123,6 +114,22 @@ class OneWayChannel:
             self._delay = Delay(config)
             # What is sent from now on may overtake what was sent before.
             self._latest_ns = 0
+
+    def adopt(self, now_ns: int, link: LinkConfig) -> None:
+        """Be this direction of `link` from `now_ns` on; see `Channel.adopt`."""
+        config, changes = link.way(self._direction), _changes_of(link, self._direction)
+        self._changes = deque(change for change in changes if change[0] >= now_ns)
+        for _, change in changes[: len(changes) - len(self._changes)]:
+            config = change.applied_to(config)
+        if config != self.config:
+            self.change(now_ns, config)
+        self.agenda.drop_outages()
+        for begin_ns, end_ns, reason in self._outages.reschedule(
+            now_ns, outages_of(link, self._direction)
+        ):
+            if begin_ns >= now_ns:
+                self._note_outage(begin_ns, reason, down=True)
+            self._note_outage(end_ns, reason, down=False)
 
     def set_out(self, now_ns: int, *, out: bool) -> None:
         """Be out, or as scheduled, from `now_ns` on; see `Channel.set_out`."""
@@ -253,6 +260,12 @@ class OneWayChannel:
         self._outages_noted += 1
         outage = LinkOutage(self._direction, down=down, reason=reason)
         self.agenda.add([PendingRecord(time_ns, self._direction, -1, self._outages_noted, outage)])
+
+
+def _changes_of(link: LinkConfig, direction: Direction) -> list[tuple[int, LinkChange]]:
+    """The changes of one direction, each with its time in nanoseconds, in order."""
+    own = (change for change in link.changes if change.direction.includes(direction))
+    return sorted(((to_ns(change.at_s), change) for change in own), key=itemgetter(0))
 
 
 def _flipped(payload: bytes, bits: Sequence[int]) -> bytes:

@@ -17,11 +17,45 @@ class Outages:
     """
 
     def __init__(self, scheduled: Sequence[Outage]) -> None:
-        self._begins_ns = [outage.begin_ns for outage in scheduled]
-        self._ends_ns = [outage.end_ns for outage in scheduled]
-        self._reasons = [outage.reason for outage in scheduled]
+        self._schedule(scheduled)
         # The end of one that lasts is infinite.
         self._commanded: list[tuple[int, float]] = []
+
+    def reschedule(self, now_ns: int, scheduled: Sequence[Outage]) -> list[Outage]:
+        """From `now_ns` on, be out as in another schedule; what was before stays.
+
+        Args:
+            now_ns: the present.
+            scheduled: in order and without overlaps.
+
+        Returns:
+            those that begin or end now or later.
+        """
+        ours = zip(self._begins_ns, self._ends_ns, self._reasons, strict=True)
+        kept = [
+            Outage(begin_ns, min(end_ns, now_ns), reason)
+            for begin_ns, end_ns, reason in ours
+            if begin_ns < now_ns
+        ]
+        coming = [
+            outage._replace(begin_ns=max(outage.begin_ns, now_ns))
+            for outage in scheduled
+            if outage.end_ns > now_ns
+        ]
+        if kept and coming:
+            last, first = kept[-1], coming[0]
+            if (last.end_ns, last.reason) == (first.begin_ns, first.reason) and (
+                last.end_ns == now_ns
+            ):
+                kept.pop()
+                coming[0] = first._replace(begin_ns=last.begin_ns)
+        self._schedule(outages := [*kept, *coming])
+        return [outage for outage in outages if outage.end_ns >= now_ns]
+
+    def _schedule(self, outages: Sequence[Outage]) -> None:
+        self._begins_ns = [outage.begin_ns for outage in outages]
+        self._ends_ns = [outage.end_ns for outage in outages]
+        self._reasons = [outage.reason for outage in outages]
 
     @property
     def is_commanded(self) -> bool:

@@ -14,23 +14,19 @@ from typing import Generic, NamedTuple, TypeVar
 
 import msgspec
 
-from farside.frames import FrameEvent, FrameStage
+from farside.frames import Carried, FrameEvent, FrameStage
 from farside.link.endpoint.fragments import Fragmenter, Reassembler
 from farside.link.endpoint.keys import simulated_key
 from farside.link.endpoint.receiver import ReliableReceiver
 from farside.link.endpoint.segments import ReceptionReport, Segment, decode_part
-from farside.link.endpoint.sender import ReliableSender
-from farside.link.endpoint.services import SERVICES, Service
+from farside.link.endpoint.sender import ReliableSender, Sending
+from farside.link.endpoint.services import SERVICES, Service, carried, part_of
 from farside.link.endpoint.stored import StoredStream, StoreState
 from farside.link.endpoint.transfer import TransferConfig
 from farside.link.endpoint.wire import OVERHEAD_BYTE, Flag, FrameError, Opener, Sealer, unpack
 from farside.link.profile.config import LinkConfig
 from farside.link.profile.schedule import Schedule
-from farside.messages import (
-    Downlink,
-    Telemetry,
-    Uplink,
-)
+from farside.messages import Downlink, Telemetry, Uplink
 from farside.node import NEVER_NS, NS_PER_S, Direction, Frame, Journal, Topic
 from farside.topics import GROUND_FRAME, ROVER_FRAME
 
@@ -165,7 +161,7 @@ class Endpoint(Generic[_Out, _In]):
         self._sender = ReliableSender(outgoing, terms.schedule, transfer)
         self._receiver = ReliableReceiver(incoming, terms.schedule, transfer)
         self._segment_byte = transfer.segment_byte
-        self._backlog: deque[bytes] = deque()
+        self._backlog: deque[tuple[bytes, Carried]] = deque()
         self._wake_ns = 0
         stored = TransferConfig(
             segment_byte=transfer.segment_byte, margin_s=_STORED_MARGIN_S, repeats=1
@@ -185,13 +181,13 @@ class Endpoint(Generic[_Out, _In]):
         service = SERVICES[type(message)]
         payload = _encode(message)
         if service.reliable:
-            self._backlog.append(payload)
+            self._backlog.append((payload, carried(message)))
             self._wake_ns = now_ns
             self.pump(now_ns)
         else:
             if isinstance(message, Telemetry):
                 self._telemetry_byte = len(payload) + OVERHEAD_BYTE
-            self._send(payload, type(message).__name__, now_ns, service)
+            self._send(payload, message, now_ns, service)
 
     def store(self, message: _Out, made_ns: int) -> int:
         """Keep `message` for when the link returns; returns how many stored ones were dropped."""
@@ -225,9 +221,9 @@ class Endpoint(Generic[_Out, _In]):
             taken = self._stored.take(now_ns, until_ns)
             if taken is None:
                 return
-            payload, what = taken
-            most_byte -= len(payload)
-            self._put(payload, what, now_ns, _STORED, _STORED_SEGMENT)
+            sending, what = taken
+            most_byte -= len(sending.payload)
+            self._put_segment(sending, what, now_ns, _STORED, _STORED_SEGMENT)
 
     def telemetry_interval_ns(self, now_ns: int) -> int:
         """See the function of this name; of what was last sent, with what waits in the store."""
@@ -241,10 +237,11 @@ class Endpoint(Generic[_Out, _In]):
         if now_ns < self._wake_ns:
             return
         sender, receiver = self._sender, self._receiver
-        while self._backlog and sender.room >= self._segments(self._backlog[0]):
-            sender.offer(self._backlog.popleft())
+        while self._backlog and sender.room >= self._segments(self._backlog[0][0]):
+            payload, whole = self._backlog.popleft()
+            sender.offer(payload, carries=whole)
         while (sending := sender.take(now_ns)) is not None:
-            self._put(sending.payload, sending.text, now_ns, _SEGMENT, Flag.RELIABLE)
+            self._put_segment(sending, sending.text, now_ns, _SEGMENT, Flag.RELIABLE)
         for report in receiver.take(now_ns):
             self._put(report, "report", now_ns, _REPORT, Flag.REPORT)
         for report in self._stored_receiver.take(now_ns):
@@ -255,7 +252,7 @@ class Endpoint(Generic[_Out, _In]):
     def queued_until_ns(self, now_ns: int) -> int:
         """Until when, by plan, the transmitter sends what it was given so far, all that waits."""
         until_ns = max(now_ns, self._busy_ns)
-        waiting = [*self._sender.waiting_byte, *map(len, self._backlog)]
+        waiting = [*self._sender.waiting_byte, *(len(payload) for payload, _ in self._backlog)]
         for size_byte in waiting:
             framed_byte = size_byte + FRAMED_BYTE
             until_ns = self._schedule.sends_ns(self._outgoing, until_ns, framed_byte)[1]
@@ -269,27 +266,40 @@ class Endpoint(Generic[_Out, _In]):
     def _segments(self, payload: bytes) -> int:
         return max(1, -(-len(payload) // self._segment_byte))
 
-    def _send(
-        self, payload: bytes, what: str, now_ns: int, service: Service, flags: Flag = _PLAIN
-    ) -> None:
+    def _send(self, payload: bytes, message: _Out, now_ns: int, service: Service) -> None:
         bodies = self._fragmenter.cut(payload, self._sealer.next_sequence)
-        if len(bodies) > 1:
-            flags |= Flag.FRAGMENT
-        for body in bodies:
-            self._put(body, what, now_ns, service, flags)
+        flags = Flag.FRAGMENT if len(bodies) > 1 else _PLAIN
+        what, whole = type(message).__name__, carried(message)
+        for index, body in enumerate(bodies):
+            carries = (part_of(whole, index + 1, len(bodies)),)
+            self._put(body, what, now_ns, service, flags, carries=carries)
 
-    def _put(self, body: bytes, what: str, now_ns: int, service: Service, flags: Flag) -> None:
+    def _put_segment(
+        self, sending: Sending, what: str, now_ns: int, service: Service, flags: Flag
+    ) -> None:
+        self._put(sending.payload, what, now_ns, service, flags, carries=sending.carries)
+
+    def _put(
+        self,
+        body: bytes,
+        what: str,
+        now_ns: int,
+        service: Service,
+        flags: Flag,
+        *,
+        carries: tuple[Carried, ...] = (),
+    ) -> None:
         sequence = self._sealer.next_sequence
         wire = self._sealer.seal(body, flags)
         frame = Frame(self._outgoing, sequence, now_ns, wire, service.priority, service.lifetime_ns)
-        self._tell(frame, FrameStage.MADE, what, now_ns, flags)
+        self._tell(frame, FrameStage.MADE, what, now_ns, flags, carries=carries)
         ready_ns = max(now_ns, self._busy_ns)
         if ready_ns - now_ns <= (service.lifetime_ns or NEVER_NS):  # else it expires in the queue
             begin_ns, end_ns = self._schedule.sends_ns(self._outgoing, ready_ns, len(wire))
             # What is sent outside contacts leaves all the same, and is lost.
             self._busy_ns = ready_ns + end_ns - begin_ns
         if self.in_shadow:
-            self._tell(frame, FrameStage.SHADOWED, what, now_ns, flags)
+            self._tell(frame, FrameStage.SHADOWED, what, now_ns, flags, carries=carries)
         else:
             self._outbox.append(frame)
 
@@ -322,20 +332,21 @@ class Endpoint(Generic[_Out, _In]):
         self._hear(frame.time_ns)
         self._wake_ns = now_ns
         what = ""
-        messages: list[_In] = []
+        payloads: list[bytes] = []
         if flags & (Flag.RELIABLE | Flag.REPORT):
             part = decode_part(body)
             what = "segment" if isinstance(part, Segment) else "report"
             payloads = self._take_part(part, frame.time_ns, stored=bool(flags & Flag.STORED))
-            messages += (unpack(payload, self._decoder) for payload in payloads)
         else:
             whole = self._reassembler.add(body, now_ns) if flags & Flag.FRAGMENT else body
             what = "fragment"
             if whole is not None:
-                messages.append(unpack(whole, self._decoder))
+                payloads.append(whole)
+        messages = [unpack(payload, self._decoder) for payload in payloads]
         if messages:
             what = ", ".join(type(message).__name__ for message in messages)
-        self._tell(frame, FrameStage.USED, what, now_ns, flags)
+        carries = tuple(map(carried, messages))
+        self._tell(frame, FrameStage.USED, what, now_ns, flags, carries=carries)
         stored = bool(flags & Flag.STORED)
         return [Arrival(message, len(frame.payload), stored) for message in messages]
 
@@ -355,7 +366,14 @@ class Endpoint(Generic[_Out, _In]):
         return receiver.receive(part, arrival_ns)
 
     def _tell(
-        self, frame: Frame, stage: FrameStage, what: str, now_ns: int, flags: Flag = _PLAIN
+        self,
+        frame: Frame,
+        stage: FrameStage,
+        what: str,
+        now_ns: int,
+        flags: Flag = _PLAIN,
+        *,
+        carries: tuple[Carried, ...] = (),
     ) -> None:
         event = FrameEvent(
             direction=frame.direction,
@@ -364,6 +382,7 @@ class Endpoint(Generic[_Out, _In]):
             size_byte=len(frame.payload),
             what=what,
             stored=bool(flags & Flag.STORED),
+            carries=carries,
         )
         self._journal.note(self._topic, event, log_time_ns=now_ns)
 

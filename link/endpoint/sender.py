@@ -5,8 +5,10 @@ from collections.abc import Sequence
 from itertools import islice
 from typing import NamedTuple
 
+from farside.frames import Carried
 from farside.link.endpoint.deadlines import Deadlines
 from farside.link.endpoint.segments import Coverage, ReceptionReport, Segment, encode_part
+from farside.link.endpoint.services import part_of
 from farside.link.endpoint.transfer import TransferConfig
 from farside.link.endpoint.wire import FrameError
 from farside.link.profile.schedule import Schedule
@@ -17,11 +19,19 @@ _RESUMED = 8
 
 
 class Sending(NamedTuple):
-    """A segment to send now: its bytes, its number, and which attempt this is, from 1."""
+    """A segment to send now.
+
+    Attributes:
+        payload: its bytes.
+        number: its number.
+        attempt: which attempt this is, from 1.
+        carries: the part of a message in it, for the log.
+    """
 
     payload: bytes
     number: int
     attempt: int
+    carries: tuple[Carried, ...] = ()
 
     @property
     def text(self) -> str:
@@ -64,6 +74,7 @@ class ReliableSender:
         self._unsent = 0  # the oldest segment that has never been sent
         self._held: dict[int, bytes] = {}
         self._attempts: dict[int, int] = {}
+        self._carried: dict[int, Carried] = {}  # by segment, for the log
         # When each arrives, in order of sending. A plain dict finds its first entry in linear time.
         self._flight: OrderedDict[int, int] = OrderedDict()
         self._retransmit: deque[int] = deque()
@@ -106,12 +117,15 @@ class ReliableSender:
         """Whether all segments offered are acknowledged."""
         return not self._held
 
-    def offer(self, message: bytes, most_byte: int | None = None) -> range:
+    def offer(
+        self, message: bytes, most_byte: int | None = None, carries: Carried | None = None
+    ) -> range:
         """Accept a message to send; returns the numbers of its segments.
 
         Args:
             message: the message.
             most_byte: the most data in each segment, where that is to be less than usual.
+            carries: what the message is, for the log.
 
         Raises:
             TransferFullError: if it has more segments than there is `room` for.
@@ -127,6 +141,8 @@ class ReliableSender:
         for index, number in enumerate(numbers):
             data = message[index * size : (index + 1) * size]
             self._held[number] = encode_part(Segment(number, index, index == count - 1, data))
+            if carries is not None:
+                self._carried[number] = part_of(carries, index + 1, count)
         self.offered += count
         return numbers
 
@@ -215,6 +231,7 @@ class ReliableSender:
             self._held.pop(number, None)
             self._flight.pop(number, None)
             self._attempts.pop(number, None)
+            self._carried.pop(number, None)
         for number in lost:
             del self._flight[number]
         return lost
@@ -255,7 +272,9 @@ class ReliableSender:
         self._flight[number] = self._times.arrives_ns(end_ns)
         self._attempts[number] = attempt = self._attempts.get(number, 0) + 1
         self.sent += 1
-        return Sending(self._held[number], number, attempt)
+        first = self._carried.get(number)
+        carries = () if first is None else (part_of(first, first.part, first.parts, attempt),)
+        return Sending(self._held[number], number, attempt, carries)
 
     def _sends_ns(self, number: int, time_ns: int) -> tuple[int, int]:
         return self._times.sends_ns(max(time_ns, self._free_ns), len(self._held[number]))

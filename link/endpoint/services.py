@@ -1,17 +1,20 @@
-"""How each type of message is carried over the link."""
+"""How each type of message is carried over the link, and what the log says that a frame carries."""
 
 from typing import NamedTuple
 
 import msgspec
 
+from farside.frames import Carried
 from farside.messages import (
     Command,
+    Downlink,
     Event,
     Heartbeat,
     ModelUpdate,
     Proposal,
     Shown,
     Telemetry,
+    Uplink,
 )
 from farside.node import NS_PER_S
 
@@ -40,3 +43,24 @@ SERVICES: dict[type[msgspec.Struct], Service] = {
     ModelUpdate: Service(reliable=True, priority=2),
 }
 """The service of each message (project default)."""
+
+_decode = msgspec.msgpack.Decoder(Uplink | Downlink).decode
+
+
+def carried(message: msgspec.Struct) -> Carried:
+    """What a frame carries that holds the whole of `message`, one of the link's."""
+    number = message.proposal if isinstance(message, Shown) else getattr(message, "number", None)
+    kind = str(message.__struct_config__.tag)
+    return Carried(kind, number, getattr(message, "time_ns", None))
+
+
+def carried_in(payload: bytes) -> Carried:
+    """What a frame carries that holds the message in `payload`, packed by this end."""
+    return carried(_decode(payload))
+
+
+def part_of(whole: Carried, part: int, parts: int, attempt: int = 1) -> Carried:
+    """A part of a message, from 1, as it is sent for the `attempt`-th time."""
+    if parts == attempt == 1:
+        return whole
+    return Carried(whole.kind, whole.number, whole.time_ns, part, parts, attempt)

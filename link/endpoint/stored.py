@@ -8,7 +8,8 @@ from collections import deque
 from typing import NamedTuple
 
 from farside.link.endpoint.segments import ReceptionReport
-from farside.link.endpoint.sender import ReliableSender
+from farside.link.endpoint.sender import ReliableSender, Sending
+from farside.link.endpoint.services import carried_in
 from farside.link.endpoint.store import Store
 from farside.link.endpoint.transfer import TransferConfig
 from farside.link.profile.schedule import Schedule
@@ -95,8 +96,8 @@ class StoredStream:
         waiting = len(self._store) + len(self._forwarded)
         return StoreState(self._kept, self._store.dropped, waiting)
 
-    def take(self, now_ns: int, until_ns: int) -> tuple[bytes, str] | None:
-        """The payload to send by `until_ns`, and what it is; `None` if there is nothing."""
+    def take(self, now_ns: int, until_ns: int) -> tuple[Sending, str] | None:
+        """The segment to send by `until_ns`, and what it is; `None` if there is nothing."""
         if until_ns < self._wake_ns:
             return None
         self._feed()
@@ -111,7 +112,7 @@ class StoredStream:
         while aside and aside[0].stop <= self._sender.acknowledged:
             aside.popleft()
         is_aside = any(sending.number in segments for segments in aside)
-        return sending.payload, f"{self._aside_kind} {sending.text}" if is_aside else sending.text
+        return sending, f"{self._aside_kind} {sending.text}" if is_aside else sending.text
 
     def _feed(self) -> None:
         sender = self._sender
@@ -122,10 +123,11 @@ class StoredStream:
         if sender.room < -(-len(payload) // cut_byte):
             return
         if self.aside_waits:
-            self._aside_segments.append(sender.offer(payload, cut_byte))
+            self._aside_segments.append(sender.offer(payload, cut_byte, carried_in(payload)))
             self._aside, self.aside_waits = b"", False
         else:
-            self._forwarded.append(sender.offer(self._store.pop()).stop)
+            numbers = sender.offer(self._store.pop(), carries=carried_in(payload))
+            self._forwarded.append(numbers.stop)
 
     def receive(self, report: ReceptionReport, now_ns: int) -> None:
         """Process a report; see `ReliableSender.receive`."""

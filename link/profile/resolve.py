@@ -2,11 +2,11 @@
 
 import math
 from bisect import bisect_right
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, MutableMapping, Sequence
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 
@@ -115,13 +115,21 @@ def merged(preset: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
     return result
 
 
-def resolve_link(config: LinkConfig, *, folder: Path, duration_s: float) -> LinkConfig:
+def resolve_link(
+    config: LinkConfig,
+    *,
+    folder: Path,
+    duration_s: float,
+    texts: MutableMapping[str, str] | None = None,
+) -> LinkConfig:
     """Replace all that names a file, a plan, passes or an ephemeris by plain tables.
 
     Args:
         config: the link, already merged with its preset by `with_preset`.
         folder: what paths in it are relative to.
         duration_s: how much simulated time the tables have to cover.
+        texts: of the files that the link names, by that name: what is there is not read from
+            `folder`, and what is read from there is put in.
 
     Returns:
         a link without `preset`, `ephemeris`, `passes`, `contacts` and `rate_trace.file`, with a
@@ -133,14 +141,27 @@ def resolve_link(config: LinkConfig, *, folder: Path, duration_s: float) -> Link
     if config.preset is not None:
         raise _refused(("preset",), f"expected none left to read, found {shown(config.preset)}")
     _expect_one_delay(config)
+    files = _Files(folder, {} if texts is None else texts)
     link = msgspec.structs.replace(
         config,
-        up=_with_trace(config.up, "up", folder),
-        down=_with_trace(config.down, "down", folder),
+        up=_with_trace(config.up, "up", files),
+        down=_with_trace(config.down, "down", files),
     )
-    link = _with_contacts(link, folder, duration_s)
+    link = _with_contacts(link, files, duration_s)
     link = _with_ephemeris(link, duration_s)
     return _with_passes(link, duration_s)
+
+
+class _Files(NamedTuple):
+    """The files that a link names: what of them was read so far, and the folder of the rest."""
+
+    folder: Path
+    texts: MutableMapping[str, str]
+
+    def text(self, name: str, key: tuple[str, ...]) -> str:
+        if name not in self.texts:
+            self.texts[name] = _text(self.folder / name, key)
+        return self.texts[name]
 
 
 def _profile_table(source: str | Path) -> dict[str, Any]:
@@ -241,7 +262,7 @@ def _expect_one_delay(config: LinkConfig) -> None:
             raise _refused((way,), text)
 
 
-def _with_trace(one_way: OneWay, way: str, folder: Path) -> OneWay:
+def _with_trace(one_way: OneWay, way: str, files: _Files) -> OneWay:
     trace, key = one_way.rate_trace, (way, "rate_trace")
     if trace is None:
         return one_way
@@ -250,16 +271,16 @@ def _with_trace(one_way: OneWay, way: str, folder: Path) -> OneWay:
         raise _refused(key, f"expected either file or times_ms, found {found}")
     if trace.file is None:
         return one_way
-    path = folder / trace.file
+    text = files.text(trace.file, (*key, "file"))
     try:
-        times_ms = parse_trace(_text(path, (*key, "file")), str(path))
+        times_ms = parse_trace(text, str(files.folder / trace.file))
     except TraceError as error:
         raise _refused((*key, "file"), str(error)) from error
     trace = msgspec.structs.replace(trace, file=None, times_ms=times_ms)
     return msgspec.structs.replace(one_way, rate_trace=trace)
 
 
-def _with_contacts(link: LinkConfig, folder: Path, duration_s: float) -> LinkConfig:
+def _with_contacts(link: LinkConfig, files: _Files, duration_s: float) -> LinkConfig:
     contacts = link.contacts
     if contacts is None:
         return link
@@ -267,7 +288,7 @@ def _with_contacts(link: LinkConfig, folder: Path, duration_s: float) -> LinkCon
         if given := [key for key in _RATE_KEYS if getattr(one_way, key)]:
             text = f"expected the rate from contacts or from {given[0]}, found both"
             raise _refused((way, given[0]), text)
-    tables = _contact_tables(contacts, folder, duration_s)
+    tables = _contact_tables(contacts, files, duration_s)
     return msgspec.structs.replace(
         link,
         up=msgspec.structs.replace(link.up, **tables.up._asdict()),
@@ -277,9 +298,9 @@ def _with_contacts(link: LinkConfig, folder: Path, duration_s: float) -> LinkCon
     )
 
 
-def _contact_tables(contacts: ContactPlan, folder: Path, duration_s: float) -> LinkTables:
-    path = folder / contacts.file
-    text = _text(path, ("contacts", "file"))
+def _contact_tables(contacts: ContactPlan, files: _Files, duration_s: float) -> LinkTables:
+    path = files.folder / contacts.file
+    text = files.text(contacts.file, ("contacts", "file"))
     parse = parse_hdtn if path.suffix.lower() == ".json" else parse_ion
     try:
         plan = parse(text, str(path))

@@ -64,6 +64,7 @@ class LogIndex:
 
     Attributes:
         complete: whether the writer finished it, and its summary is whole.
+        size_byte: length of the file.
         library: the program that wrote it, such as `farside 0.1.0`.
         schemas, channels: by number.
         attachments: by name; of several with one name, the last.
@@ -95,7 +96,7 @@ class LogIndex:
         self._look_over(file)
 
     def _look_over(self, file: BinaryIO) -> None:
-        size = _size(file)
+        size = self.size_byte = _size(file)
         ends = [read_at(file, at, len(MAGIC)) for at in (0, max(size - len(MAGIC), 0))]
         if MAGIC not in ends:
             raise LogError(f"{self._path} is not a log: it is not an MCAP file")
@@ -122,7 +123,8 @@ class LogIndex:
         """Take in what was appended since; returns whether there was anything."""
         before = len(self.blocks), len(self.attachments), len(self.metadata)
         if not self.complete:
-            self._scan(file, _size(file))
+            self.size_byte = _size(file)
+            self._scan(file, self.size_byte)
         return before != (len(self.blocks), len(self.attachments), len(self.metadata))
 
     def sentences(self, until_ns: int | None) -> tuple[str, ...]:
@@ -153,10 +155,12 @@ class LogIndex:
         if data is None:
             return False
         header = span_at(file, len(MAGIC), size)
-        if header is not None and header.opcode == Opcode.HEADER:
+        try:
+            if header is None or header.opcode != Opcode.HEADER:
+                raise DamageError("not a header")
             self._take(file, header)
-        else:
-            self._note(Damage(len(MAGIC), len(MAGIC) + HEAD.size, "not a header", _NOTHING))
+        except DAMAGE as error:
+            self._note(Damage(len(MAGIC), len(MAGIC) + HEAD.size, _words(error), _NOTHING))
         try:
             self._take_summary(file, data, size)
         except DAMAGE:

@@ -1,8 +1,10 @@
 """Reading a run's log by topic and time, even if its writer was killed."""
 
-from collections.abc import Collection, Iterator, Mapping
+from collections import Counter
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from copy import copy
+from operator import attrgetter
 from pathlib import Path
 from typing import BinaryIO, NamedTuple, Protocol, Self
 
@@ -14,6 +16,8 @@ from farside.logs.file.mcap_bytes import DAMAGE, PICTURE, messages
 from farside.logs.file.parts import Attachment, Block, LogError, block_records
 from farside.node import NEVER_NS, Record, to_s
 from farside.topics import TOPICS
+
+_log_time_ns = attrgetter("log_time_ns")
 
 
 class LogEntry(NamedTuple):
@@ -78,6 +82,7 @@ class LogFile:
         path: the file.
         end_ns: log time of the last message, 0 without any.
         known_until_ns: see `as_ground`; `None` for the whole log.
+        is_to_end: whether `end_ns` moves on where `refresh` finds more.
         index: what it holds and where.
 
     Raises:
@@ -87,6 +92,7 @@ class LogFile:
     def __init__(self, path: Path) -> None:
         self.path = path
         self.known_until_ns: int | None = None
+        self.is_to_end = True
         self._last_read: tuple[Block, bytes] | None = None
         with self._file() as file:
             self._look_over(file)
@@ -96,8 +102,11 @@ class LogFile:
         self._reach()
 
     def _reach(self) -> None:
-        if self.known_until_ns is None:
-            self.end_ns = max((block.end_ns for block in self.index.blocks), default=0)
+        if not self.is_to_end:
+            return
+        self.end_ns = max((block.end_ns for block in self.index.blocks), default=0)
+        if self.known_until_ns is not None:
+            self.known_until_ns = self.end_ns
 
     def refresh(self) -> bool:
         """Take in what was written since the log was opened, or refreshed last.
@@ -133,9 +142,10 @@ class LogFile:
         written; and so are the attachments, which tell of what lay ahead, and how it ended.
 
         Args:
-            until_ns: simulated time; the end of the log by default.
+            until_ns: simulated time; the end of the log by default, wherever `refresh` finds it.
         """
         known = copy(self)
+        known.is_to_end = until_ns is None
         known.known_until_ns = self.end_ns if until_ns is None else until_ns
         known.end_ns = known.known_until_ns
         return known
@@ -167,6 +177,31 @@ class LogFile:
         if not self.is_as_ground:
             return metadata
         return {name: values for name, values in metadata.items() if name == "farside.run"}
+
+    @property
+    def size_byte(self) -> int:
+        """Length of the file when it was looked at last."""
+        return self.index.size_byte
+
+    def sizes(self) -> dict[str, tuple[int, int]]:
+        """For each topic with messages how many it has, and the length of all their payloads.
+
+        A finished log says it. Any other is read for it.
+
+        Raises:
+            LogError: if the file is gone.
+        """
+        index = self.index
+        if index.counts is not None and index.payload_byte and not self.is_as_ground:
+            topics = {number: channel.topic for number, channel in index.channels.items()}
+            said = {topics[number]: count for number, count in index.counts.items()}
+            return {topic: (count, index.payload_byte[topic]) for topic, count in said.items()}
+        counts: Counter[str] = Counter()
+        sizes: Counter[str] = Counter()
+        for record in self.records(pictures=True):
+            counts[record.topic] += 1
+            sizes[record.topic] += len(record.payload)
+        return {topic: (count, sizes[topic]) for topic, count in counts.items()}
 
     def records(
         self,
@@ -208,16 +243,36 @@ class LogFile:
         Raises:
             LogError: as `records`.
         """
-        names = self._known({topic.name})
+        return next(iter(self.latest_each(time_ns, (topic.name,))), None)
+
+    def latest_each(self, time_ns: int, names: Iterable[str] | None = None) -> list[Record]:
+        """The last record of each topic with a log time of `time_ns` or before, in log order.
+
+        Args:
+            time_ns: greatest log time.
+            names: of these topics; of all that the log holds by default, pictures included.
+
+        Raises:
+            LogError: as `records`.
+        """
+        missing = self._known(self._names(pictures=True) if names is None else set(names))
         time_ns = self._end_ns(time_ns)
+        found: list[Record] = []
         with self._opened() as file:
-            wanted, channels = self._wanted(names)
+            wanted, channels = self._wanted(missing)
             for block in reversed(self.index.blocks):
-                if block.start_ns <= time_ns and block.has(channels):
-                    for record in reversed(self._read(file, block, wanted)):
-                        if record.log_time_ns <= time_ns:
-                            return record
-        return None
+                if not missing:
+                    break
+                if block.start_ns > time_ns or not block.has(channels):
+                    continue
+                last: dict[str, Record] = {}
+                for record in self._read(file, block, wanted):
+                    if record.log_time_ns <= time_ns:
+                        last[record.topic] = record
+                found += last.values()
+                missing -= last.keys()
+                wanted, channels = self._wanted(missing)
+        return sorted(found, key=_log_time_ns)
 
     def entries(self) -> Iterator[LogEntry]:
         """All records in log order, each decoded when it is reached.
@@ -228,8 +283,15 @@ class LogFile:
         return map(LogEntry.of, self.records())
 
     def digest(self) -> str:
-        """The `Digest` of all that the log holds, pictures included, computed from the file."""
-        return digest_of(self.records(pictures=True))
+        """The `Digest` of all that the log holds, pictures included, computed from the file.
+
+        Raises:
+            LogError: if some are missing: it would not be that of the run.
+        """
+        digest = digest_of(self.records(pictures=True))
+        if self.damage:
+            raise LogError(f"{self.path} is damaged: {self.damage[0]}")
+        return digest
 
     def _names(self, *, pictures: bool) -> set[str]:
         """The topics of the log."""

@@ -1,24 +1,20 @@
 """Replaying a log in the terminal."""
 
-import math
 import shlex
+import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, nullcontext
 
-from rich.console import Console, RenderableType
-from rich.live import Live
+from rich.console import Console
 from rich.text import Text
 
 from farside.escaping import printable
 from farside.logs.events import EVENT_TOPICS, time_text
 from farside.logs.file.reading import LogEntry, LogFile
-from farside.logs.picture import PICTURE_TOPICS, Picture, picture_at
-from farside.logs.terminal.screen import screen
-from farside.node import to_ns, to_s
-
-_UPDATE_S = 0.1
-"""Wall time between two screen updates: smooth to the eye, and light on a slow terminal."""
+from farside.logs.following import LOOK_AGAIN_S, followed, start_of
+from farside.logs.picture import Picture
+from farside.node import Record
 
 
 def _unseen(_words: str) -> AbstractContextManager[None]:
@@ -30,23 +26,24 @@ def replay(
     console: Console,
     *,
     speed: float = 1.0,
-    start_s: float = 0.0,
+    start_s: float | None = None,
+    follow: bool = False,
     sleep: Callable[[float], None] = time.sleep,
-    now: Callable[[], float] = time.monotonic,
     waiting: Callable[[str], AbstractContextManager[None]] = _unseen,
 ) -> None:
-    """Replay a log on a terminal screen or, where output is not a terminal, print its event lines.
+    """Replay a log on the terminal's screen or, where there is none, print its event lines.
 
-    Returns at the end of the log, leaving the last screen on the terminal, or on Ctrl-C.
+    Returns when the screen is left, or once the lines are printed.
 
     Args:
         log: the log to replay.
         console: where to show it.
         speed: simulated seconds per wall second; `math.inf` goes straight to the end. Printed
             lines are not paced.
-        start_s: simulated time at which to start.
+        start_s: simulated time at which to start; by default the beginning or, to follow on the
+            screen, what was written last.
+        follow: go on as the log grows, until it is whole.
         sleep: waits for a number of wall seconds.
-        now: wall time in seconds, from any origin.
         waiting: is entered, with words on what for, while a person has to wait.
 
     Raises:
@@ -55,17 +52,14 @@ def replay(
     """
     if not speed > 0:
         raise ValueError(f"expected a speed above 0, found {speed:g}")
-    if not 0 <= start_s <= to_s(log.end_ns):
-        raise ValueError(
-            f"expected a start within the run, 0 to {to_s(log.end_ns)} s, found {start_s} s"
-        )
+    screen = has_screen(console)
+    start_ns = start_of(log, start_s, follow=follow and screen)
     try:
-        if console.is_interactive:
-            with waiting("reading the log up to the start"):
-                playing = _Replay(log, console, speed, to_ns(start_s))
-            playing.show(sleep, now)
+        if screen:
+            _show(log, speed, start_ns, follow=follow, waiting=waiting)
         else:
-            _print_lines(log, console, to_ns(start_s))
+            coming = followed(log, EVENT_TOPICS, sleep) if follow else log.records(EVENT_TOPICS)
+            _print_lines(log, console, coming, start_ns)
     except KeyboardInterrupt:
         return
     if not log.complete:
@@ -78,57 +72,47 @@ def replay(
         )
 
 
-def _print_lines(log: LogFile, console: Console, start_ns: int) -> None:
-    picture = Picture()
-    for record in log.records(EVENT_TOPICS):
+def has_screen(console: Console) -> bool:
+    """Whether a person sits at a terminal that can be drawn on and sends keys."""
+    # Textual draws on standard error, and reads keys from standard input.
+    ends = (sys.stdin, sys.stderr)
+    return console.is_interactive and all(end is not None and end.isatty() for end in ends)
+
+
+def _show(
+    log: LogFile,
+    speed: float,
+    start_ns: int,
+    *,
+    follow: bool,
+    waiting: Callable[[str], AbstractContextManager[None]],
+) -> None:
+    with waiting("reading the log up to the start"):
+        from farside.logs.terminal.app import ReplayApp  # noqa: PLC0415 - heavy
+
+        refresh = _Following(log) if follow else str
+        app = ReplayApp(log, speed=speed, start_ns=start_ns, refresh=refresh)
+    app.show()
+
+
+class _Following:
+    """Looks again at a log that is still being written, not more often than it pays."""
+
+    def __init__(self, log: LogFile, now: Callable[[], float] = time.monotonic) -> None:
+        self._log, self._now = log, now
+        self._looked_s = now()
+
+    def __call__(self) -> str:
+        if not self._log.complete and self._now() - self._looked_s >= LOOK_AGAIN_S:
+            self._log.refresh()
+            self._looked_s = self._now()
+        return "the run is over" if self._log.complete else "still being written"
+
+
+def _print_lines(log: LogFile, console: Console, records: Iterator[Record], start_ns: int) -> None:
+    picture = Picture(as_ground=log.is_as_ground)
+    for record in records:
         line = picture.apply(LogEntry.of(record))
         if line is not None and line.t_ns >= start_ns:
             text = f"{time_text(line.t_ns):>11}  {line.role:<6}  {line.text}"
             console.print(Text(text), soft_wrap=True)
-
-
-class _Replay:
-    """A replay in progress: the picture so far and the entries still to come."""
-
-    def __init__(self, log: LogFile, console: Console, speed: float, start_ns: int) -> None:
-        self._log = log
-        self._console = console
-        self._speed = speed
-        self._now_ns = self._start_ns = start_ns
-        self._picture = picture_at(log, start_ns)
-        coming = log.records(PICTURE_TOPICS, start_ns=start_ns + 1)
-        self._remaining = map(LogEntry.of, coming)
-        self._next = next(self._remaining, None)
-
-    def show(self, sleep: Callable[[float], None], now: Callable[[], float]) -> None:
-        began_s = now()
-        with Live(console=self._console, auto_refresh=False, screen=True) as live:
-            self._run_to(self._start_ns)
-            while self._now_ns < self._log.end_ns:
-                live.update(self._screen(self._console.height), refresh=True)
-                sleep(_UPDATE_S)
-                self._run_to(self._due_ns(now() - began_s))
-        # On the ordinary screen this one stays, with a row free for the prompt.
-        self._console.print(self._screen(self._console.height - 1))
-
-    def _due_ns(self, wall_s: float) -> int:
-        if math.isinf(self._speed):
-            return self._log.end_ns
-        return min(self._start_ns + to_ns(wall_s * self._speed), self._log.end_ns)
-
-    def _run_to(self, time_ns: int) -> None:
-        while self._next is not None and self._next.log_time_ns <= time_ns:
-            self._picture.apply(self._next)
-            self._next = next(self._remaining, None)
-        self._now_ns = time_ns
-
-    def _screen(self, height: int) -> RenderableType:
-        speed = "max" if math.isinf(self._speed) else f"×{self._speed:g}"
-        return screen(
-            self._picture,
-            self._now_ns,
-            width=self._console.width,
-            height=height,
-            title=f"{self._log.path.name}  {speed}",
-            end_ns=self._log.end_ns,
-        )

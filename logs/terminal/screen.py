@@ -26,6 +26,9 @@ _DIRECTION_LABELS = {Direction.UP: "↑ up", Direction.DOWN: "↓ down"}
 
 _LEGEND = "[magenta]◇[/] heard  [magenta]◌[/] by now  [cyan]•[/] proposed"
 
+LEAST_WIDTH, LEAST_HEIGHT = 40, 10
+"""Columns and rows that `screen` needs."""
+
 _MAP_WIDTH_MIN, _MAP_HEIGHT_MIN = 30, 8
 _INSTRUMENTS_WIDTH_MIN = 40
 _BESIDE = 6  # columns of frames about a map and the instruments beside it
@@ -59,7 +62,7 @@ def screen(
     title: str = "farside",
     end_ns: int | None = None,
 ) -> RenderableType:
-    """Draw a picture, at its best in 100 columns by 30 rows and usable from 40 by 10.
+    """Draw a picture, at its best in 100 columns by 30 rows and usable from 40 by 10, not below.
 
     Clock, modes and events always have their place. A map that is larger than its own shows the
     part about the rover; dashes for an edge, and an arrow in the title, say where it goes on. The
@@ -105,7 +108,7 @@ def screen(
     return Group(
         _header(picture, now_ns, title, end_ns, wide=width >= _WIDE),
         *panels,
-        _panel("events", _events(list(picture.lines)[-events:]), height=events + 2),
+        panel("events", _events(list(picture.lines)[-events:]), height=events + 2),
     )
 
 
@@ -113,12 +116,12 @@ def _commands(commands: KnownCommands, now_ns: int, rows: int, order_width: int)
     shown = command_rows(commands, now_ns, rows)
     for _, order, _ in shown:
         order.truncate(order_width, overflow="ellipsis")
-    return _panel(commands_title(commands), _grid(shown), height=rows + 2)
+    return panel(commands_title(commands), _grid(shown), height=rows + 2)
 
 
 def _yard_panel(yard: DrawnMap, height: int) -> Panel:
     """The map; an edge behind which it goes on is dashed."""
-    panel = _panel(
+    framed = panel(
         f"yard, more {' '.join(yard.more)}" if yard.more else "yard",
         Group(*yard.rows),
         height=height,
@@ -127,17 +130,17 @@ def _yard_panel(yard: DrawnMap, height: int) -> Panel:
     west, east = ("┊" if arrow in yard.more else "│" for arrow in "←→")
     north, south = ("┄" if arrow in yard.more else "─" for arrow in "↑↓")
     sides = f"{west}  {east}\n"
-    panel.box = Box(f"╭{north}{north}╮\n{sides}├──┤\n{sides}├──┤\n├──┤\n{sides}╰{south}{south}╯\n")
-    return panel
+    framed.box = Box(f"╭{north}{north}╮\n{sides}├──┤\n{sides}├──┤\n├──┤\n{sides}╰{south}{south}╯\n")
+    return framed
 
 
 def _instruments(picture: Picture, now_ns: int, height: int) -> RenderableType:
     """The rover's panel, and that of link and ground where there is room for both."""
     if height < _BODY_HEIGHT_MIN // 2 + _LINK_HEIGHT:
-        return _panel("rover", _rover(picture), height=height)
+        return panel("rover", _rover(picture), height=height)
     return Group(
-        _panel("rover", _rover(picture), height=height - _LINK_HEIGHT),
-        _panel(
+        panel("rover", _rover(picture), height=height - _LINK_HEIGHT),
+        panel(
             "link and ground",
             Group(_link(picture), _ground(picture, now_ns)),
             height=_LINK_HEIGHT,
@@ -145,7 +148,8 @@ def _instruments(picture: Picture, now_ns: int, height: int) -> RenderableType:
     )
 
 
-def _panel(title: str, inside: RenderableType, *, height: int, legend: str | None = None) -> Panel:
+def panel(title: str, inside: RenderableType, *, height: int, legend: str | None = None) -> Panel:
+    """A frame about something, with a title, `height` rows high."""
     return Panel(
         inside,
         title=title,
@@ -163,7 +167,11 @@ def _header(
     state = Text(f"  {time_text(now_ns)}", style="bold", no_wrap=True)
     if end_ns is not None and wide:
         state.append(f" / {time_text(end_ns)}", style=_DIM)
-    for badge in (_badge(picture.mode, _MODE_STYLES), _badge(picture.failsafe, _FAILSAFE_STYLES)):
+    stale = picture.belief.stale if picture.as_ground and picture.belief is not None else ()
+    for badge in (
+        _badge(picture.mode, _MODE_STYLES, stale=BeliefItem.MODE in stale),
+        _badge(picture.failsafe, _FAILSAFE_STYLES, stale=BeliefItem.FAILSAFE in stale),
+    ):
         state.append("  ").append(badge)
     if not wide:
         return state
@@ -172,10 +180,10 @@ def _header(
     return header
 
 
-def _badge(state: _State | None, styles: dict[_State, str]) -> Text:
+def _badge(state: _State | None, styles: dict[_State, str], *, stale: bool) -> Text:
     if state is None:
         return Text(" UNKNOWN ", style="reverse")
-    return Text(f" {state.upper()} ", style=f"{styles[state]} reverse")
+    return Text(f" {state.upper()}{'?' if stale else ''} ", style=f"{styles[state]} reverse")
 
 
 def _grid(rows: Sequence[Sequence[str | Text]]) -> Table:
@@ -197,7 +205,9 @@ def _grid(rows: Sequence[Sequence[str | Text]]) -> Table:
 
 
 def _rover(picture: Picture) -> Table:
-    pose, cycle, proposal = picture.pose, picture.cycle, picture.proposal
+    if picture.as_ground:
+        return _believed_rover(picture)
+    pose, cycle = picture.pose, picture.cycle
     rows: dict[str, str | Text] = dict.fromkeys(
         ("at", "battery", "action", "goals", "proposal", "DEM"), "none"
     )
@@ -205,18 +215,44 @@ def _rover(picture: Picture) -> Table:
         rows["at"] = f"{pose.place}, {pose.speed_m_s:.2f} m/s"
         rows["battery"] = _battery(pose.battery)
     rows["action"] = _action(picture.action)
-    if picture.goals:
-        goals = picture.goals.items()
-        rows["goals"] = ", ".join(f"{sign_text(sign)} ({priority:.3g})" for sign, priority in goals)
-    if proposal is not None:
-        steps = f"{len(proposal.path)} steps"
-        rows["proposal"] = (
-            f"{proposal.number}: {proposal.action}, to {sign_text(proposal.goal)}, {steps}"
-        )
+    rows |= _wanted(picture)
     if cycle is not None:
         sizes = f"{cycle.signs} Signs, {cycle.hypotheses} hyp."
         rows["DEM"] = f"{sizes}, C_m {cycle.mean_cm:.2f}"
     return _grid([(Text(label, style=_DIM), value) for label, value in rows.items()])
+
+
+def _believed_rover(picture: Picture) -> Table:
+    """The rover as the ground had it."""
+    heard, belief, shadow = picture.telemetry, picture.belief, picture.shadow
+    rows: dict[str, str | Text] = dict.fromkeys(
+        ("heard at", "battery", "action", "goals", "proposal", "shadow"), "unknown"
+    )
+    if heard is not None:
+        rows["heard at"] = next(filter(is_place_token, heard.tokens), "no place")
+        rows["battery"] = _battery(heard.battery)
+    if belief is not None and belief.action is not None:
+        rows["action"] = belief.action.value or "standing"
+        rows["goals"] = rows["proposal"] = "none"
+    rows |= _wanted(picture)
+    if shadow is not None:
+        rows["shadow"] = f"{shadow.signs} Signs, {shadow.hypotheses} hyp."
+    return _grid([(Text(label, style=_DIM), value) for label, value in rows.items()])
+
+
+def _wanted(picture: Picture) -> dict[str, str]:
+    rows = {}
+    if picture.goals:
+        rows["goals"] = ", ".join(
+            sign_text(sign) if priority is None else f"{sign_text(sign)} ({priority:.3g})"
+            for sign, priority in picture.goals.items()
+        )
+    if (proposal := picture.proposal) is not None:
+        rows["proposal"] = (
+            f"{proposal.number}: {proposal.action}, to {sign_text(proposal.goal)}, "
+            f"{len(proposal.path)} steps"
+        )
+    return rows
 
 
 def _battery(charge: float) -> Text:
@@ -236,6 +272,9 @@ def _action(action: ActionStarted | None) -> str:
 
 def _link(picture: Picture) -> Table:
     rows: list[tuple[Text, Text, str, str]] = []
+    if picture.as_ground:
+        label = Text(" ".join(_DIRECTION_LABELS.values()), style=_DIM)
+        return _grid([(label, "not known at the ground")])
     for direction, side in picture.link.items():
         state = _lamp("outage" if side.down else "ok", _BAD if side.down else _GOOD)
         label = Text(_DIRECTION_LABELS[direction], style=_DIM)

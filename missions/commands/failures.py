@@ -8,14 +8,21 @@ import os
 import sys
 import traceback
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from farside.escaping import printable
+
+if TYPE_CHECKING:
+    from farside.missions.run import FinishedRun
 
 TRACEBACK = "FARSIDE_TRACEBACK"
 """Environment variable: if it is set and not empty, tracebacks are printed."""
 
 INFRASTRUCTURE = 3
 """Exit status for a failure of the machine, or of Farside itself."""
+
+INTERRUPTED = 130
+"""Exit status after Ctrl-C."""
 
 _OF_MACHINE = {
     errno.EAGAIN,
@@ -28,6 +35,17 @@ _OF_MACHINE = {
     errno.ENOSPC,
 }
 _SOURCE = Path(__file__).parents[2]
+
+
+def status_of(run: "FinishedRun") -> int:
+    """The exit status of a command that has run a mission."""
+    from farside.logs.result import Outcome
+
+    if run.interrupted:
+        return INTERRUPTED
+    return {Outcome.SUCCESS: 0, Outcome.FAILURE: 1, Outcome.ABORTED: INFRASTRUCTURE}[
+        run.result.outcome
+    ]
 
 
 def traceback_wanted() -> bool:

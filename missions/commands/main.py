@@ -7,6 +7,8 @@ or the log's libraries.
 import math
 import signal
 import sys
+from contextlib import ExitStack
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, NoReturn
@@ -18,15 +20,26 @@ from farside.escaping import printable
 from farside.missions.commands import failures
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.formats import list_missions, show_schema
+from farside.missions.commands.live.address import Listen, Live, Port, address_of, live_speed
+from farside.missions.commands.live.layout import write_layouts
+from farside.missions.commands.logs.comparing import DIFF_STATUS, diff_logs
+from farside.missions.commands.logs.exporting import export_log
+from farside.missions.commands.logs.informing import show_information
 from farside.missions.commands.logs.looking import recover_log, replay_log
+from farside.missions.commands.logs.reliving import VERIFY_STATUS, rerun_log, verify_log
+from farside.missions.commands.logs.report import report_log
+from farside.missions.commands.logs.story import tell_story
+from farside.missions.commands.logs.why import tell_why
 from farside.missions.commands.values import pace_of
+from farside.node import to_ns
 from farside.validation import dotted
 
 if TYPE_CHECKING:
     from farside.missions.crew.crew import LostProcess
-    from farside.missions.run import FinishedRun
 
-_DONE, _UNMET, _BAD_INPUT, _INFRASTRUCTURE, _INTERRUPTED = 0, 1, 2, 3, 130
+_DONE, _BAD_INPUT = 0, 2
+
+_WATCH_SPEED = 20.0  # as of a replay
 
 _STATUS = (
     "Exit status: 0 done and all expectations met; 1 an expectation was not met; 2 bad input; "
@@ -38,6 +51,7 @@ _HELP = """Simulate rover missions over delayed, lossy links.
 \b
 farside missions                 what ships
 farside run blackout             run one, and leave a log
+farside info LOG                 how it went
 farside replay LOG               watch it again
 """
 
@@ -128,11 +142,14 @@ def run(
         bool, typer.Option("--in-process", help="Run everything in this process, without Zenoh.")
     ] = False,
     pace: Annotated[
-        float,
+        float | None,
         typer.Option(
-            parser=pace_of, metavar="X|max", help="At most X simulated seconds per wall second."
+            parser=pace_of,
+            metavar="X|max",
+            help="At most X simulated seconds per wall second.",
+            show_default="max; with --live 1, with --watch 20",
         ),
-    ] = "max",  # type: ignore[assignment]  # typer parses the default as it parses an argument
+    ] = None,
     set_: Set = None,
     out: Annotated[
         Path, typer.Option(metavar="DIR", help="Folder for the log.", show_default=True)
@@ -148,20 +165,36 @@ def run(
             help="End the run if a process does not answer for so many wall-clock seconds. "
             "Without it the run waits, and says for whom every ten seconds.",
         ),
-    ] = "never",  # type: ignore[assignment]
+    ] = "never",  # type: ignore[assignment]  # typer parses the default as it parses an argument
+    watch: Annotated[
+        bool, typer.Option("--watch", help="Watch it on the screen of `farside replay`.")
+    ] = False,
+    live: Live = False,
+    port: Port = None,
+    listen: Listen = None,
 ) -> None:
     """Run a mission and write its log.
 
-    It takes a process each for rover, link and ground, unless --in-process.
+    It takes a process each for rover, link and ground, unless --in-process. With --live it is seen
+    in Foxglove as it goes on, and Foxglove's play bar sets its pace: a pause holds the run, a seek
+    back shows again what was while the run waits, and a seek ahead makes it hurry there. When the
+    run is over its log stays in Foxglove until Ctrl-C. None of this changes what is recorded.
+
+    With --watch it is on the screen of `farside replay` as it goes on, and the same keys play it:
+    a pause holds the run, and so does a look back. Leaving the screen does not end the run, which
+    then goes on as fast as it can; Ctrl-C does. None of this changes what is recorded, either.
 
     \b
     farside run blackout
     farside run missions/blackout.toml --seed 7 --set link.up.loss=0.2
     farside run blackout --in-process --pace 10
+    farside run blackout --watch --pace 5
+    farside run blackout --live --pace 20
     """
     import msgspec
     from rich.console import Console
 
+    from farside.logs.terminal.replay import has_screen
     from farside.missions.commands.display.progress import ProgressDisplay
     from farside.missions.commands.display.summary import show_summary
     from farside.missions.crew.crew import Patience
@@ -169,20 +202,51 @@ def run(
     from farside.missions.loading import load_mission
     from farside.missions.run import run_mission
 
+    if watch and (live or not has_screen(Console())):
+        found = "found --live, too" if live else "found none"
+        raise typer.BadParameter(f"expected a terminal alone, {found}", param_hint="--watch")
     with patience("reading the mission"):
         loaded = load_mission(mission, set_ or (), seed=seed)
+    address = address_of(live=live, listen=listen, port=port)
     # Until the last line is out: an impatient Ctrl-C must not cost the name of the log.
-    with Interrupts() as interrupts:
-        with ProgressDisplay(loaded.mission, Console(stderr=True)) as display:
-            finished = run_mission(
-                loaded,
-                in_process=in_process,
-                pace=pace,
-                out=out,
-                watcher=display,
-                patience=Patience(give_up_s=give_up_after),
-                interrupts=interrupts,
+    with Interrupts() as interrupts, ExitStack() as stack:
+        display, shown = ProgressDisplay(loaded.mission, Console(stderr=True)), None
+        run_it = partial(
+            run_mission,
+            loaded,
+            in_process=in_process,
+            out=out,
+            patience=Patience(give_up_s=give_up_after),
+            interrupts=interrupts,
+        )
+        if watch:
+            from farside.missions.commands.display.watching import LONGEST_WINDOW_NS, watched
+
+            finished = watched(
+                lambda gate: run_it(watcher=gate, window_ns=LONGEST_WINDOW_NS),
+                display,
+                interrupts,
+                speed=_WATCH_SPEED if pace is None else pace,
             )
+        else:
+            with display:
+                if address is not None:
+                    from farside.missions.commands.live.serving import LiveRun
+
+                    shown = stack.enter_context(
+                        LiveRun(
+                            display,
+                            interrupts,
+                            address,
+                            name=loaded.mission.name,
+                            end_ns=to_ns(loaded.mission.duration_s),
+                            speed=live_speed(pace or 1.0),
+                        )
+                    )
+                finished = run_it(
+                    watcher=shown or display,
+                    pace=math.inf if shown or pace is None else pace,
+                )
         if json:
             print(msgspec.json.encode(finished.result).decode())  # noqa: T201
         else:
@@ -190,7 +254,9 @@ def run(
         for lost in finished.lost_processes:
             failures.print_error(f"{lost}; the log is {finished.result.log}")
             _print_last_words(lost)
-    raise typer.Exit(_status(finished))
+        if shown is not None and not finished.interrupted:
+            shown.serve()
+    raise typer.Exit(failures.status_of(finished))
 
 
 @app.command()
@@ -216,23 +282,18 @@ def check(mission: Mission, set_: Set = None) -> None:
 
 
 app.command("replay")(replay_log)
+app.command("info")(show_information)
 app.command("recover")(recover_log)
+app.command("export")(export_log)
+app.command("verify", epilog=VERIFY_STATUS)(verify_log)
+app.command("rerun", epilog=_STATUS)(rerun_log)
+app.command("diff", epilog=DIFF_STATUS)(diff_logs)
+app.command("story")(tell_story)
+app.command("why")(tell_why)
+app.command("report")(report_log)
+app.command("layout")(write_layouts)
 app.command("missions")(list_missions)
 app.command("schema")(show_schema)
-
-
-def _status(finished: "FinishedRun") -> int:
-    from farside.missions.result import Outcome
-
-    if finished.interrupted:
-        return _INTERRUPTED
-    match finished.result.outcome:
-        case Outcome.SUCCESS:
-            return _DONE
-        case Outcome.FAILURE:
-            return _UNMET
-        case Outcome.ABORTED:
-            return _INFRASTRUCTURE
 
 
 def _print_last_words(lost: "LostProcess | None") -> None:
@@ -250,17 +311,17 @@ def main() -> NoReturn:
     except SystemExit:
         raise
     except KeyboardInterrupt:
-        sys.exit(_INTERRUPTED)
+        sys.exit(failures.INTERRUPTED)
     except _bad_input() as error:
         failures.print_error(str(error))
-        sys.exit(_INFRASTRUCTURE if failures.of_machine(error.__cause__) else _BAD_INPUT)
+        sys.exit(failures.INFRASTRUCTURE if failures.of_machine(error.__cause__) else _BAD_INPUT)
     except _broken_infrastructure() as error:
         failures.print_error(str(error))
         _print_last_words(getattr(error, "lost", None))
-        sys.exit(_INFRASTRUCTURE)
+        sys.exit(failures.INFRASTRUCTURE)
     except OSError as error:
         failures.print_error(failures.in_words(error))
-        sys.exit(_INFRASTRUCTURE)
+        sys.exit(failures.INFRASTRUCTURE)
     sys.exit(_DONE)
 
 
@@ -270,8 +331,9 @@ def _bad_input() -> tuple[type[Exception], ...]:
     from farside.logs import LogError
     from farside.missions.commands.dem_stream import StreamError
     from farside.missions.loading import MissionError
+    from farside.missions.reliving.past import RelivingError
 
-    return MissionError, LogError, StreamError, EphemerisError
+    return MissionError, RelivingError, LogError, StreamError, EphemerisError
 
 
 def _broken_infrastructure() -> type[Exception]:

@@ -88,8 +88,12 @@ def telling_streams() -> Iterator[None]:
     Raises:
         OutputError: also at the end, if what was buffered cannot be written.
     """
-    sys.stdout = _wrapped(_Output, sys.stdout)
-    sys.stderr = _wrapped(_Errors, sys.stderr)
+    for name, kind in (("stdout", _Output), ("stderr", _Errors)):
+        bare = getattr(sys, name)
+        setattr(sys, name, _wrapped(kind, bare))
+        # Textual draws on the original one, which is of no use from now on.
+        if getattr(sys, f"__{name}__") is bare:
+            setattr(sys, f"__{name}__", getattr(sys, name))
     try:
         yield
     finally:

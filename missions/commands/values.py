@@ -1,8 +1,23 @@
 """Values of options that several commands take, read from the command line."""
 
 import math
+from enum import StrEnum
+from typing import Annotated
 
 import typer
+
+
+class Who(StrEnum):
+    """As whom a log is looked at."""
+
+    GROUND = "ground"
+
+
+As = Annotated[
+    Who | None,
+    typer.Option("--as", metavar="WHO", help="'ground': only what the ground had learned."),
+]
+"""The option `--as ground`."""
 
 
 def pace_of(text: str) -> float:

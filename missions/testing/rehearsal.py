@@ -1,21 +1,45 @@
 """Rehearsals: missions run from a test in simulated time, with blackouts scripted in the test."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Self, cast
 
 from farside.acts import Act
 from farside.ground.config import QUEUED
 from farside.ground.operators.operator import Operator
-from farside.missions.loading import load_mission
+from farside.missions.loading import MissionError, load_mission, shipped_missions
 from farside.missions.orders.timed import TimedOrders
 from farside.missions.run import FinishedRun, run_mission
 from farside.rover.controller import Controller
 from farside.settings import Plain
+from farside.validation import did_you_mean
 
 _BLACKOUTS = "link.blackouts"
 
 _CONTROLLER, _OPERATOR = "rover.controller", "ground.operator"
+
+
+def find_mission(source: str | Path, folder: Path) -> str | Path:
+    """The mission file at `source`, which is relative to `folder`, or a shipped mission's name.
+
+    Raises:
+        MissionError: if there is neither. The message says where it was looked for.
+    """
+    path = folder / source
+    if path.is_file():
+        return path
+    shipped = shipped_missions()
+    if str(source) in shipped:
+        return source
+    raise MissionError(
+        f"{source}: expected a mission file, from the folder of the test file, or the name of a "
+        f"shipped mission, found neither {path} nor one of that name among {', '.join(shipped)}"
+        f"{did_you_mean(Path(source).stem, shipped)}"
+    )
+
+
+def _unheeded(_run: FinishedRun) -> None:
+    pass
 
 
 class Rehearsal:
@@ -29,6 +53,7 @@ class Rehearsal:
         out: folder for logs.
         assignments: values by dotted key, in place of the mission file's.
         orders: orders from outside, each with its time in simulated seconds.
+        when_over: is called with every run that was made.
     """
 
     def __init__(
@@ -37,16 +62,23 @@ class Rehearsal:
         out: str | Path,
         assignments: Mapping[str, object] | None = None,
         orders: Sequence[tuple[float, Act]] = (),
+        *,
+        when_over: Callable[[FinishedRun], None] = _unheeded,
     ) -> None:
         self._source = source
         self._out = Path(out)
         self._assignments = dict(assignments or {})
         self._orders = tuple(orders)
+        self._when_over = when_over
+
+    def _changed(
+        self, assignments: Mapping[str, object], orders: Sequence[tuple[float, Act]]
+    ) -> Self:
+        return type(self)(self._source, self._out, assignments, orders, when_over=self._when_over)
 
     def set(self, key: str, value: object) -> Self:
         """Replace a value of the mission file, such as that of `link.up.loss`."""
-        changed = {**self._assignments, key: value}
-        return type(self)(self._source, self._out, changed, self._orders)
+        return self._changed({**self._assignments, key: value}, self._orders)
 
     def with_seed(self, seed: int) -> Self:
         """Replace the seed."""
@@ -94,7 +126,7 @@ class Rehearsal:
             act: what to order.
         """
         assignments = {_OPERATOR: QUEUED, **self._assignments}
-        return type(self)(self._source, self._out, assignments, (*self._orders, (t_s, act)))
+        return self._changed(assignments, (*self._orders, (t_s, act)))
 
     def run(self) -> FinishedRun:
         """Run the mission.
@@ -120,4 +152,5 @@ class Rehearsal:
         run = run_mission(loaded, in_process=True, out=self._out, watcher=watcher)
         if run.interrupted:
             raise KeyboardInterrupt
+        self._when_over(run)
         return run

@@ -95,6 +95,12 @@ class Authority:
         self._away: _Away | None = None
         parts.journal.note(ROVER_MODE, ModeEntry(self.mode, self._why))
 
+    def change(self, config: FailsafeConfig) -> None:
+        """Go by another failsafe from now on; what the operator said of `on_loss` stays."""
+        if config.on_loss is not self._config.on_loss:
+            self.on_loss = config.on_loss
+        self._config = config
+
     # --- what is so ----------------------------------------------------------------------------
 
     def look(self, conditions: Conditions, now_ns: int) -> bool:

@@ -33,11 +33,8 @@ class Proposals:
     def __init__(
         self, config: ConsentConfig, round_trip_ns: int, grace_ns: int, journal: Journal
     ) -> None:
-        self._window_ns: int | None = None
-        if config.by is Consent.VETO:
-            asked_ns = int(config.veto_window_s * NS_PER_S)
-            self._window_ns = max(asked_ns, round_trip_ns + _MARGIN_NS)
-        self._grace_ns = grace_ns
+        self._round_trip_ns = round_trip_ns
+        self.change(config, grace_ns)
         self._journal = journal
         self._last = 0
         self._situation: Situation | None = None
@@ -46,6 +43,14 @@ class Proposals:
         self._ran_ns = 0
         self._may_end = False
         self.standing: Proposal | None = None
+
+    def change(self, config: ConsentConfig, grace_ns: int) -> None:
+        """Take consent by `config` from now on, for proposals that are made from now on."""
+        self._window_ns: int | None = None
+        if config.by is Consent.VETO:
+            asked_ns = int(config.veto_window_s * NS_PER_S)
+            self._window_ns = max(asked_ns, self._round_trip_ns + _MARGIN_NS)
+        self._grace_ns = grace_ns
 
     def absence(self, number: int) -> str:
         """Why a proposal does not stand, in words."""

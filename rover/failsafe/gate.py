@@ -29,6 +29,7 @@ class SafetyGate:
         reserve: so many times what the way to the dock takes counts as reserve.
 
     Attributes:
+        factor: so many times what the way to the dock takes counts as reserve.
         reserve: whether the charge is down to the reserve; as of the last `look`.
     """
 
@@ -42,7 +43,7 @@ class SafetyGate:
     ) -> None:
         self._controller, self._track, self._battery = controller, track, battery
         self._move_cost_s = drive.move_cost_s
-        self._reserve = reserve
+        self.factor = reserve
         self._move_s = drive.move_cost_s
         self._bump: tuple[frozenset[str], str] | None = None
         self.reserve = False
@@ -59,7 +60,7 @@ class SafetyGate:
         home = self._home_s
         # With two moves to spare, so that it is reserve before any order is refused for it.
         need_j = self._need_j(home + 2 * self._move_cost_s)
-        self.reserve = 0 < home < math.inf and self._battery.charge_j < self._reserve * need_j
+        self.reserve = 0 < home < math.inf and self._battery.charge_j < self.factor * need_j
 
     def refusal(self, action: str, here: frozenset[str], *, bumps: bool = True) -> str | None:
         """The reason not to begin an order's action; `None` without one.
@@ -80,7 +81,7 @@ class SafetyGate:
         elif (known := self._controller.expected(action)) is not None:
             after = min(after, self._controller.cost_to((ON_CHARGE,), known.outcome))
         need_j = self._need_j(after + self._move_cost_s)
-        if after < home or self._battery.charge_j >= self._reserve * need_j:
+        if after < home or self._battery.charge_j >= self.factor * need_j:
             return None
         return f"a charge of {self._battery.charge:.0%} would not suffice for the way to the dock"
 

@@ -31,12 +31,17 @@ class Silence:
 
     def __init__(self, config: FailsafeConfig, terms: LinkTerms) -> None:
         self._schedule = terms.schedule
-        self._budget_ns = to_ns(config.lost_after_s)
-        self.grace_ns = max(to_ns(config.hold_after_s), int(HEARTBEATS * terms.heartbeat_ns))
+        self._heartbeat_ns = terms.heartbeat_ns
+        self.change(config)
         self.heard_ns = terms.light_time_ns
         self._used_ns = 0  # of the countdown, as of `heard_ns`
         self.quiet_ns = 0
         self.silent = self.expected = self.lost = False
+
+    def change(self, config: FailsafeConfig) -> None:
+        """Hold, and count the link as lost, by `config` from now on."""
+        self._budget_ns = to_ns(config.lost_after_s)
+        self.grace_ns = max(to_ns(config.hold_after_s), int(HEARTBEATS * self._heartbeat_ns))
 
     def heard(self, arrival_ns: int) -> None:
         """A frame arrived from the ground."""

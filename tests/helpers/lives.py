@@ -245,21 +245,21 @@ class Judge:
         self._verdicts[number, due] = verdict
         text = f"{to_s(entry.log_time_ns):.2f} s: command {number} {stage} {verdict}"
         if verdict in {Verdict.ON_TIME, Verdict.LATE}:
-            wrong = self._known(life, entry, self._so.get((number, stage)))
+            wrong = self._known(life, self._so.get((number, stage)))
             if life.so_ns is not None:
                 self._exact.add((number, due))
         else:
             wrong = self._not_known(life, entry.log_time_ns, (number, due) in self._words)
         self.wrong += [f"{text}, {one}" for one in wrong]
 
-    def _known(self, life: LifeEntry, entry: LogEntry, so_ns: int | None) -> Iterator[str]:
+    def _known(self, life: LifeEntry, so_ns: int | None) -> Iterator[str]:
         """What is wrong with the words on a stage that has come."""
         assert life.due_ns is not None
         if so_ns is None:
             yield "and it never came"
         elif (so_ns <= life.due_ns) is not (life.verdict is Verdict.ON_TIME):
             yield f"was so at {so_ns}, and due at {life.due_ns}"
-        if life.so_ns is not None and not life.so_ns == so_ns == entry.publish_time_ns:
+        if life.so_ns is not None and life.so_ns != so_ns:
             yield f"at {life.so_ns}, was so at {so_ns}"
 
     def _not_known(self, life: LifeEntry, now_ns: int, has_word: bool) -> Iterator[str]:

@@ -29,7 +29,7 @@ def flown(
     assert isinstance(rover, Rover)
     assert isinstance(ground, Ground)
     crew = InProcessCrew(rover, channel, ground)
-    model = rover._cycle._controller
+    model = rover.controller
     assert isinstance(model, DynamicExpectancyModel)
     if watch is not None:
         watch(model)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from farside.control import Failsafe, Mode
-from farside.frames import FrameEvent, FrameStage
+from farside.frames import Carried, FrameEvent, FrameStage
 from farside.link import LinkConfig, LinkTerms, OneWay, ground_endpoint, rover_endpoint
 from farside.link.endpoint.stored import StoreState
 from farside.logs import decode
@@ -169,6 +169,23 @@ def test_a_message_longer_than_a_frame_is_cut_and_reassembled() -> None:
     pair.live(20)
     assert sorted(pair.at_ground, key=lambda message: type(message).__name__) == [proposal, wide]
     assert all(event.size_byte <= 128 for event in pair.events)
+
+
+def test_the_record_of_a_frame_says_which_part_of_which_message_it_carries() -> None:
+    """And how often that was sent; the receiver names what it has whole, reports carry nothing."""
+    pair = Pair(mtu_byte=128)
+    path = tuple(ProposedStep((f"at:{n},0",), "E", float(n)) for n in range(6))
+    pair.rover.send(Proposal(4, 0, ("at:6,0",), "E", path), 0)
+    pair.live(0.1, loses=lambda frame: frame.sequence == 1)
+    pair.live(20)
+    made = [event for event in pair.events if event.stage is FrameStage.MADE]
+    parts = [one for event in made if event.direction is Direction.DOWN for one in event.carries]
+    count = parts[0].parts
+    assert [one.part for one in parts] == [*range(1, count + 1), 2]
+    assert parts[-1] == Carried("proposal", 4, 0, part=2, parts=count, attempt=2)
+    assert {event.what for event in made if not event.carries} == {"report"}
+    used = [one for event in pair.events if event.stage is FrameStage.USED for one in event.carries]
+    assert used == [Carried("proposal", 4, 0)]
 
 
 def msg_with_many_goals() -> Telemetry:

@@ -126,6 +126,19 @@ def flown(tmp_path_factory: pytest.TempPathFactory) -> LogFile:
 
 
 @pytest.fixture
+def handmade() -> type[Handmade]:
+    """For tests of several runs."""
+    return Handmade
+
+
+@pytest.fixture
 def path(tmp_path: Path) -> Path:
     """A path for a new log."""
     return tmp_path / "run.mcap"
+
+
+@pytest.fixture(scope="session")
+def blackout(tmp_path_factory: pytest.TempPathFactory) -> LogFile:
+    """The log of the mission `blackout`, run once for all."""
+    run = run_mission(load_mission("blackout"), in_process=True, out=tmp_path_factory.mktemp("run"))
+    return LogFile(run.log)

@@ -120,6 +120,19 @@ def test_with_any_byte_changed_a_log_gives_what_is_readable_and_tells_of_the_res
 
 
 @pytest.mark.parametrize("kind", ["killed", "finished"])
+def test_a_damaged_header_costs_nothing_but_itself(
+    request: pytest.FixtureRequest, path: Path, kind: str
+) -> None:
+    written: Written = request.getfixturevalue(kind)
+    for at in range(8 + 9 + 8 + len("farside 0.1.0")):
+        for change in (0x01, 0x80):
+            content = bytearray(written.content)
+            content[at] ^= change
+            assert holds_what_was_written(path, bytes(content), written)
+            assert list(LogFile(path).records()) == written.records
+
+
+@pytest.mark.parametrize("kind", ["killed", "finished"])
 def test_cut_anywhere_a_log_gives_what_is_whole_before_the_cut(
     request: pytest.FixtureRequest, path: Path, kind: str
 ) -> None:

@@ -2,39 +2,23 @@
 
 from typing import Any
 
-from hypothesis import given
-from hypothesis import strategies as st
-from noting import command_sent, log_of, records_of, said_of
+from noting import command_sent, log_of, said_of
 
 from farside.control import (
     Chooser,
     CommandStage,
-    Failsafe,
     Mode,
-    ModeCause,
-    TakeBackChance,
     Verdict,
 )
 from farside.frames import Fate, LinkOutage, OutageReason
 from farside.logs import LinkPicture, LogEntry, Picture, picture_at
-from farside.messages import Drive, Proposal, Telemetry
+from farside.messages import Drive, Proposal
 from farside.node import Direction, to_ns
 from farside.topics import (
     ActionEnded,
     ActionStarted,
-    BeliefEntry,
-    BeliefItem,
-    Cycle,
     GoalChange,
-    GoalEntry,
-    GoalSource,
-    HeldEntry,
-    HeldFate,
-    Likely,
-    ModeEntry,
     OperatorEntry,
-    Pose,
-    Prediction,
     ProposalEnded,
     ShadowEntry,
     Silence,
@@ -51,7 +35,7 @@ def picture_of(run: Any) -> Picture:
 def test_the_places_where_the_rover_has_been_count_as_visited(run: Any) -> None:
     picture = picture_of(run.start("at:D").stand(1, "at:4,1").stand(2, "at:C"))
 
-    assert picture.visited == {"at:D", "at:4,1", "at:C"}
+    assert list(picture.visited) == ["at:D", "at:4,1", "at:C"]
     assert picture.pose is not None
     assert picture.pose.place == "at:C"
 
@@ -154,55 +138,39 @@ def test_stored_telemetry_that_comes_later_does_not_make_the_picture_older(run: 
     assert telemetry.tokens == ("at:C",)
 
 
-def telemetry_of(time_s: float, commands_done: int) -> Telemetry:
-    return Telemetry(
-        to_ns(time_s), ("at:A",), 1.5, 2.5, 0.0, 1.0, Mode.GUIDED, Failsafe.NOMINAL, None, (),
-        commands_done,
-    )  # fmt: skip
+def test_what_adds_up_is_forgotten_after_ten_minutes(run: Any) -> None:
+    run.start("at:C").frame(1, Direction.UP).frame(30, Direction.UP, Fate.LOST)
+    run.note(30, Silence(silent=True)).stand(30, "at:A")
+    run.note(2, command_sent(1, Drive("E"))).note(2, command_sent(2, Drive("N")))
+    run.note(5, said_of(1, CommandStage.DONE, Verdict.ON_TIME, due_s=4.0, so_s=3.0))
+    picture = picture_of(run)
+
+    picture.settle(to_ns(629))
+
+    assert list(picture.visited) == ["at:A"]
+    assert picture.link[Direction.UP] == LinkPicture(delivered=0, lost=1)
+    assert [line.t_ns for line in picture.lines] == [to_ns(30)]
+    assert (list(picture.commands.open), list(picture.commands.ended)) == ([2], [])
+    assert picture.mode is Mode.GUIDED
+
+    picture.settle(to_ns(631))
+
+    assert (picture.visited, list(picture.lines)) == ({}, [])
+    assert picture.link[Direction.UP] == LinkPicture()
+    assert picture.pose is not None
+    assert picture.pose.place == "at:A"
 
 
-@given(
-    moments=st.lists(st.tuples(st.integers(0, 40), st.integers(0, 24)), max_size=30),
-    at=st.integers(0, 40),
-)
-def test_a_picture_made_from_the_index_is_that_of_everything_before(
-    moments: list[tuple[int, int]], at: int
-) -> None:
-    happenings = [
-        ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST),
-        GoalEntry(("at:B",), GoalChange.SET, 2.0, GoalSource.OPERATOR),
-        GoalEntry(("at:B",), GoalChange.REACHED, 2.0, GoalSource.OPERATOR),
-        Proposal(1, 0, ("at:B",), "N", ()),
-        ProposalEnded(1, "vetoed by the operator"),
-        ActionEnded("E", 4.0, blocked=True),
-        Pose(1.5, 2.5, 0.0, 0.0, "at:A", 1.0),
-        Cycle((), (), (), 0, 0, 0, 1, 0, 0.0),
-        LinkOutage(Direction.UP, down=True, reason=OutageReason.BLACKOUT),
-        Silence(silent=True),
-        command_sent(1, Drive("E"), due_s={CommandStage.BEGUN: 3.0, CommandStage.DONE: 6.0}),
-        command_sent(2, Drive("N"), due_s={CommandStage.BEGUN: 6.0, CommandStage.DONE: 9.0}),
-        said_of(1, take_back=TakeBackChance.SURE, until_s=2.0),
-        said_of(1, CommandStage.BEGUN, Verdict.OVERDUE, due_s=4.0),
-        said_of(1, CommandStage.BEGUN, Verdict.ON_TIME, due_s=4.0, so_s=3.0),
-        said_of(1, CommandStage.DONE, Verdict.LATE, due_s=7.0, so_s=9.0),
-        said_of(2, CommandStage.DONE, Verdict.LATE, due_s=10.0, so_s=12.0),
-        telemetry_of(5.0, 0),
-        telemetry_of(3.0, 2),
-        HeldEntry(1, (Drive("E"),), HeldFate.HELD),
-        HeldEntry(1, (Drive("E"),), HeldFate.RELEASED, (3,)),
-        BeliefEntry(stale=(BeliefItem.PLACE,)),
-        Prediction(0, 0, (Likely(("at:A",), 0.9),), 0.1),
-        ShadowEntry(
-            2, 1, in_step=False, why="update 3 is missing", signs=1, hypotheses=0, cycles=0
-        ),
-        OperatorEntry(1, 2, None, ("goal A: nothing was proposed",)),
-    ]
-    assert len(happenings) == 25
-    records = records_of((t_s, happenings[which]) for t_s, which in sorted(moments))
-    everything = Picture()
-    for record in records:
-        if record.log_time_ns <= to_ns(at):
-            everything.apply(LogEntry.of(record))
+def test_a_copy_does_not_change_with_the_picture(run: Any) -> None:
+    run.start().goal(1, "at:B").frame(1, Direction.UP).note(2, command_sent(1, Drive("E")))
+    picture = picture_of(run)
+    copy, twin = picture.copy(), picture_of(run)
+    twin.chart = picture.chart
 
-    with log_of(records) as log:
-        assert picture_at(log, to_ns(at)) == everything
+    run.reach(3, "at:B").frame(3, Direction.UP).note(3, Silence(silent=True)).stand(3, "at:A")
+    run.note(3, said_of(1, CommandStage.TAKEN, Verdict.ON_TIME, due_s=4.0, so_s=3.0))
+    for record in run.records:
+        picture.apply(LogEntry.of(record))
+    picture.settle(to_ns(5000))
+
+    assert copy == twin

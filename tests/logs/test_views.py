@@ -10,6 +10,7 @@ from noting import command_sent, failsafe_entry, view_of
 from farside.control import CommandStage, Failsafe, Mode, ModeCause
 from farside.frames import Fate, LinkOutage, OutageReason
 from farside.logs import GoalSpan, LogError, LogFile, ModeSpan, OutageSpan, Recorder, RunView
+from farside.logs import open as open_log
 from farside.messages import Drive
 from farside.node import Direction, Topic
 from farside.topics import (
@@ -318,9 +319,9 @@ def test_an_unfinished_log_gives_the_same_answers_as_a_finished_one(
         ]  # fmt: skip
 
     assert not LogFile(unfinished.path).complete
-    assert answers(RunView.of_log(unfinished.path)) == answers(RunView.of_log(run.log(path)))
+    assert answers(open_log(unfinished.path)) == answers(open_log(run.log(path)))
 
 
 def test_a_view_of_a_missing_log_is_refused(path: Path) -> None:
     with pytest.raises(LogError):
-        RunView.of_log(path)
+        open_log(path)

@@ -14,13 +14,13 @@ import pytest
 from rich.console import Console
 
 from farside.logs import LogFile
+from farside.logs.result import RunResult
 from farside.missions import load_mission
 from farside.missions.commands.display import summary
 from farside.missions.commands.display.progress import ProgressDisplay
 from farside.missions.commands.display.summary import show_summary
 from farside.missions.format import mission_schema
 from farside.missions.loading import shipped_missions
-from farside.missions.result import RunResult
 from farside.node import Role
 
 YARD = 'world.map="#####\\n#A.B#\\n#####"'

@@ -9,8 +9,15 @@ COMMANDS = [
     (),
     ("run",),
     ("check",),
+    ("info",),
     ("replay",),
+    ("export",),
     ("recover",),
+    ("story",),
+    ("why",),
+    ("verify",),
+    ("rerun",),
+    ("diff",),
     ("missions",),
     ("schema",),
     ("link",),
@@ -86,4 +93,4 @@ def test_completion_can_be_installed(
     monkeypatch.setenv("_FARSIDE_COMPLETE", "complete_bash")
     monkeypatch.setenv("COMP_WORDS", "farside re")
     monkeypatch.setenv("COMP_CWORD", "1")
-    assert set(farside()[1].split()) == {"recover", "replay"}
+    assert set(farside()[1].split()) == {"recover", "replay", "rerun"}

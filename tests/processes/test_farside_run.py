@@ -13,7 +13,8 @@ from typing import Any
 import pytest
 
 from farside.control import Mode
-from farside.logs import LogError, LogFile, RunView
+from farside.logs import LogError, LogFile
+from farside.logs import open as open_log
 from farside.node import Role, to_ns
 from farside.topics import TRUTH_POSE
 from tests.processes.conftest import Family
@@ -101,7 +102,7 @@ def test_without_ground_or_link_the_rover_goes_on_alone(terminal: Terminal, lost
     assert [lost_process["role"] for lost_process in result["lost_processes"]] == [lost]
     assert f"the {lost} process was ended by SIGKILL" in err
     assert str(terminal.log) in err
-    run = RunView.of_log(terminal.log)
+    run = open_log(terminal.log)
     assert LogFile(terminal.log).complete
     assert run.entries(TRUTH_POSE)[-1][0] > DURATION_S - 2, "the rover went on to the end"
     autonomous = [mode for mode in run.modes if mode.mode is Mode.AUTONOMOUS]

@@ -7,7 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from farside.escaping import printable
-from farside.missions.result import (
+from farside.logs.result import (
     OperatorResult,
     Outcome,
     RoverResult,
@@ -15,17 +15,19 @@ from farside.missions.result import (
     ShadowResult,
     StoreResult,
 )
+from farside.missions.commands.display.rows import UNMET, Rows, tables
 
+# Of an expectation: its second column.
+_CELL_STYLES = {(1, "yes"): "green", (1, UNMET): "bold red"}
 _STYLE = {Outcome.SUCCESS: "bold green", Outcome.FAILURE: "bold red", Outcome.ABORTED: "bold red"}
 
 
 def show_summary(result: RunResult, console: Console) -> None:
     """Print the result as tables."""
     console.print(_head(result))
-    for table in (_modes(result), _goals(result), _link(result), _expectations(result)):
-        if table.row_count:
-            console.print(table)
-            console.print()
+    for rows in tables(result):
+        console.print(_table(rows))
+        console.print()
     if result.shadow is not None:
         console.print(_shadow(result.shadow))
     if result.store.kept:
@@ -70,49 +72,6 @@ def _operator(operator: OperatorResult | None) -> str:
     )
 
 
-def _modes(result: RunResult) -> Table:
-    table = _table("from", "mode", "why")
-    for mode in result.modes:
-        table.add_row(f"{mode.t_s:.1f} s", mode.mode, mode.why)
-    return table
-
-
-def _goals(result: RunResult) -> Table:
-    table = _table("goal", "of", "set", "reached")
-    for goal in result.goals:
-        reached = "never" if goal.reached_s is None else f"{goal.reached_s:.1f} s"
-        table.add_row(_text(" ".join(goal.tokens)), goal.source, f"{goal.set_s:.1f} s", reached)
-    return table
-
-
-def _link(result: RunResult) -> Table:
-    """Frames by fate. A rare fate has a column only if a frame met it."""
-    directions = {"up": result.link.uplink, "down": result.link.downlink}
-    columns = {
-        "frames": [counters.sent for counters in directions.values()],
-        "delivered": [counters.delivered for counters in directions.values()],
-        "lost": [counters.lost for counters in directions.values()],
-        "in outage": [counters.outage for counters in directions.values()],
-        "queue full": [counters.queue_full for counters in directions.values()],
-    }
-    rare = {
-        "expired": [counters.expired for counters in directions.values()],
-        "bit errors": [counters.bit_error for counters in directions.values()],
-        "damaged": [counters.damaged for counters in directions.values()],
-        "twice": [counters.duplicated for counters in directions.values()],
-        "refused": [counters.refused for counters in directions.values()],
-        "in shadow": [counters.shadowed for counters in directions.values()],
-    }
-    columns |= {name: counts for name, counts in rare.items() if any(counts)}
-    table = _table("link", *columns, "mean delay")
-    for name, counters, *counts in zip(
-        directions, directions.values(), *columns.values(), strict=True
-    ):
-        delay = "" if counters.delay_s is None else f"{counters.delay_s:.2f} s"
-        table.add_row(name, *map(str, counts), delay)
-    return table
-
-
 def _shadow(shadow: ShadowResult) -> Text:
     text = (
         f"shadow of the model: {shadow.updates} updates of {shadow.cycles} cycles\n"
@@ -135,21 +94,15 @@ def _store(store: StoreResult) -> Text:
     return Text(f"{text}\n")
 
 
-def _expectations(result: RunResult) -> Table:
-    table = _table("expected", "met", "found")
-    for judgement in result.expectations:
-        met = Text("yes", "green") if judgement.met else Text("NO", "bold red")
-        table.add_row(_text(judgement.name), met, _text(judgement.detail))
-    return table
-
-
 def _text(text: str) -> Text:
     """Text that is neither taken for markup nor for escape sequences."""
     return Text(printable(text))
 
 
-def _table(*columns: str) -> Table:
+def _table(rows: Rows) -> Table:
     table = Table(box=None, padding=(0, 2, 0, 0), header_style="dim", title_justify="left")
-    for column in columns:
+    for column in rows.columns:
         table.add_column(column)
+    for row in rows.rows:
+        table.add_row(*(Text(cell, _CELL_STYLES.get((n, cell), "")) for n, cell in enumerate(row)))
     return table

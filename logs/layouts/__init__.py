@@ -1,0 +1,1 @@
+"""What shows a run in Foxglove, Lichtblick and Rerun without configuration."""

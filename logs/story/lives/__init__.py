@@ -1,0 +1,1 @@
+"""The stories of commands, proposals, events, goals and frames, and of their way over the link."""

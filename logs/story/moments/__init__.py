@@ -1,0 +1,1 @@
+"""What was so at a moment, and why: for `farside why`."""
