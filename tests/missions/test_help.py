@@ -13,6 +13,7 @@ COMMANDS = [
     ("replay",),
     ("export",),
     ("recover",),
+    ("report",),
     ("story",),
     ("why",),
     ("verify",),
@@ -94,4 +95,4 @@ def test_completion_can_be_installed(
     monkeypatch.setenv("_FARSIDE_COMPLETE", "complete_bash")
     monkeypatch.setenv("COMP_WORDS", "farside re")
     monkeypatch.setenv("COMP_CWORD", "1")
-    assert set(farside()[1].split()) == {"recover", "replay", "rerun"}
+    assert set(farside()[1].split()) == {"recover", "replay", "report", "rerun"}
