@@ -19,6 +19,7 @@ COMMANDS = [
     ("verify",),
     ("rerun",),
     ("diff",),
+    ("layout",),
     ("missions",),
     ("schema",),
     ("link",),
