@@ -12,7 +12,7 @@ from noting import command_sent, failsafe_entry, said_of
 from typer.testing import CliRunner
 
 from farside.control import CommandStage, Failsafe, Mode, Verdict
-from farside.frames import Fate, LinkOutage, OutageReason
+from farside.frames import Fate, FrameEvent, FrameStage, LinkOutage, OutageReason
 from farside.logs import LogFile, Recorder
 from farside.logs.report import report_page
 from farside.logs.report.gather import views_of
@@ -205,6 +205,15 @@ def test_what_was_asked_of_the_link_stands_beside_what_was_delivered(
     assert panels["Rate", True]["allowed"] == [(0, 2000), (4000, 500)]
     assert panels["Rate", True]["delivered"][2] == (1000, 80)
     assert panels["Rate", False]["allowed"] == [(0, 8000), (5000, 0)]
+
+
+def test_the_frames_are_counted_at_both_ends_and_between(run: Handmade, path: Path) -> None:
+    run.start().frame(1, Direction.UP).frame(2, Direction.UP, Fate.LOST)
+    run.note(3, FrameEvent(Direction.UP, 2, FrameStage.SHADOWED, 40, "Heartbeat"))
+    up, down = views_of(LogFile(run.log(path)))["so"].link
+
+    assert (up.counters.sent, up.counters.lost, up.counters.shadowed) == (2, 1, 1)
+    assert down.counters.sent == 0
 
 
 def test_a_page_says_what_the_log_lacks(run: Handmade, path: Path) -> None:
