@@ -234,9 +234,13 @@ class KnownCommands:
             case HeldEntry(number=number):
                 self.held.pop(number, None)
             case Telemetry(commands_done=done):
-                for number, command in self.open.items():
-                    if number <= done and command.over_ns is None:
-                        command.over_ns = now_ns
+                self.end_up_to(done, now_ns)
+
+    def end_up_to(self, number: int, now_ns: int) -> None:
+        """Take in that every command up to this number is over, done or not."""
+        for open_number, command in self.open.items():
+            if open_number <= number and command.over_ns is None:
+                command.over_ns = now_ns
 
     def _send(self, sent: CommandSent, now_ns: int) -> None:
         stages = {due.stage: KnownStage(due) for due in sent.dues}

@@ -15,7 +15,8 @@ class Interrupts:
 
     It replaces the handlers of both signals, even if they were ignored, as in a job that a shell
     started in the background, and restores them on exit. Python runs handlers in the main thread
-    only: in any other thread this does nothing.
+    only: entered in any other it hears nothing, and what is breakable in another is not broken by
+    what it hears.
     """
 
     def __init__(self) -> None:
@@ -28,6 +29,11 @@ class Interrupts:
         """Whether the run should end with the window in progress."""
         return self._count > 0
 
+    @property
+    def repeated(self) -> bool:
+        """Whether somebody does not want to wait for that."""
+        return self._count > 1
+
     @contextmanager
     def breakable(self, at: int) -> Iterator[None]:
         """Let the `at`-th signal raise KeyboardInterrupt within this context.
@@ -36,7 +42,8 @@ class Interrupts:
             KeyboardInterrupt: at once, if as many have arrived already.
         """
         try:
-            self._breaks_at = at
+            if threading.current_thread() is threading.main_thread():
+                self._breaks_at = at
             if self._count >= at:
                 raise KeyboardInterrupt
             yield

@@ -87,8 +87,8 @@ def test_every_command_in_the_documents_works(tmp_path: Path, installed: Path) -
             text=True,
             check=False,
         )
-        # One of the README's runs is told to lose every fifth frame, and may miss an expectation.
-        allowed = {0, 1} if "loss=0.2" in line else {0}
+        # Two runs are told to lose every fifth frame, and may miss an expectation; runs differ.
+        allowed = {0, 1} if "loss=0.2" in line or "farside diff" in line else {0}
         assert done.returncode in allowed, f"{command}\n{done.stdout}{done.stderr}"
 
 

@@ -133,13 +133,13 @@ def _chain(
         Link(to_s(cause.t_ns), cause.topic, cause.sentence, cause.t_ns < parted_ns)
         for cause in causes(log, record)
     ]
-    told = {link.text for link in chain}
+    told = {(link.topic, link.t_s) for link in chain}
     for one in (*before, record):
         if one is not None and one.log_time_ns <= record.log_time_ns:
             seen = Seen.of(one)
-            if seen.is_told and seen.text not in told:
+            if seen.is_told and (seen.topic, seen.t_s) not in told:
                 chain.append(Link(seen.t_s, seen.topic, seen.text, shared=False))
-                told.add(seen.text)
+                told.add((seen.topic, seen.t_s))
     chain.sort(key=lambda link: link.t_s)
     shared = [link for link in chain if link.shared]
     apart = [link for link in chain if not link.shared]

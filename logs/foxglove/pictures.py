@@ -7,6 +7,7 @@ import msgspec
 
 from farside.logs.events import EVENT_TOPICS
 from farside.logs.file.reading import LogEntry
+from farside.logs.foxglove.links import LinkSide
 from farside.logs.foxglove.maps import Drawing, Places, yard_pictures
 from farside.logs.foxglove.names import (
     FRAME_BELIEVED,
@@ -30,16 +31,13 @@ from farside.logs.foxglove.names import (
     PictureTopic,
 )
 from farside.logs.foxglove.paths import GroundPolicy, PolicyScenes, Predicted, Track
-from farside.logs.foxglove.poses import Drawn, TruePose, Where, Whereabouts
+from farside.logs.foxglove.poses import Drawn, HeardPose, TruePose, Where, Whereabouts
 from farside.logs.foxglove.sides import (
     Believed,
     GroundSide,
-    LinkSide,
     RoverSide,
-    SentFrame,
     TruthSide,
 )
-from farside.messages import Telemetry
 from farside.node import Record, Topic
 from farside.topics import (
     GROUND_BELIEF,
@@ -77,7 +75,8 @@ _PARTS: dict[str, type[msgspec.Struct]] = {
     GROUND_CHART.name: Drawing,
     TRUTH_POSE.name: TruePose,
     ROVER_ESTIMATE.name: Where,
-    LINK_FRAME.name: SentFrame,
+    GROUND_TELEMETRY.name: HeardPose,
+    GROUND_STORED_TELEMETRY.name: HeardPose,
     GROUND_BELIEF.name: Believed,
 }
 
@@ -91,6 +90,7 @@ class Pictures:
 
     def __init__(self) -> None:
         self._topics: dict[str, _Source] = {}
+        self._draws: dict[str, Callable[[Record, list[Record]], None]] = {}
         self._truth_and_rover()
         self._link()
         self._ground()
@@ -105,9 +105,9 @@ class Pictures:
         both: list[Record] = []
         for record in records:
             both.append(record)
-            source = self._topics.get(record.topic)
-            if source is not None:
-                source.draw(record, both)
+            draw = self._draws.get(record.topic)
+            if draw is not None:
+                draw(record, both)
         return both
 
     def _on(self, topic: Topic[Any], *draws: _Draw) -> None:
@@ -116,6 +116,7 @@ class Pictures:
             part = _PARTS.get(topic.name)
             decode = topic.decode if part is None else msgspec.json.Decoder(part).decode
             source = self._topics[topic.name] = _Source(decode)
+            self._draws[topic.name] = source.draw
         source.draws += draws
 
     # --- who knows what ------------------------------------------------------------------------
@@ -163,7 +164,7 @@ class Pictures:
     def _link(self) -> None:
         side = LinkSide()
         self._on(TRUTH_YARD, side.start)
-        self._on(LINK_FRAME, side.frame)
+        self._draws[LINK_FRAME.name] = side.frame
         self._on(LINK_OUTAGE, side.outage)
         self._tell(side.event, "/link/")
 
@@ -260,7 +261,7 @@ class _Heard:
         self._rover, self._side = rover, side
         self._newest_ns = -1
 
-    def __call__(self, t_ns: int, telemetry: Telemetry) -> Drawn:
+    def __call__(self, t_ns: int, telemetry: HeardPose) -> Drawn:
         if telemetry.time_ns <= self._newest_ns:
             return ()
         self._newest_ns = telemetry.time_ns

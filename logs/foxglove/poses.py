@@ -50,6 +50,14 @@ class TruePose(Where, frozen=True, gc=False):
     speed_m_s: float
 
 
+class HeardPose(Where, frozen=True, gc=False):
+    """A `farside.messages.Telemetry`, as far as it is drawn."""
+
+    time_ns: int
+    battery: float
+    commands_done: int
+
+
 class Whereabouts:
     """The rover as one party has it.
 

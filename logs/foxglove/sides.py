@@ -1,54 +1,37 @@
-"""State, numbers and events of the rover, of the link and of the ground, each from its records."""
-
-from collections.abc import Callable
-from typing import Any
+"""State, numbers and events of the rover, in truth, on board and as the ground has them."""
 
 import msgspec
-from foxglove.messages import Log, LogLevel
 
-from farside.control import BatteryState, Failsafe, Verdict
-from farside.frames import LinkOutage
-from farside.logs.events import event_line, sign_text
+from farside.logs.events import sign_text
 from farside.logs.file.reading import LogEntry
 from farside.logs.foxglove.names import (
     GROUND_EVENTS,
     GROUND_NUMBERS,
     GROUND_STATE,
-    LINK_EVENTS,
-    LINK_NUMBERS,
-    LINK_STATE,
-    PICTURES,
     ROVER_EVENTS,
     ROVER_NUMBERS,
     ROVER_STATE,
     TRUTH_NUMBERS,
-    PictureTopic,
 )
-from farside.logs.foxglove.poses import Drawn, TruePose
-from farside.logs.foxglove.protobuf import encoder
-from farside.logs.foxglove.shapes import stamp
+from farside.logs.foxglove.poses import Drawn, HeardPose, TruePose
 from farside.logs.foxglove.states import (
     NONE,
-    OPEN,
     UNKNOWN,
     GroundNumbers,
     GroundState,
-    LinkNumbers,
-    LinkState,
     RoverNumbers,
     RoverState,
     TruthNumbers,
 )
+from farside.logs.foxglove.telling import PLOT_NS, told, told_event
 from farside.logs.picture import Picture
-from farside.messages import CommandReached, Event, Telemetry, Tokens
-from farside.node import NS_PER_S, Direction, Record, to_s
+from farside.messages import Tokens
+from farside.node import to_s
 from farside.topics import (
     ActionEnded,
     ActionStarted,
     BatteryEntry,
-    CommandEntry,
     Cycle,
-    EventLearned,
     FailsafeEntry,
     LifeEntry,
     ModeEntry,
@@ -59,38 +42,25 @@ from farside.topics import (
     StuckEntry,
 )
 
-_PLOT_NS = 5 * NS_PER_S
-"""How often numbers are told that change all the time (project default)."""
-
 _CHARGE_SHOWN, _SPEED_SHOWN_M_S = 0.001, 0.01
-
-_ENCODERS: dict[type[msgspec.Struct], Callable[[Any], bytes]] = {
-    picture.kind: encoder(picture.kind)
-    for picture in PICTURES.values()
-    if not isinstance(picture.kind, str)
-}
-
-
-def _told(topic: PictureTopic, t_ns: int, message: msgspec.Struct) -> Drawn:
-    return (Record(topic.name, t_ns, t_ns, _ENCODERS[type(message)](message)),)
 
 
 class TruthSide:
     """The true numbers of the rover."""
 
     def __init__(self) -> None:
-        self._told = TruthNumbers(-1.0, 0.0)
+        self._last = TruthNumbers(-1.0, 0.0)
 
     def condition(self, t_ns: int, pose: TruePose) -> Drawn:
         """Battery and speed, where a plot would show the change."""
-        told = self._told
+        last = self._last
         if (
-            abs(pose.speed_m_s - told.speed_m_s) < _SPEED_SHOWN_M_S
-            and abs(pose.battery - told.battery) < _CHARGE_SHOWN
+            abs(pose.speed_m_s - last.speed_m_s) < _SPEED_SHOWN_M_S
+            and abs(pose.battery - last.battery) < _CHARGE_SHOWN
         ):
             return ()
-        self._told = TruthNumbers(pose.battery, pose.speed_m_s)
-        return _told(TRUTH_NUMBERS, t_ns, self._told)
+        self._last = TruthNumbers(pose.battery, pose.speed_m_s)
+        return told(TRUTH_NUMBERS, t_ns, self._last)
 
 
 class RoverSide:
@@ -103,7 +73,7 @@ class RoverSide:
 
     def event(self, entry: LogEntry) -> Drawn:
         """What happened, if it is news."""
-        return _event(ROVER_EVENTS, "rover", self._picture, entry)
+        return told_event(ROVER_EVENTS, "rover", self._picture, entry)
 
     def state(self, t_ns: int, message: msgspec.Struct) -> Drawn:
         """Its state, if that has changed."""
@@ -126,7 +96,7 @@ class RoverSide:
         if now == self._state:
             return ()
         self._state = now
-        return _told(ROVER_STATE, t_ns, now)
+        return told(ROVER_STATE, t_ns, now)
 
     def cycle(self, t_ns: int, cycle: Cycle) -> Drawn:
         """The lists after a cycle."""
@@ -138,88 +108,7 @@ class RoverSide:
             surprises=before.surprises + len(cycle.novel) + len(cycle.unexpected),
             failed_predictions=before.failed_predictions + cycle.failed,
         )
-        return _told(ROVER_NUMBERS, t_ns, self._numbers)
-
-
-class SentFrame(msgspec.Struct, frozen=True, gc=False):
-    """A `farside.frames.FrameFate`, as far as it is counted here."""
-
-    direction: Direction
-    size_byte: int
-    queued_ns: int
-    sent_ns: int
-    sent_end_ns: int
-    arrival_ns: int | None
-
-
-class _Way:
-    """One direction of the link.
-
-    Attributes:
-        delay_ns: of the last frame delivered.
-        queue_ns: how long the last frame sent had waited.
-        lost: how many frames were not delivered.
-        byte: sent since the numbers were told.
-    """
-
-    __slots__ = ("byte", "delay_ns", "lost", "queue_ns")
-
-    def __init__(self) -> None:
-        self.delay_ns = self.queue_ns = self.lost = self.byte = 0
-
-
-class LinkSide:
-    """The link's state, numbers and events."""
-
-    def __init__(self) -> None:
-        self._state = LinkState(OPEN, OPEN)
-        self._ways = {direction: _Way() for direction in Direction}
-        self._told_ns = 0
-
-    def start(self, t_ns: int, _message: msgspec.Struct) -> Drawn:
-        """The run begins with the link open."""
-        return _told(LINK_STATE, t_ns, self._state)
-
-    def event(self, entry: LogEntry) -> Drawn:
-        """What happened."""
-        return _event(LINK_EVENTS, "link", None, entry)
-
-    def outage(self, t_ns: int, outage: LinkOutage) -> Drawn:
-        """An outage begins or ends."""
-        now = str(outage.reason) if outage.down else OPEN
-        if outage.direction is Direction.UP:
-            self._state = LinkState(now, self._state.down)
-        else:
-            self._state = LinkState(self._state.up, now)
-        return _told(LINK_STATE, t_ns, self._state)
-
-    def frame(self, t_ns: int, frame: SentFrame) -> Drawn:
-        """A frame's fate; the numbers follow from all since they were told last."""
-        way, queued_ns = self._ways[frame.direction], frame.queued_ns
-        if frame.arrival_ns is None:
-            way.lost += 1
-        else:
-            way.delay_ns = frame.arrival_ns - queued_ns
-        if frame.sent_end_ns > queued_ns:
-            way.queue_ns = frame.sent_ns - queued_ns
-            way.byte += frame.size_byte
-        since_ns = t_ns - self._told_ns
-        if since_ns < _PLOT_NS:
-            return ()
-        up, down = self._ways[Direction.UP], self._ways[Direction.DOWN]
-        numbers = LinkNumbers(
-            up_delay_s=to_s(up.delay_ns),
-            down_delay_s=to_s(down.delay_ns),
-            up_rate_bit_s=round(8 * up.byte / to_s(since_ns)),
-            down_rate_bit_s=round(8 * down.byte / to_s(since_ns)),
-            up_queue_s=to_s(up.queue_ns),
-            down_queue_s=to_s(down.queue_ns),
-            up_lost_frames=up.lost,
-            down_lost_frames=down.lost,
-        )
-        self._told_ns = t_ns
-        up.byte = down.byte = 0
-        return _told(LINK_NUMBERS, t_ns, numbers)
+        return told(ROVER_NUMBERS, t_ns, self._numbers)
 
 
 class KnownWord(msgspec.Struct, frozen=True):
@@ -266,19 +155,23 @@ class GroundSide:
 
     def event(self, entry: LogEntry) -> Drawn:
         """What happened or was learned, if it is news."""
-        return _event(GROUND_EVENTS, "ground", self._picture, entry)
+        message, commands = entry.message, self._picture.commands
+        if isinstance(message, LifeEntry) and not commands.says_news(message):
+            commands.apply(message, entry.log_time_ns)
+            return ()
+        return told_event(GROUND_EVENTS, "ground", self._picture, entry)
 
-    def hear(self, t_ns: int, telemetry: Telemetry) -> Drawn:
+    def hear(self, t_ns: int, telemetry: HeardPose) -> Drawn:
         """Telemetry has come, newer than all before it."""
         self._battery = telemetry.battery
         if telemetry.commands_done != self._commands_done:
             self._commands_done = telemetry.commands_done
-            self._picture.commands.apply(telemetry, t_ns)
+            self._picture.commands.end_up_to(telemetry.commands_done, t_ns)
         # Silence is told of from its first time on.
         if self._state.link != UNKNOWN:
             return ()
         self._state = msgspec.structs.replace(self._state, link="heard")
-        return _told(GROUND_STATE, t_ns, self._state)
+        return told(GROUND_STATE, t_ns, self._state)
 
     def state(self, t_ns: int, message: msgspec.Struct) -> Drawn:
         """The state of the rover as it is believed to be, if that has changed."""
@@ -301,13 +194,13 @@ class GroundSide:
         if now == self._state:
             return ()
         self._state = now
-        return _told(GROUND_STATE, t_ns, now)
+        return told(GROUND_STATE, t_ns, now)
 
     def prediction(self, t_ns: int, prediction: Prediction) -> Drawn:
         """How old and how sure it is what the ground knows."""
         if self._battery is None or t_ns < self._plot_at_ns:
             return ()
-        self._plot_at_ns = t_ns + _PLOT_NS
+        self._plot_at_ns = t_ns + PLOT_NS
         likely = prediction.likely
         numbers = GroundNumbers(
             battery=self._battery,
@@ -315,7 +208,7 @@ class GroundSide:
             commands_underway=self._picture.commands.on_the_way,
             place_probability=likely[0].probability if likely else 0.0,
         )
-        return _told(GROUND_NUMBERS, t_ns, numbers)
+        return told(GROUND_NUMBERS, t_ns, numbers)
 
 
 def _known(known: KnownWord | None) -> str:
@@ -326,44 +219,3 @@ def _known(known: KnownWord | None) -> str:
 
 def _goal(goal: Tokens | None) -> str:
     return NONE if goal is None else sign_text(goal)
-
-
-def _event(topic: PictureTopic, name: str, picture: Picture | None, entry: LogEntry) -> Drawn:
-    if _says_nothing(entry.message):
-        return ()
-    line = event_line(entry) if picture is None else picture.apply(entry)
-    if line is None:
-        return ()
-    t_ns = entry.log_time_ns
-    level = LogLevel.Debug if line.routine else _level(entry.message)
-    log = Log(timestamp=stamp(t_ns), level=level, message=line.text, name=name)
-    return (Record(topic.name, t_ns, t_ns, log.encode()),)
-
-
-def _says_nothing(message: msgspec.Struct) -> bool:
-    """Whether a message never makes a line: it is asked first, as most messages are such."""
-    match message:
-        case ActionEnded(blocked=False) | CommandEntry(why=None):
-            return True
-        case EventLearned(event=Event(what=CommandReached(why=None))):
-            return True
-        case _:
-            return False
-
-
-def _level(message: msgspec.Struct) -> LogLevel:
-    """How much an event asks to be seen: whatever is not as it should be is a warning."""
-    match message:
-        case (
-            FailsafeEntry(state=Failsafe.HOLD | Failsafe.ALONE | Failsafe.SAFE)
-            | BatteryEntry(state=BatteryState.LOW | BatteryState.FLAT)
-            | StuckEntry(stuck=True)
-            | LinkOutage(down=True)
-            | CommandEntry()
-            | LifeEntry(verdict=Verdict.OVERDUE | Verdict.LATE)
-            | Silence(silent=True)
-            | ShadowEntry(in_step=False)
-        ):
-            return LogLevel.Warning
-        case _:
-            return LogLevel.Info

@@ -21,13 +21,12 @@ from farside.node import Topic
 
 
 class Gatherer(Protocol):
-    """Makes a part of a view from the messages of some topics.
+    """Makes a part of a view from the messages of some topics."""
 
-    Attributes:
-        topics: which ones.
-    """
-
-    topics: Sequence[Topic[Any]]
+    @property
+    def topics(self) -> Sequence[Topic[Any]]:
+        """Which ones."""
+        ...
 
     def take(self, entry: LogEntry) -> None:
         """Take the next message of one of them, in log order."""

@@ -13,7 +13,7 @@ import msgspec
 from farside.logs.events import sign_text
 from farside.logs.file.reading import LogFile
 from farside.logs.report.gather import views_of
-from farside.messages import Tokens
+from farside.logs.result import Outcome, RunResult
 from farside.node import to_s
 
 _SCRIPTS = (
@@ -29,7 +29,7 @@ _SCRIPTS = (
     "main.js",
 )
 _GOALS = 12
-_MARKS = {"success": "✓ success", "failure": "✗ failure", "aborted": "■ aborted"}
+_MARKS = {Outcome.SUCCESS: "✓", Outcome.FAILURE: "✗", Outcome.ABORTED: "■"}
 
 _SWITCH = """<label class="switch"><input type="checkbox" id="switch" role="switch">
 as the ground saw it</label>"""
@@ -42,28 +42,6 @@ when that became the top-goal.</p>
 <p id="policy-title"></p>
 <div class="policy"><svg id="columns" role="img" aria-label="policy map as columns"></svg>
 <div class="scroll" id="depths"></div></div></section>"""
-
-
-class _Judgement(msgspec.Struct):
-    name: str
-    met: bool
-    detail: str
-
-
-class _Goal(msgspec.Struct):
-    tokens: Tokens
-    source: str
-    set_s: float
-    reached_s: float | None
-
-
-class _Result(msgspec.Struct):
-    """What the page tells of `result.json`."""
-
-    outcome: str
-    expectations: tuple[_Judgement, ...] = ()
-    goals: tuple[_Goal, ...] = ()
-    digest: str = ""
 
 
 class _Mission(msgspec.Struct):
@@ -138,8 +116,8 @@ def _head(log: LogFile) -> _Head:
         )
         return _Head(title, markup + _facts([("seed", seed)]) + _damage(log))
     result, problems = _result(log)
-    outcome = result.outcome if result else "not finished"
-    mark = _MARKS.get(outcome, f"■ {outcome}")
+    outcome = str(result.outcome) if result else "not finished"
+    mark = f"{_MARKS[result.outcome] if result else '■'} {outcome}"
     digest = [("digest", result.digest[:16])] if result and result.digest else []
     length = ("simulated", f"{to_s(log.end_ns):.1f} s")
     versions = ("farside", run.get("farside", ""))
@@ -162,20 +140,19 @@ def _facts(facts: list[tuple[str, str]], *, so: bool = False) -> str:
 
 
 def _damage(log: LogFile, problems: tuple[str, ...] = ()) -> str:
-    found = [*_damage_of(log), *problems]
+    found = [*log.damage, *problems]
     if not log.complete:
         found.append("Nobody finished this log: its run is under way, or its writer was stopped.")
     if not found:
         return ""
     items = "".join(f"<li>{html.escape(one)}</li>" for one in found)
-    return f'<div class="damage" id="damage"><b>The log is not whole.</b><ul class="plain">{items}</ul></div>'
+    return (
+        '<div class="damage" id="damage"><b>The log is not whole.</b>'
+        f'<ul class="plain">{items}</ul></div>'
+    )
 
 
-def _damage_of(log: LogFile) -> tuple[str, ...]:
-    return getattr(log, "damage", ())
-
-
-def _summary(result: _Result | None) -> str:
+def _summary(result: RunResult | None) -> str:
     """Expectations, goals and the counts of the link, of what was so."""
     expectations = "<p>The run ended before its expectations were judged.</p>"
     goals = ""
@@ -188,13 +165,13 @@ def _summary(result: _Result | None) -> str:
             ],
             unmet=[not one.met for one in result.expectations],
         )
-    elif result is not None and result.outcome != "aborted":
+    elif result is not None and result.outcome is not Outcome.ABORTED:
         expectations = "<p>The mission expects nothing.</p>"
     if result is not None and result.goals:
         rows = [
             (
                 sign_text(goal.tokens),
-                goal.source,
+                str(goal.source),
                 f"{goal.set_s:.1f} s",
                 "not reached" if goal.reached_s is None else f"{goal.reached_s:.1f} s",
             )
@@ -221,12 +198,12 @@ def _table(
     return f'<div class="scroll"><table class="expect"><tr>{head}</tr>{body}</table></div>'
 
 
-def _result(log: LogFile) -> tuple[_Result | None, tuple[str, ...]]:
+def _result(log: LogFile) -> tuple[RunResult | None, tuple[str, ...]]:
     attached = log.attachments.get("result.json")
     if attached is None:
         return None, ()
     try:
-        return msgspec.json.decode(attached.data, type=_Result), ()
+        return msgspec.json.decode(attached.data, type=RunResult), ()
     except msgspec.MsgspecError as error:
         return None, (f"The outcome cannot be read from result.json: {error}",)
 

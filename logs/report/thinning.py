@@ -255,7 +255,5 @@ def thinning_note(what: str, curves: Iterable[Curve]) -> list[str]:
     """What the page says of curves that were thinned; nothing if none was."""
     if not any(curve.thinned for curve in curves):
         return []
-    return [
-        f"{what}: more than {CURVE} points, drawn as mean, least and greatest of {BUCKETS} equal "
-        "spans of the run"
-    ]
+    spans = f"mean, least and greatest of {BUCKETS} equal spans of the run"
+    return [f"{what}: more than {CURVE} points, drawn as {spans}"]

@@ -42,7 +42,7 @@ _UPDATE_S = 0.1
 """Wall time between two screen updates: smooth to the eye, and light on a slow terminal."""
 
 _AS_GROUND = " as the ground knew it: nothing else is shown "
-_STRIP_FROM = 30  # rows, without those of the keys
+_STRIP_FROM = 29  # rows, without those of the keys
 _KEYS_ROOM = 4  # rows above the least height from which the keys have theirs
 
 
@@ -104,7 +104,7 @@ class ReplayApp(App[None]):
         refresh: Callable[[], str] = str,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
-        super().__init__()
+        super().__init__(ansi_color=True)
         self.theme = "ansi-dark"  # takes all colours from the terminal, of a light one too
         self.player = Player(log, PICTURE_TOPICS, speed=speed, start_ns=start_ns)
         self.failure: Exception | None = None

@@ -11,8 +11,8 @@ from rich.text import Text
 
 from farside.escaping import printable
 from farside.logs.events import EVENT_TOPICS, time_text
+from farside.logs.file.following import LOOK_AGAIN_S, followed, start_of
 from farside.logs.file.reading import LogEntry, LogFile
-from farside.logs.following import LOOK_AGAIN_S, followed, start_of
 from farside.logs.picture import Picture
 from farside.node import Record
 

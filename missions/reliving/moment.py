@@ -22,7 +22,7 @@ class Relived:
     """The live objects of a run at a moment: ask them anything, and change nothing that goes on.
 
     They are the very objects that a run consists of, so whatever these classes offer can be asked:
-    `model.policy_map()`, `model.why(…)`, `rover.parts.goals.listed`, `rover.world.pose`,
+    `model.policy_map()`, `model.why()`, `rover.parts.goals.listed`, `rover.world.pose`,
     `ground.situation.predicted()`, `channel.outage(…)`. All that the log tells of up to and
     including the moment has happened to them, and nothing later.
 

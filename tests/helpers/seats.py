@@ -38,6 +38,15 @@ class Seat(Generic[A]):
         return to_s(self.app.player.now_ns)
 
     @property
+    def colours(self) -> set[str]:
+        """The names of all colours on the screen, as the terminal is told them."""
+        strips = self.app.screen._compositor.render_strips()
+        styles = [segment.style for strip in strips for segment in strip if segment.style]
+        return {
+            colour.name for style in styles for colour in (style.color, style.bgcolor) if colour
+        }
+
+    @property
     def lines(self) -> list[str]:
         """The screen's rows, as text."""
         width, height = self.app.size

@@ -25,7 +25,6 @@ from typer.testing import CliRunner
 
 import farside.logs
 from farside.logs import LogError, LogFile, Recorder, RunView, picture_at, replay, screen
-from farside.logs.report.page import report_page
 from farside.logs.story import Aspect, SubjectError, story, story_lines, subject_of, why
 from farside.messages import Proposal
 from farside.missions import load_mission, run_mission
@@ -112,10 +111,6 @@ def printed(path: Path, t_s: float) -> object:
     return text.getvalue()
 
 
-def reported(path: Path, t_s: float) -> object:
-    return answer(partial(report_page, LogFile(path).as_ground(to_ns(t_s))))
-
-
 def command(name: str, *more: str) -> View:
     """What a command prints, and the files that it writes into the folder `out`."""
 
@@ -136,11 +131,11 @@ VIEWS: dict[str, View] = {
     "terminal": terminal,
     "pictures": pictures,
     "replay": printed,
-    "report": reported,
     "stories": stories,
     "reasons": reasons,
     "export": command("export", "--out", "out"),
     "export csv": command("export", "--format", "csv", "--out", "out"),
+    "report": command("report", "--out", "out/run.html"),
 }
 """Every view. A new one is a line here; of a command, `command("its name")`."""
 

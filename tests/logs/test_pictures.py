@@ -1,8 +1,6 @@
 """What Foxglove, Lichtblick and Rerun are shown of a run."""
 
 import math
-from collections import defaultdict
-from pathlib import Path
 from typing import Any
 
 import msgspec
@@ -43,7 +41,6 @@ from farside.logs.foxglove.names import (
 )
 from farside.logs.foxglove.pictures import Pictures
 from farside.messages import Proposal, ProposedStep
-from farside.missions import load_mission, run_mission
 from farside.node import Direction, Record, to_ns
 from farside.topics import (
     GROUND_CHART,
@@ -377,31 +374,6 @@ def test_a_charge_that_changes_too_little_to_be_seen_is_not_told_again() -> None
 
 
 # --- time --------------------------------------------------------------------------------------
-
-
-FLAPPING = [{"start_s": 10.0 + 12 * n, "end_s": 18.0 + 12 * n} for n in range(10)]
-
-
-@pytest.mark.parametrize(
-    ("mission", "changes"),
-    [
-        ("blackout", {"duration_s": 130.0, "link.blackouts": FLAPPING}),
-        ("mars-relay", {"duration_s": 130.0}),
-        ("tether", {"duration_s": 60.0}),
-        ("teach", {"duration_s": 60.0}),
-        ("shadow", {"duration_s": 60.0}),
-    ],
-)
-def test_no_topic_goes_back_in_time(mission: str, changes: dict[str, Any], tmp_path: Path) -> None:
-    """Neither in log time nor in publish time, which viewers sort by."""
-    run = run_mission(load_mission(mission, changes), in_process=True, out=tmp_path)
-
-    last: dict[str, tuple[int, int]] = defaultdict(lambda: (0, 0))
-    for record in LogFile(run.log).records(pictures=True):
-        log_ns, publish_ns = last[record.topic]
-        assert record.log_time_ns >= log_ns, record
-        assert record.publish_time_ns >= publish_ns, record
-        last[record.topic] = record.log_time_ns, record.publish_time_ns
 
 
 def test_the_time_in_a_picture_is_when_it_was_known(records: list[Record]) -> None:

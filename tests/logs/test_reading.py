@@ -56,6 +56,27 @@ def test_a_record_is_decoded_only_when_it_is_reached(path: Path) -> None:
         next(entries)
 
 
+def test_the_last_record_of_each_topic_is_found_wherever_in_the_file_it_lies(
+    run: Any, path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for module in ("recording", "file.packing"):
+        monkeypatch.setattr(f"farside.logs.{module}._CHUNK_BYTE", 1000)
+    run.start().goal(2, "at:A")
+    for t_s in range(1, 30):
+        run.stand(t_s, "at:D").hear(t_s, "at:D", since_s=t_s - 1)
+    log = LogFile(run.log(path))
+    assert len(log.index.blocks) > 5
+
+    for time_ns in map(to_ns, (0, 1.5, 2, 17, 99)):
+        last = {record.topic: record for record in log.records(end_ns=time_ns, pictures=True)}
+        found = log.latest_each(time_ns)
+        assert {record.topic: record for record in found} == last
+        assert len(found) == len(last)
+        assert found == sorted(found, key=lambda record: record.log_time_ns)
+        for topic in (TRUTH_POSE, ROVER_GOAL):
+            assert log.latest(topic, time_ns) == last.get(topic.name)
+
+
 def test_an_unknown_topic_is_refused_by_name() -> None:
     with pytest.raises(LogError, match="unknown topic /rover/arm"):
         decode(Record("/rover/arm", 0, 0, b"{}"))

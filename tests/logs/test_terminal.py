@@ -226,6 +226,24 @@ def test_a_log_that_is_gone_ends_it_with_the_reason(log: LogFile) -> None:
     seated(replaying(log), does)
 
 
+def test_without_colours_nothing_is_coloured(log: LogFile, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("NO_COLOR", "1")
+
+    async def does(seat: Seat[ReplayApp]) -> None:
+        assert seat.colours == {"default"}
+
+    seated(replaying(log), does)
+
+
+def test_the_colours_are_those_of_the_terminal(log: LogFile) -> None:
+    async def does(seat: Seat[ReplayApp]) -> None:
+        assert len(seat.colours) > 5
+        dim = {"bright_black", "color(8)"}
+        assert seat.colours - dim <= {"default", "blue", "green", "yellow", "magenta", "cyan"}
+
+    seated(replaying(log), does)
+
+
 def test_no_color_is_kept_for_what_comes_after(
     log: LogFile, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -13,11 +13,13 @@ COMMANDS = [
     ("replay",),
     ("export",),
     ("recover",),
+    ("report",),
     ("story",),
     ("why",),
     ("verify",),
     ("rerun",),
     ("diff",),
+    ("layout",),
     ("missions",),
     ("schema",),
     ("link",),
@@ -93,4 +95,4 @@ def test_completion_can_be_installed(
     monkeypatch.setenv("_FARSIDE_COMPLETE", "complete_bash")
     monkeypatch.setenv("COMP_WORDS", "farside re")
     monkeypatch.setenv("COMP_CWORD", "1")
-    assert set(farside()[1].split()) == {"recover", "replay", "rerun"}
+    assert set(farside()[1].split()) == {"recover", "replay", "report", "rerun"}

@@ -87,6 +87,17 @@ def test_whatever_a_viewer_does_with_the_play_bar_the_log_is_the_same(tmp_path: 
             interrupts=interrupts,
         )
 
+        def afterwards() -> Iterator[None]:
+            seen = len(app.messages)
+            app.ask(play=True, speed=30.0, seek_ns=to_ns(5))
+            for _ in range(9):
+                yield
+            app.until(lambda: any(pose.time_ns > to_ns(6) for pose in app.messages[seen:]))
+            interrupts._hear(signal.SIGINT, None)
+
+        script.acts = afterwards()
+        live.serve()
+
     assert told == [("paused", 6), ("playing", 1), ("buffering", 30), ("playing", 30)]
     assert finished.digest == _run(tmp_path).digest
 

@@ -1,6 +1,10 @@
 """A run on the screen: held by whoever watches it, and the same as any other."""
 
 import asyncio
+import math
+import os
+import sys
+import threading
 from collections.abc import Callable
 from pathlib import Path
 
@@ -86,7 +90,7 @@ def test_a_watched_run_waits_for_who_watches_it_and_is_the_same(
         assert ("■ end" in seat.text, "end the run" in seat.text) == (True, False)
 
     seated(watched.app, does, (100, 30))
-    finished = watched.run.finish()
+    finished = watched.run.finish(watched.interrupts)
 
     plain = run_mission(LOADED, in_process=True, out=tmp_path / "plain")
     assert finished.digest == plain.digest
@@ -102,7 +106,7 @@ def test_who_leaves_lets_the_run_go_on(watched: Watched) -> None:
     assert not watched.run.over
     watched.gate.open()
 
-    assert watched.run.finish().duration_s == pytest.approx(40, abs=1)
+    assert watched.run.finish(watched.interrupts).duration_s == pytest.approx(40, abs=1)
 
 
 def test_ctrl_c_ends_the_run_then_leaves(watched: Watched) -> None:
@@ -114,11 +118,31 @@ def test_ctrl_c_ends_the_run_then_leaves(watched: Watched) -> None:
         assert not seat.app.is_running
 
     seated(watched.app, does)
-    finished = watched.run.finish()
+    finished = watched.run.finish(watched.interrupts)
 
     assert (finished.interrupted, finished.result.outcome) == (True, Outcome.ABORTED)
     assert LogFile(finished.log).complete
     assert finished.result.sim_seconds < 40
+
+
+def test_a_second_ctrl_c_does_not_wait_for_the_run(
+    watched: Watched, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    goes_on = threading.Event()
+    monkeypatch.setattr(watched.gate, "watch", lambda *_: goes_on.wait(30))  # as if a process hung
+    watched.gate.let(math.inf)
+
+    async def does(seat: Seat[WatchApp]) -> None:
+        await seat.press("ctrl+c", "ctrl+c")
+        assert not seat.app.is_running
+
+    seated(watched.app, does)
+    monkeypatch.setattr(os, "_exit", sys.exit)
+
+    with pytest.raises(SystemExit, match="130"):
+        watched.run.finish(watched.interrupts)
+    assert f"farside recover {watched.gate.log}" in capsys.readouterr().err
+    goes_on.set()
 
 
 def test_what_a_run_raises_comes_out_where_it_is_waited_for() -> None:
@@ -130,7 +154,7 @@ def test_what_a_run_raises_comes_out_where_it_is_waited_for() -> None:
 
     assert not going.begun()
     with pytest.raises(OSError, match="no space left"):
-        going.finish()
+        going.finish(Interrupts())
 
 
 def test_without_a_terminal_there_is_nothing_to_watch_on(

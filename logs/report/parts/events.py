@@ -99,11 +99,14 @@ def _of_condition(message: object) -> str:
             return {BatteryState.FLAT: _ALARM, BatteryState.LOW: _WARNING}.get(battery, "")
         case StuckEntry(stuck=True) | StuckChanged(stuck=True):
             return _ALARM
-        case CommandEntry(why=str()) | CommandReached(why=str()) | CommandForced():
-            return _WARNING
-        case CommandsMissing(missing=True) | GoalEntry(change=GoalChange.SUSPENDED):
-            return _WARNING
-        case GoalAside(why=str()):
+        case (
+            CommandEntry(why=str())
+            | CommandReached(why=str())
+            | CommandForced()
+            | CommandsMissing(missing=True)
+            | GoalEntry(change=GoalChange.SUSPENDED)
+            | GoalAside(why=str())
+        ):
             return _WARNING
         case _:
             return ""

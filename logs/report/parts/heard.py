@@ -29,7 +29,7 @@ from farside.topics import (
 _ROWS = 30_000
 _PREDICTED = 2000
 _LIKELY = 6
-_GAPS = 5  # of the usual distance between two measurements
+_GAPS, _LEAST_GAP = 5, 5000  # of the usual distance between two measurements; ms
 
 
 class _Words:
@@ -80,8 +80,8 @@ class HeardAtGround:
         numbers = tuple(map(self._words.number, words))
         last = self._last.get(entry.topic)
         so = ms(told.time_ns)
-        row = (ms(known_ns), so, round(told.x_m * 100), round(told.y_m * 100))
-        row += (round(told.battery * 1000), *numbers)
+        place = round(told.x_m * 100), round(told.y_m * 100)
+        row = (ms(known_ns), so, *place, round(told.battery * 1000), *numbers)
         self._rows.add(row)
         if last is not None:
             self._distances[(so - last) // 100] += 1
@@ -107,13 +107,21 @@ class HeardAtGround:
         columns: list[list[int]] = [list(column) for column in zip(*rows, strict=True)] or [
             [] for _ in range(9)
         ]
-        usual = (
-            max((n, -distance) for distance, n in self._distances.items()) if rows[1:] else (0, 0)
-        )
-        gap = max(5000, _GAPS * -usual[1] * 100) + self._rows.apart_ms
-        known, so, *others = columns
+        usual = max(((n, -apart) for apart, n in self._distances.items()), default=(0, 0))
+        gap = max(_LEAST_GAP, _GAPS * -usual[1] * 100) + self._rows.apart_ms
+        known, so, x, y, battery, mode, failsafe, action, goals = columns
         view.heard = Heard(
-            steps(known), steps(so), *others, words=list(self._words.numbers), gap=gap
+            known=steps(known),
+            so=steps(so),
+            x=x,
+            y=y,
+            battery=battery,
+            mode=mode,
+            failsafe=failsafe,
+            action=action,
+            goals=goals,
+            words=list(self._words.numbers),
+            gap=gap,
         )
         view.predicted = self._predicted.rows
         view.notes += self._rows.note("Telemetry")

@@ -2,6 +2,8 @@
 
 from typing import Any
 
+import msgspec
+
 from farside.control import BatteryState
 from farside.frames import LinkOutage
 from farside.logs.events import OUTAGES, sign_text
@@ -81,7 +83,8 @@ class Row:
     def _merge(self) -> None:
         """Join pairs of neighbours of one kind that are near each other."""
         self.merged = max(2000, 2 * self.merged)
-        spans, joined = self.lane.spans, []
+        spans = self.lane.spans
+        joined: list[Span] = []
         for span in spans:
             last = joined[-1] if joined else None
             if (
@@ -150,6 +153,14 @@ class Lanes:
                 self._action.close(t, ", blocked" if blocked else "")
                 if blocked:
                     self._action.mark(t, "cross", "blocked")
+            case GoalEntry() as goal:
+                self._take_goal(t, goal)
+            case other:
+                self._take_condition(t, other)
+
+    def _take_condition(self, t: int, message: msgspec.Struct) -> None:
+        """Of the battery, the wheels and the link."""
+        match message:
             case BatteryEntry(state=battery, charge=charge):
                 self._battery.close(t)
                 if battery is not BatteryState.NOMINAL:
@@ -158,8 +169,6 @@ class Lanes:
                 self._stuck.close(t)
                 if stuck:
                     self._stuck.open(t, "stuck", "stuck", "stuck")
-            case GoalEntry() as goal:
-                self._take_goal(t, goal)
             case LinkOutage() as outage:
                 self._take_outage(t, outage)
             case Silence(silent=silent, expected=expected):

@@ -2,14 +2,14 @@
 
 from typing import Any
 
-from farside.frames import Fate, FrameFate
+from farside.frames import Fate, FrameEvent, FrameFate
 from farside.logs.file.reading import LogEntry
 from farside.logs.report.model import LinkRow, Panel, Series, Side, View
 from farside.logs.report.parts.asked import Asked
 from farside.logs.report.thinning import Curve, ms, rounded, steps, thinning_note
 from farside.logs.spans import LinkTally
 from farside.node import Direction, Topic, to_s
-from farside.topics import LINK_FRAME
+from farside.topics import GROUND_FRAME, LINK_FRAME, ROVER_FRAME
 
 _SPANS = 240
 _NAMES = {Direction.UP: "uplink", Direction.DOWN: "downlink"}
@@ -81,7 +81,7 @@ class _Way:
 class DeliveredLink:
     """Delay, loss and rate of both directions, of what was so."""
 
-    topics: tuple[Topic[Any], ...] = (LINK_FRAME,)
+    topics: tuple[Topic[Any], ...] = (LINK_FRAME, ROVER_FRAME, GROUND_FRAME)
 
     def __init__(self, side: Side, asked: Asked) -> None:
         self._asked = asked
@@ -92,8 +92,11 @@ class DeliveredLink:
 
     def take(self, entry: LogEntry) -> None:
         """See `Gatherer`."""
-        if isinstance(frame := entry.message, FrameFate):
-            self._ways[frame.direction].add(frame)
+        match entry.message:
+            case FrameFate() as frame:
+                self._ways[frame.direction].add(frame)
+            case FrameEvent(direction=direction, stage=stage):
+                self._ways[direction].tally.stages[stage] += 1
 
     def fill(self, view: View) -> None:
         """See `Gatherer`."""

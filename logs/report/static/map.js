@@ -157,6 +157,9 @@ function mapLegend() {
     shape(svg("path", { d: "M8 -1h14v12h-14z", class: "guess" }), "now, as predicted at the ground"),
     shape(svg("path", { d: "M15 -2l7 7l-7 7l-7 -7z", class: "goal" }), "goal"),
     shape(svg("path", { d: "M2 5H28", class: "path" }), "proposed path"));
+  if (here().rows.some((row) => row.includes("~"))) {
+    entries.push(shape(svg("path", { d: "M5 -1h20v12h-20z", class: "shade" }), "terrain shadow"));
+  }
   if (here().bumps.length) entries.push(shape(svg("path", { d: "M11 1l8 8m0 -8l-8 8", class: "bump" }), "bump"));
   byId("map-legend").replaceChildren(...entries);
 }

@@ -1,6 +1,7 @@
 """`farside run --watch`: the replay's screen on a run that goes on as far as it is played."""
 
 import math
+import os
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -28,6 +29,7 @@ _AHEAD_S = 0.3
 """Wall time for which a run may be ahead of the screen, so that no update waits for it."""
 
 _LOOK_S = 0.1
+_INTERRUPTED = 130
 
 
 class Gate(Watcher):
@@ -102,8 +104,7 @@ class RunInThread:
         self._run, self._gate = run, gate
         self._finished: FinishedRun | None = None
         self._error: BaseException | None = None
-        # A daemon: an impatient second Ctrl-C ends the command at once, as without --watch.
-        self._thread = threading.Thread(target=self._do, name="run", daemon=True)
+        self._thread = threading.Thread(target=self._do, name="run")
         self._thread.start()
 
     def _do(self) -> None:
@@ -132,14 +133,19 @@ class RunInThread:
             self._thread.join(_LOOK_S)
         return self._gate.log is not None
 
-    def finish(self) -> FinishedRun:
-        """Wait for its end.
+    def finish(self, interrupts: Interrupts) -> FinishedRun:
+        """Wait for its end; a second interrupt ends the process instead.
 
         Raises:
             Exception: whatever the run raised.
         """
         while not self.over:
             self._thread.join(_LOOK_S)
+            if interrupts.repeated and not self.over:
+                print_error(
+                    f"the run is cut off; for a whole log: farside recover {self._gate.log}"
+                )
+                os._exit(_INTERRUPTED)  # no thread can be ended from another
         if self._error is not None:
             raise self._error
         assert self._finished is not None  # noqa: S101 - it has ended, and nothing was raised
@@ -199,8 +205,10 @@ class WatchApp(ReplayApp):
         return self._going.standing
 
     def action_end_run(self) -> None:
-        """End the run after the window in progress, then leave."""
+        """End the run after the window in progress, then leave; the second time, leave at once."""
         self._interrupts.request()
+        if self._interrupts.repeated:
+            self.exit()
         self.moved("the run ends")
 
 
@@ -234,4 +242,4 @@ def watched(
     finally:
         gate.open()
     with display:
-        return going.finish()
+        return going.finish(interrupts)

@@ -22,11 +22,12 @@ def write_layouts(
     ] = Path(),
     as_: As = None,
 ) -> None:
-    """Write a layout for Foxglove and Lichtblick, and a blueprint for Rerun.
+    """Write layouts for Foxglove, Lichtblick and Rerun.
 
-    With them, a log shows its map, its rovers, modes, numbers and events at once. With --as ground
-    the layout is one for `farside replay --live --as ground`, and no blueprint is written, since
-    Rerun reads logs whole. The blueprint takes rerun-sdk: pip install rerun-sdk.
+    With them, a log shows its map, its rovers, modes, numbers and events at once: one file for
+    Foxglove and Lichtblick, and a blueprint for Rerun, which takes rerun-sdk. With --as ground the
+    layout is one for `farside replay --live --as ground`, and there is no blueprint, since Rerun
+    reads logs whole.
 
     \b
     farside layout
@@ -46,7 +47,7 @@ def write_layouts(
     print(f"{_shown(foxglove)}: in Foxglove or Lichtblick, Layout > Import from file")  # noqa: T201
     if rerun in written:
         print(  # noqa: T201
-            f"{_shown(rerun)}: in Rerun, open a log, then this; or without the viewer's help:\n"
+            f"{_shown(rerun)}: in Rerun, open a log, then this file; or in a terminal:\n"
             "  rerun mcap convert LOG --application-id farside -o log.rrd\n"
             f"  rerun log.rrd {_shown(rerun)}"
         )

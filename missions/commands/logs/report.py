@@ -1,6 +1,5 @@
 """`farside report`."""
 
-from enum import StrEnum
 from pathlib import Path
 from typing import Annotated
 
@@ -8,32 +7,22 @@ import typer
 
 from farside.escaping import printable
 from farside.missions.commands.display.patience import patience
-
-
-class Who(StrEnum):
-    """From whose side a log is read."""
-
-    GROUND = "ground"
+from farside.missions.commands.failures import print_error
+from farside.missions.commands.logs.opening import At, run_of
+from farside.missions.commands.values import As
 
 
 def report_log(
-    log: Annotated[Path, typer.Argument(metavar="LOG", help="Log of a run.")],
+    log: Annotated[
+        Path | None,
+        typer.Argument(metavar="LOG", help="Log of a run; the newest where none is named."),
+    ] = None,
     out: Annotated[
         Path | None,
         typer.Option(metavar="FILE", help="The page; beside the log where it is not given."),
     ] = None,
-    as_: Annotated[
-        Who | None,
-        typer.Option("--as", metavar="WHO", help="'ground': nothing but what the ground knew."),
-    ] = None,
-    at: Annotated[
-        float | None,
-        typer.Option(
-            min=0,
-            metavar="S",
-            help="With --as ground: what it knew at this simulated time, in seconds.",
-        ),
-    ] = None,
+    as_: As = None,
+    at: At = None,
     open_: Annotated[
         bool, typer.Option("--open/--no-open", help="Show the page in a browser.")
     ] = False,
@@ -45,26 +34,18 @@ def report_log(
 
     \b
     farside report logs/runs/blackout-seed1-1.mcap
-    farside report logs/runs/blackout-seed1-1.mcap --out blackout.html --open
-    farside report logs/runs/blackout-seed1-1.mcap --as ground --at 700
+    farside report --out blackout.html --open
+    farside report --as ground --at 700
     """
-    from farside.logs import LogFile
-    from farside.logs.report.page import report_page
-    from farside.node import to_ns, to_s
+    from farside.logs.report import report_page
 
-    if at is not None and as_ is None:
-        raise typer.BadParameter("expected --as ground with it", param_hint="--at")
+    run = run_of(log, as_, at)
     with patience("making the page"):
-        file = LogFile(log)
-        if at is not None and to_ns(at) > file.end_ns:
-            raise typer.BadParameter(
-                f"expected a time within the run, 0 to {to_s(file.end_ns):.1f} s, found {at:g} s",
-                param_hint="--at",
-            )
-        if as_ is not None:
-            file = file.as_ground(None if at is None else to_ns(at))
-        page = report_page(file)
-    target = log.with_suffix(".html") if out is None else out
+        page = report_page(run.file)
+    for damage in run.file.damage:
+        print_error(f"{run.path}: {damage}")
+    target = run.path.with_suffix(".html") if out is None else out
+    target.parent.mkdir(parents=True, exist_ok=True)
     target.write_text(page, encoding="utf-8")
     print(printable(str(target)))  # noqa: T201
     if open_:

@@ -16,7 +16,7 @@ import zenoh
 
 from farside.link.emulator.relay import open_session
 from farside.logs import LogFile
-from farside.logs.following import followed, start_of
+from farside.logs.file.following import followed, start_of
 from farside.missions.commands.failures import print_error
 from farside.missions.conductor import WallClock
 from farside.missions.crew.crew import InfrastructureError
