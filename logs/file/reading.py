@@ -228,7 +228,7 @@ class LogFile:
         end_ns = self._end_ns(end_ns)
         with self._opened() as file:
             wanted, channels = self._wanted(names)
-            for block in self._blocks(file, wanted.values()):
+            for block in self._blocks(file, wanted.values(), start_ns, end_ns):
                 if block.start_ns > end_ns or block.end_ns < start_ns or not block.has(channels):
                     continue
                 records = self._read(file, block, wanted)
@@ -345,18 +345,20 @@ class LogFile:
                 self._look_over(file)
             yield file
 
-    def _blocks(self, file: BinaryIO, topics: Collection[str]) -> list[Block]:
+    def _blocks(
+        self, file: BinaryIO, topics: Collection[str], start_ns: int, end_ns: int
+    ) -> list[Block]:
         """The chunks in which to look for topics: the copies, if they hold all of these."""
         index = self.index
+        copies = [b for b in index.sparse if b.start_ns <= end_ns and start_ns <= b.end_ns]
         if not (topics and index.sparse and index.sparse_topics.issuperset(topics)):
             return index.blocks
-        for block in index.sparse:
+        for block in copies:
             try:
                 self._bytes(file, block)
             except DAMAGE:
-                index.sparse = []
                 return index.blocks
-        return index.sparse
+        return copies
 
     def _wanted(self, names: Collection[str]) -> tuple[dict[int, str], int]:
         """The topics of these names by channel number, and a bit for each number."""

@@ -22,12 +22,13 @@ SPARSE = "farside.sparse"
 MEDIA_TYPE = "application/x-mcap-chunks"
 
 _LEAST_BYTE = 64 * 1024
-_SHARE = 500
+_SHARE = 2000
+_ALL = -1  # a bit for every channel
 _CHUNK_BYTE = 1 << 20
 
 
 class SparseTopics:
-    """Collects the messages of those channels that make up no more than 1/500 of the log each.
+    """Collects the messages of those channels that make up no more than 1/2000 of the log each.
 
     That is little memory, compressed, beside what the log takes on disk (project default).
     """
@@ -95,4 +96,4 @@ def sparse_blocks(file: BinaryIO, entry: mcap.AttachmentIndex) -> Iterator[Block
     for span in spans(file, start, start + entry.data_size):
         head = read_at(file, span.offset, CHUNK_HEAD.size)
         start_ns, end_ns, *_ = CHUNK_HEAD.unpack(head)
-        yield Block(span.offset, span.length, start_ns, end_ns)
+        yield Block(span.offset, span.length, start_ns, end_ns, channels=_ALL)
