@@ -18,12 +18,12 @@ from farside.logs.file.mcap_bytes import (
     GREATEST_RECORD_BYTE,
     HEAD,
     MAGIC,
-    MESSAGE_HEAD,
     DamageError,
     attachment_of,
     end_marks,
     inner_records,
     metadata_of,
+    times_ns_in,
 )
 from farside.logs.file.parts import (
     LIBRARY,
@@ -37,6 +37,7 @@ from farside.logs.file.parts import (
     read_at,
 )
 from farside.logs.file.scanning import Span, span_at, spans
+from farside.logs.file.sparse import SPARSE, sparse_blocks
 
 _END_MARKS = end_marks()
 _FOOTER_BYTE = HEAD.size + 20
@@ -72,6 +73,8 @@ class LogIndex:
         blocks: the chunks with messages, in order.
         counts: the number of messages by channel; `None` without a summary.
         payload_byte: the length of all payloads of each topic; empty if the log does not say.
+        sparse: chunks with copies of all messages of `sparse_topics`; see `sparse`.
+        sparse_topics: their names; none where there are no such chunks.
         damage: what could not be read so far, by its first byte.
 
     Raises:
@@ -88,6 +91,8 @@ class LogIndex:
         self.blocks: list[Block] = []
         self.counts: dict[int, int] | None = None
         self.payload_byte: dict[str, int] = {}
+        self.sparse: list[Block] = []
+        self.sparse_topics: frozenset[str] = frozenset()
         self.damage: dict[int, Damage] = {}
         self._path = path
         self._identity = _identity(file)
@@ -182,6 +187,9 @@ class LogIndex:
                     self.counts = dict(mcap.Statistics.read(_stream(body)).channel_message_counts)
                 case Opcode.ATTACHMENT_INDEX:
                     entry = mcap.AttachmentIndex.read(_stream(body))
+                    if entry.name == SPARSE:
+                        self.sparse = list(sparse_blocks(file, entry))
+                        continue
                     span = Span(Opcode.ATTACHMENT, entry.offset + HEAD.size, entry.length)
                     name = f"the attachment {entry.name}"
                     left_byte -= self._take_indexed(file, span, name, size)
@@ -263,7 +271,7 @@ class LogIndex:
         for number in sorted(doubtful, reverse=True):
             block = self.blocks[number]
             try:
-                block.start_ns, block.end_ns = _times_ns(block_records(file, block))
+                block.start_ns, block.end_ns = times_ns_in(block_records(file, block))
             except DAMAGE as error:
                 self.blocks.remove(block)
                 holes.append(Damage(block.start, block.end, _words(error)))
@@ -281,6 +289,8 @@ class LogIndex:
                 self._declare(span.opcode, _body(file, span), known=True)
             case Opcode.ATTACHMENT:
                 attachment = attachment_of(_body(file, span))
+                if attachment.name == SPARSE:
+                    return
                 self.attachments[attachment.name] = Attachment(
                     attachment.media_type, attachment.data
                 )
@@ -288,6 +298,8 @@ class LogIndex:
                 name, values = metadata_of(_body(file, span))
                 if name == SIZES:
                     self.payload_byte = {topic: int(byte) for topic, byte in values.items()}
+                elif name == SPARSE:
+                    self.sparse_topics = frozenset(values["topics"].split())
                 else:
                     self.metadata[name] = values
 
@@ -330,16 +342,6 @@ def _begins_with_message(file: BinaryIO, block: Block) -> bool:
     file.seek(at)
     with zstandard.ZstdDecompressor().stream_reader(file, closefd=False) as stream:
         return stream.read(1) == _MESSAGE
-
-
-def _times_ns(data: bytes) -> tuple[int, int]:
-    """Least and greatest log time of the messages among the records of a chunk."""
-    times_ns = [
-        MESSAGE_HEAD.unpack_from(data, begin - HEAD.size)[4]
-        for opcode, begin, _ in inner_records(data)
-        if opcode == Opcode.MESSAGE
-    ]
-    return min(times_ns), max(times_ns)
 
 
 def _summary(file: BinaryIO, size: int) -> bytes | None:

@@ -161,13 +161,14 @@ def messages(data: bytes, topics: Mapping[int, str], passed_over: Container[int]
     """
     found: list[Record] = []
     at, size, unpack, topic_of = 0, len(data), MESSAGE_HEAD.unpack_from, topics.get
+    message, head_byte, whole_byte = int(Opcode.MESSAGE), HEAD.size, MESSAGE_HEAD.size
     while at < size:
         opcode, length, channel, _, log_time_ns, publish_time_ns = unpack(data, at)
-        begin = at + MESSAGE_HEAD.size
-        at += HEAD.size + length
+        begin = at + whole_byte
+        at += head_byte + length
         if at > size:
             raise DamageError(f"a record of {length} bytes where {size - begin} are left")
-        if opcode != Opcode.MESSAGE:
+        if opcode != message:
             continue
         if at < begin:
             raise DamageError(f"a message of {length} bytes")
@@ -186,6 +187,16 @@ def channels_in(data: bytes) -> set[int]:
         for opcode, begin, _ in inner_records(data)
         if opcode == Opcode.MESSAGE
     }
+
+
+def times_ns_in(data: bytes) -> tuple[int, int]:
+    """Least and greatest log time of the messages among the records of a chunk."""
+    times_ns = [
+        MESSAGE_HEAD.unpack_from(data, begin - HEAD.size)[4]
+        for opcode, begin, _ in inner_records(data)
+        if opcode == Opcode.MESSAGE
+    ]
+    return min(times_ns), max(times_ns)
 
 
 def chunk_records(body: bytes) -> bytes:

@@ -13,19 +13,24 @@ from mcap.opcode import Opcode
 
 from farside.logs.file.mcap_bytes import (
     CHUNK_OVERHEAD_BYTE,
+    DAMAGE,
     HEAD,
     MAGIC,
     MESSAGE_HEAD,
+    DamageError,
     chunk_bytes,
     metadata_bytes,
     record_bytes,
 )
 from farside.logs.file.parts import SIZES, LogError
 from farside.logs.file.reading import LogFile
+from farside.logs.file.sparse import MEDIA_TYPE, SPARSE, SparseTopics
 
 _CHUNK_BYTE = 1 << 20
+_LARGE_CHUNKS = 16  # fewer are as soon read as what would be kept of them
 _INDEX_HEAD = struct.Struct("<BQHI")
 _CRC = struct.Struct("<I")
+_MESSAGE_OVERHEAD_BYTE = MESSAGE_HEAD.size - HEAD.size
 
 
 class Recovered(NamedTuple):
@@ -97,18 +102,25 @@ class _Packer:
         self._metadata_indexes: list[mcap.MetadataIndex] = []
         self._declared = [*log.index.schemas.values(), *log.index.channels.values()]
         self._filled = bytearray(b"".join(map(record_bytes, self._declared)))
+        self._sparse = SparseTopics()
+        # Of each message log time, offset in the chunk and length, by channel.
         self._places: dict[int, list[int]] = {}
 
     def write(self) -> int:
         """Write all of it, and return the number of messages."""
         self._file.write(MAGIC + record_bytes(mcap.Header(profile="", library=self._log.library)))
-        self._attach()
-        for data in self._log.contents():
+        for name, attachment in self._log.attachments.items():
+            self._attach(name, *attachment)
+        for block, data in self._log.contents():
             if len(self._filled) + len(data) > _CHUNK_BYTE and self._places:
                 self._end_chunk()
-            self._add(data)
+            try:
+                self._add(data)
+            except DAMAGE as error:
+                self._log.index.note_block(block, error)
         if self._filled:
             self._end_chunk()
+        self._keep_sparse()
         for name, values in self._log.metadata.items():
             self._note(name, values)
         self._note(SIZES, self._sizes_by_topic())
@@ -116,16 +128,19 @@ class _Packer:
         self._finish()
         return self._counts.total()
 
-    def _attach(self) -> None:
-        for name, attachment in self._log.attachments.items():
-            at = self._file.tell()
-            length = self._file.write(
-                record_bytes(mcap.Attachment(0, 0, name, attachment.media_type, attachment.data))
-            )
-            size = len(attachment.data)
-            self._attachment_indexes.append(
-                mcap.AttachmentIndex(at, length, 0, 0, size, name, attachment.media_type)
-            )
+    def _attach(self, name: str, media_type: str, data: bytes) -> None:
+        at = self._file.tell()
+        length = self._file.write(record_bytes(mcap.Attachment(0, 0, name, media_type, data)))
+        self._attachment_indexes.append(
+            mcap.AttachmentIndex(at, length, 0, 0, len(data), name, media_type)
+        )
+
+    def _keep_sparse(self) -> None:
+        """Attach the messages of rare topics, where the log is large."""
+        if len(self._chunk_indexes) >= _LARGE_CHUNKS:
+            topics, data = self._sparse.finish(self._log.index.channels)
+            self._attach(SPARSE, MEDIA_TYPE, data)
+            self._note(SPARSE, {"topics": topics})
 
     def _note(self, name: str, values: Mapping[str, str]) -> None:
         at = self._file.tell()
@@ -139,34 +154,41 @@ class _Packer:
     # --- chunks --------------------------------------------------------------------------------
 
     def _add(self, data: bytes) -> None:
-        """Add the messages of a chunk of the old file to the chunk in progress."""
-        unpack, filled, sizes, at, size = (
-            MESSAGE_HEAD.unpack_from,
-            self._filled,
-            self._sizes,
-            0,
-            len(data),
-        )
-        message, overhead_byte = int(Opcode.MESSAGE), MESSAGE_HEAD.size - HEAD.size
-        start, moved = 0, len(filled)
+        """Add the messages of a chunk of the old file to the chunk in progress.
+
+        Raises:
+            DamageError: if they are no messages of known channels; none is added then.
+            struct.error: likewise.
+        """
+        unpack, message = MESSAGE_HEAD.unpack_from, int(Opcode.MESSAGE)
+        added: dict[int, list[int]] = {}
+        row: list[bytes] = []
+        at, start, size, moved = 0, 0, len(data), len(self._filled)
         while at < size:
             opcode, length, channel, _, log_time_ns, _ = unpack(data, at)
             if opcode == message:
-                places = self._places.get(channel)
+                places = added.get(channel)
                 if places is None:
-                    places = self._places[channel] = []
-                places += (log_time_ns, moved + at)
-                sizes[channel] += length - overhead_byte
+                    if channel not in self._log.index.channels:
+                        raise DamageError(f"a message of channel {channel}, which is unknown")
+                    places = added[channel] = []
+                places += (log_time_ns, moved + at, length)
                 at += HEAD.size + length
             else:
-                filled += data[start:at]
+                row.append(data[start:at])
                 start = at = at + HEAD.size + length
-                moved = len(filled) - start
-        filled += data[start:]
+                moved = len(self._filled) + sum(map(len, row)) - start
+        if at > size:
+            raise DamageError(f"{at - size} bytes are missing from the last record")
+        messages = b"".join((*row, data[start:]))
+        self._sparse.add(messages, added, len(self._filled))
+        self._filled += messages
+        for channel, places in added.items():
+            self._places.setdefault(channel, []).extend(places)
 
     def _end_chunk(self) -> None:
         """Write the chunk in progress, and the index of its messages."""
-        times_ns = [time_ns for places in self._places.values() for time_ns in places[::2]]
+        times_ns = [time_ns for places in self._places.values() for time_ns in places[::3]]
         start_ns, end_ns = min(times_ns, default=0), max(times_ns, default=0)
         data = bytes(self._filled)
         chunk = chunk_bytes(data, start_ns, end_ns, compressed=True)
@@ -175,8 +197,11 @@ class _Packer:
         offsets = {}
         for channel, places in self._places.items():
             offsets[channel] = self._file.tell()
+            count = len(places) // 3
+            self._counts[channel] += count
+            self._sizes[channel] += sum(places[2::3]) - count * _MESSAGE_OVERHEAD_BYTE
+            del places[2::3]
             self._file.write(_message_index(channel, places))
-            self._counts[channel] += len(places) // 2
         self._chunk_indexes.append(
             mcap.ChunkIndex(
                 message_start_time=start_ns,

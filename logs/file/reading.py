@@ -228,7 +228,7 @@ class LogFile:
         end_ns = self._end_ns(end_ns)
         with self._opened() as file:
             wanted, channels = self._wanted(names)
-            for block in self.index.blocks:
+            for block in self._blocks(file, wanted.values()):
                 if block.start_ns > end_ns or block.end_ns < start_ns or not block.has(channels):
                     continue
                 records = self._read(file, block, wanted)
@@ -313,8 +313,8 @@ class LogFile:
 
     # --- by block ------------------------------------------------------------------------------
 
-    def contents(self) -> Iterator[bytes]:
-        """The encoded messages of each readable chunk, in order.
+    def contents(self) -> Iterator[tuple[Block, bytes]]:
+        """The encoded records of each chunk that is as it was written, in order.
 
         Raises:
             LogError: if the file is gone.
@@ -323,11 +323,10 @@ class LogFile:
             for block in self.index.blocks:
                 try:
                     data = self._bytes(file, block)
-                    messages(data, {}, self.index.channels)
                 except DAMAGE as error:
                     self.index.note_block(block, error)
                 else:
-                    yield data
+                    yield block, data
 
     @contextmanager
     def _file(self) -> Iterator[BinaryIO]:
@@ -345,6 +344,19 @@ class LogFile:
             if not self.index.is_of(file):
                 self._look_over(file)
             yield file
+
+    def _blocks(self, file: BinaryIO, topics: Collection[str]) -> list[Block]:
+        """The chunks in which to look for topics: the copies, if they hold all of these."""
+        index = self.index
+        if not (topics and index.sparse and index.sparse_topics.issuperset(topics)):
+            return index.blocks
+        for block in index.sparse:
+            try:
+                self._bytes(file, block)
+            except DAMAGE:
+                index.sparse = []
+                return index.blocks
+        return index.sparse
 
     def _wanted(self, names: Collection[str]) -> tuple[dict[int, str], int]:
         """The topics of these names by channel number, and a bit for each number."""

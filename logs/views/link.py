@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from functools import cached_property
 from typing import cast
 
-from farside.frames import Fate, FrameFate, OutageReason
+from farside.frames import Fate, FrameEvent, FrameFate, OutageReason
 from farside.logs.names import member_of
 from farside.logs.spans import (
     LinkCounters,
@@ -104,12 +104,12 @@ class LinkView(TopicView):
     @cached_property
     def _counters(self) -> tuple[dict[Direction, LinkCounters], ShadowTally]:
         tallies, shadow = {direction: LinkTally() for direction in Direction}, ShadowTally()
-        for frame in self.each_frame():
-            tallies[frame.direction].add(frame)
-        for end in (ROVER_FRAME, GROUND_FRAME):
-            for _, event in self.each(end):
-                tallies[event.direction].stages[event.stage] += 1
-                shadow.add(event)
+        for _, entry in self.together(LINK_FRAME, ROVER_FRAME, GROUND_FRAME):
+            if isinstance(entry, FrameFate):
+                tallies[entry.direction].add(entry)
+            elif isinstance(entry, FrameEvent):
+                tallies[entry.direction].stages[entry.stage] += 1
+                shadow.add(entry)
         return {direction: tally.counters() for direction, tally in tallies.items()}, shadow
 
     @property

@@ -5,12 +5,24 @@ from typing import Any
 
 import msgspec
 import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
 from mcap.writer import Writer
 
 from farside.control import Mode, ModeCause
-from farside.logs import LogEntry, LogError, LogFile, Recorder, decode
-from farside.node import Record, to_ns
-from farside.topics import ROVER_GOAL, TRUTH_POSE, ModeEntry, Pose, Silence
+from farside.logs import LogEntry, LogError, LogFile, Recorder, decode, recover
+from farside.logs.file import packing, sparse
+from farside.node import Record, Topic, to_ns
+from farside.topics import (
+    GROUND_SILENCE,
+    ROVER_GOAL,
+    ROVER_MODE,
+    ROVER_STUCK,
+    TRUTH_POSE,
+    ModeEntry,
+    Pose,
+    Silence,
+)
 
 
 def test_entries_are_decoded_in_log_order(run: Any, path: Path) -> None:
@@ -114,3 +126,79 @@ def test_an_mcap_file_of_another_program_is_not_a_log(path: Path) -> None:
 
     with pytest.raises(LogError, match=r"is not a Farside log: it was written by rosbag2 1\.0"):
         LogFile(path)
+
+
+# --- rare topics in a large log ----------------------------------------------------------------
+
+
+@pytest.fixture
+def large(run: Any, path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """A log that counts as large: poses are frequent in it, and all else is rare."""
+    monkeypatch.setattr(packing, "_CHUNK_BYTE", 300)
+    monkeypatch.setattr(packing, "_LARGE_CHUNKS", 2)
+    monkeypatch.setattr(sparse, "_LEAST_BYTE", 600)
+    monkeypatch.setattr(sparse, "_CHUNK_BYTE", 200)
+    run.start()
+    for second in range(1, 30):
+        run.stand(second, "at:A")
+        if second % 7 == 0:
+            run.note(second, Silence(silent=second % 2 == 0)).goal(second, "at:B")
+    return Path(run.log(path, window=2))
+
+
+@given(data=st.data())
+@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], max_examples=60)
+def test_rare_topics_of_a_large_log_are_read_from_their_copies_alike(
+    large: Path, data: st.DataObject
+) -> None:
+    log = LogFile(large)
+    topics: list[Topic[Any]] = [GROUND_SILENCE, ROVER_GOAL, ROVER_MODE, TRUTH_POSE, ROVER_STUCK]
+    wanted = data.draw(st.lists(st.sampled_from(topics), unique=True))
+    start, end = data.draw(st.tuples(st.integers(0, 31), st.integers(0, 31)))
+    names = {topic.name for topic in wanted}
+
+    found = list(log.records(wanted, start_ns=to_ns(start), end_ns=to_ns(end)))
+
+    assert found == [
+        record
+        for record in log.records()
+        if record.topic in names and to_ns(start) <= record.log_time_ns <= to_ns(end)
+    ]
+
+
+def test_copies_of_rare_messages_spare_the_log_itself(large: Path) -> None:
+    """The chunks of the log may be gone: only the copies are read."""
+    log = LogFile(large)
+    goals = list(log.records([ROVER_GOAL]))
+    content = bytearray(large.read_bytes())
+    for block in log.index.blocks:
+        content[block.offset : block.offset + block.length] = bytes(block.length)
+    large.write_bytes(content)
+
+    emptied = LogFile(large)
+
+    assert len(goals) == 4
+    assert list(emptied.records([ROVER_GOAL])) == goals
+    assert not emptied.damage
+    assert list(emptied.records([ROVER_GOAL, TRUTH_POSE])) == []
+    assert emptied.damage
+
+
+def test_without_the_copies_of_rare_messages_the_log_itself_is_read(large: Path) -> None:
+    log = LogFile(large)
+    goals = list(log.records([ROVER_GOAL]))
+    assert len(log.index.sparse) > 1
+    for block in log.index.sparse:
+        content = bytearray(large.read_bytes())
+        content[block.offset + block.length - 3] ^= 1
+        damaged = large.with_name("damaged.mcap")
+        damaged.write_bytes(content)
+
+        assert list(LogFile(damaged).records([ROVER_GOAL])) == goals
+
+
+def test_the_copies_are_no_attachment_of_the_run(large: Path) -> None:
+    assert not LogFile(large).attachments
+    assert not LogFile(large).metadata
+    recovered = recover(LogFile(large))
+    assert list(LogFile(recovered.path).records()) == list(LogFile(large).records())

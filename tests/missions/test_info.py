@@ -46,7 +46,7 @@ def test_info_tells_how_the_run_ended_what_it_was_and_what_the_log_holds(
     assert (told["sim_seconds"], told["complete"], told["damage"]) == (20.0, True, [])
     assert told["bytes"] == finished.stat().st_size
     assert told["versions"]["farside"]
-    records = list(log.records())
+    records = list(log.records(pictures=True))
     assert told["topics"] == {
         topic: {
             "messages": sum(record.topic == topic for record in records),

@@ -1,0 +1,197 @@
+"""`python tests/bench/logs.py`: what a log costs to write, to summarise, and to look into.
+
+The large logs are the blackout mission over and over, shifted in time, so that they hold what
+Farside's logs hold, pictures included. Times are the processor's, so that other work on the machine
+counts little; only that of a command is by the clock. Both sides of a ratio are measured in one
+run, one after the other, so that a drift in the machine's speed affects both.
+"""
+
+import random
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+from mcap.reader import make_reader
+from rich.console import Console
+from rich.table import Table
+
+from farside.logs import LogFile, Recorder, RunView, picture_at
+from farside.logs.file.mcap_bytes import inner_records
+from farside.logs.file.packing import pack
+from farside.logs.file.parts import Block
+from farside.missions import load_mission, run_mission
+from farside.missions.expectations import judge
+from farside.node import Direction, to_ns
+from farside.topics import GROUND_TELEMETRY, ROVER_GOAL, ROVER_MODE, TRUTH_POSE
+
+MESSAGES = 1_000_000
+BYTES = 1 << 30
+ROUNDS = 3
+SEEKS = 9
+PERIOD_NS = to_ns(1200)
+
+
+class Repeated(LogFile):
+    """A log whose run happens again and again, one after the other, `times` times."""
+
+    def __init__(self, path: Path, times: int) -> None:
+        super().__init__(path)
+        self._times = times
+
+    def contents(self) -> Iterator[tuple[Block, bytes]]:
+        """See `LogFile.contents`."""
+        chunks = [(block, data, _places_of_times(data)) for block, data in super().contents()]
+        for number in range(self._times):
+            for block, data, places in chunks:
+                shifted = np.frombuffer(data, np.uint8).copy()
+                times_ns = shifted[places].view(np.uint64) + np.uint64(number * PERIOD_NS)
+                shifted[places] = times_ns.view(np.uint8)
+                yield block, shifted.tobytes()
+
+
+def _places_of_times(data: bytes) -> "np.ndarray[tuple[int, int], np.dtype[np.int64]]":
+    """Where the log times of the messages in a chunk stand, byte by byte."""
+    # Behind the head of a message: channel, 2 bytes, and sequence, 4.
+    starts = [begin + 6 for opcode, begin, _ in inner_records(data) if opcode == 5]
+    return np.array(starts)[:, None] + np.arange(8)
+
+
+def large_log(run: Path, times: int, path: Path) -> LogFile:
+    """A packed log of so many runs."""
+    pack(Repeated(run, times), path)
+    return LogFile(path)
+
+
+# --- summarising -------------------------------------------------------------------------------
+
+
+def bare_reader(path: Path) -> float:
+    """Seconds in which the `mcap` library goes over all messages."""
+    began = time.process_time()
+    with path.open("rb") as file:
+        for _ in make_reader(file).iter_messages():
+            pass
+    return time.process_time() - began
+
+
+def summary(path: Path) -> float:
+    """Seconds in which a log is opened, and all is asked that the result of a run says."""
+    began = time.process_time()
+    view = RunView(LogFile(path))
+    for expectation in load_mission("blackout").mission.expect:
+        judge(expectation, view)
+    _ = view.goals, view.modes, view.store, view.dem, view.shadow, view.operator
+    _ = view.least_charge, view.flat_since_s, view.stuck_since_s
+    for direction in Direction:
+        view.link_counters(direction)
+    return time.process_time() - began
+
+
+def glance(path: Path) -> float:
+    """Seconds of `farside info`, its start included."""
+    began = time.perf_counter()
+    subprocess.run(  # noqa: S603
+        [sys.executable, "-m", "farside", "info", path], check=True, stdout=subprocess.DEVNULL
+    )
+    return time.perf_counter() - began
+
+
+# --- seeking -----------------------------------------------------------------------------------
+
+
+def seek_s(log: LogFile, look: Callable[[LogFile, int], object]) -> float:
+    """The longest time that a look at a random moment took, each in a log just opened."""
+    times_ns = random.Random(1).sample(range(log.end_ns), SEEKS)  # noqa: S311
+    took = []
+    for time_ns in times_ns:
+        began = time.process_time()
+        look(LogFile(log.path), time_ns)
+        took.append(time.process_time() - began)
+    return max(took)
+
+
+def latest(log: LogFile, time_ns: int) -> None:
+    """The last word on some topics, rare and frequent."""
+    for topic in (TRUTH_POSE, GROUND_TELEMETRY, ROVER_MODE, ROVER_GOAL):
+        log.latest(topic, time_ns)
+
+
+# --- recording ---------------------------------------------------------------------------------
+
+
+def recording_share(folder: Path) -> float:
+    """Share of the time of a run in one process that `Recorder` takes, packing included, in %."""
+    spent = 0.0
+
+    def timed(name: str) -> Callable[..., object]:
+        inner = getattr(Recorder, name)
+
+        def call(*arguments: object, **named: object) -> object:
+            nonlocal spent
+            began = time.process_time()
+            try:
+                return inner(*arguments, **named)
+            finally:
+                spent += time.process_time() - began
+
+        return call
+
+    names = ("__init__", "attach", "metadata", "write", "flush", "close")
+    kept = {name: Recorder.__dict__[name] for name in names}
+    try:
+        for name in names:
+            setattr(Recorder, name, timed(name))
+        began = time.process_time()
+        run_mission(load_mission("blackout"), in_process=True, out=folder)
+        whole = time.process_time() - began
+    finally:
+        for name, method in kept.items():
+            setattr(Recorder, name, method)
+    return 100 * spent / whole
+
+
+def table(folder: Path) -> Table:
+    """Measure, and tabulate the figures."""
+    shares = [recording_share(folder) for _ in range(ROUNDS)]
+    run = next(folder.glob("*.mcap"))
+    one = LogFile(run)
+    count = sum(messages for messages, _ in one.sizes().values())
+    found = Table("measure", "figure", "limit")
+    found.add_row(
+        "recording, share of a run in one process (%)", f"{statistics.median(shares):.1f}", "10"
+    )
+    log = large_log(run, -(-MESSAGES // count), folder / "million.mcap")
+    ratios, bare = [], []
+    for _ in range(ROUNDS):
+        bare.append(bare_reader(log.path))
+        ratios.append(summary(log.path) / bare[-1])
+    messages = sum(number for number, _ in log.sizes().values())
+    found.add_row(
+        f"opening and summarising {messages:,} messages / bare mcap reader "
+        f"({statistics.median(bare):.1f} s)",
+        f"{statistics.median(ratios):.2f}",
+        "1.3",
+    )
+    # A tenth of a run's log is what it holds once, such as schemas.
+    large = large_log(run, -(-10 * BYTES // (9 * run.stat().st_size)), folder / "gigabyte.mcap")
+    size = f"{large.size_byte / 1e9:.2f} GB"
+    found.add_row(f"opening {size} (s)", f"{seek_s(large, lambda *_: None):.2f}")
+    found.add_row(f"farside info of {size} (s)", f"{glance(large.path):.2f}", "0.3")
+    found.add_row(f"latest of four topics in {size} (s)", f"{seek_s(large, latest):.2f}", "1")
+    found.add_row(f"picture_at in {size} (s)", f"{seek_s(large, picture_at):.2f}", "1")
+    found.add_row(
+        f"picture_at as ground in {size} (s)",
+        f"{seek_s(large, lambda log, time_ns: picture_at(log.as_ground(time_ns), time_ns)):.2f}",
+        "1",
+    )
+    return found
+
+
+if __name__ == "__main__":
+    with tempfile.TemporaryDirectory() as name:
+        Console().print(table(Path(name)))
