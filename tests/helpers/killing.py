@@ -11,8 +11,8 @@ from pathlib import Path
 from mcap.reader import make_reader
 from npm import run_script
 
-from farside.logs import LogFile
-from farside.node import Record
+from farside.logs import LogFile, RunView
+from farside.node import NEVER_NS, Record, to_ns
 
 WHOLE_BYTE = 4_500_000  # what the mission writes before its log is packed, and a little more
 _PATIENCE_S = 120
@@ -110,3 +110,14 @@ def hashes_by_npm(*paths: Path) -> list[str]:
 def records_of(path: Path) -> list[Record]:
     """All records of a log, pictures included, as our reader reads them."""
     return list(LogFile(path).records(pictures=True))
+
+
+def common_end_ns(log: LogFile) -> int:
+    """Up to when a log must hold what that of the whole run holds.
+
+    That is to its end if the recorder was killed, and to the loss of a node if it was that.
+    """
+    view = RunView(log)
+    if view.result is None or not view.result.lost_processes:
+        return NEVER_NS
+    return to_ns(view.result.lost_processes[0].since_s)
