@@ -37,6 +37,7 @@ bench: export PYTHONPATH := tests/helpers
 bench: $(VENV)/.ready-to-develop ## measure simulated seconds per wall second
 	$(BIN)/python tests/bench/run.py
 	$(BIN)/python tests/bench/long_runs.py
+	$(BIN)/python tests/bench/logs.py
 	$(BIN)/python tests/bench/reports.py
 	$(BIN)/python tests/bench/link_channel.py
 	$(BIN)/python tests/bench/link_emulator.py

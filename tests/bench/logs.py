@@ -13,27 +13,38 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Iterator
+from itertools import zip_longest
 from pathlib import Path
 
+import msgspec
 import numpy as np
+from mcap.opcode import Opcode
 from mcap.reader import make_reader
 from rich.console import Console
 from rich.table import Table
 
 from farside.logs import LogFile, Recorder, RunView, picture_at
-from farside.logs.file.mcap_bytes import inner_records
+from farside.logs.file.mcap_bytes import HEAD, MESSAGE_HEAD
 from farside.logs.file.packing import pack
 from farside.logs.file.parts import Block
+from farside.messages import Telemetry
 from farside.missions import load_mission, run_mission
 from farside.missions.expectations import judge
 from farside.node import Direction, to_ns
-from farside.topics import GROUND_TELEMETRY, ROVER_GOAL, ROVER_MODE, TRUTH_POSE
+from farside.topics import (
+    GROUND_STORED_TELEMETRY,
+    GROUND_TELEMETRY,
+    ROVER_GOAL,
+    ROVER_MODE,
+    TRUTH_POSE,
+)
 
 MESSAGES = 1_000_000
 BYTES = 1 << 30
 ROUNDS = 3
 SEEKS = 9
 PERIOD_NS = to_ns(1200)
+_TIME_AT = HEAD.size + 2 + 4  # of a message: behind its head, its channel and its sequence
 
 
 class Repeated(LogFile):
@@ -45,20 +56,61 @@ class Repeated(LogFile):
 
     def contents(self) -> Iterator[tuple[Block, bytes]]:
         """See `LogFile.contents`."""
-        chunks = [(block, data, _places_of_times(data)) for block, data in super().contents()]
+        chunks = [(block, Shifted(data, self)) for block, data in super().contents()]
         for number in range(self._times):
-            for block, data, places in chunks:
-                shifted = np.frombuffer(data, np.uint8).copy()
-                times_ns = shifted[places].view(np.uint64) + np.uint64(number * PERIOD_NS)
-                shifted[places] = times_ns.view(np.uint8)
-                yield block, shifted.tobytes()
+            for block, shifted in chunks:
+                yield block, shifted.by(number * PERIOD_NS)
 
 
-def _places_of_times(data: bytes) -> "np.ndarray[tuple[int, int], np.dtype[np.int64]]":
-    """Where the log times of the messages in a chunk stand, byte by byte."""
-    # Behind the head of a message: channel, 2 bytes, and sequence, 4.
-    starts = [begin + 6 for opcode, begin, _ in inner_records(data) if opcode == 5]
-    return np.array(starts)[:, None] + np.arange(8)
+class Shifted:
+    """The records of a chunk, whose times can be moved: log times, and those inside telemetry.
+
+    Args:
+        data: the records.
+        log: the log that they are of.
+    """
+
+    def __init__(self, data: bytes, log: LogFile) -> None:
+        heard = {GROUND_TELEMETRY.name, GROUND_STORED_TELEMETRY.name}
+        telling = {n for n, channel in log.index.channels.items() if channel.topic in heard}
+        self._telemetry: list[tuple[tuple[int, ...], Telemetry]] = []
+        self._rows: list[bytes] = []
+        starts, at, row = [], 0, 0
+        while at < len(data):
+            head = MESSAGE_HEAD.unpack_from(data, at)
+            begin, end = at + MESSAGE_HEAD.size, at + HEAD.size + head[1]
+            if head[0] == Opcode.MESSAGE and head[2] in telling:
+                self._rows.append(data[row:at])
+                self._telemetry.append((head, GROUND_TELEMETRY.decode(data[begin:end])))
+                row = end
+            elif head[0] == Opcode.MESSAGE:
+                starts.append(sum(map(len, self._rows)) + at - row + _TIME_AT)
+            at = end
+        self._rows.append(data[row:])
+        self._places = np.array(starts, np.int64)[:, None] + np.arange(8)
+        self._joined = np.frombuffer(b"".join(self._rows), np.uint8)
+
+    def by(self, shift_ns: int) -> bytes:
+        """The records, `shift_ns` later."""
+        shifted = self._joined.copy()
+        times_ns = shifted[self._places].view(np.uint64) + np.uint64(shift_ns)
+        shifted[self._places] = times_ns.view(np.uint8)
+        joined, parts, at = shifted.tobytes(), [], 0
+        for row, told in zip_longest(self._rows, self._telemetry):
+            parts.append(joined[at : at + len(row)])
+            at += len(row)
+            if told is not None:
+                parts.append(_later(told[0], told[1], shift_ns))
+        return b"".join(parts)
+
+
+def _later(head: tuple[int, ...], told: Telemetry, shift_ns: int) -> bytes:
+    """A message of telemetry, `shift_ns` later."""
+    opcode, _, channel, sequence, log_time_ns, publish_time_ns = head
+    payload = msgspec.json.encode(msgspec.structs.replace(told, time_ns=told.time_ns + shift_ns))
+    length = MESSAGE_HEAD.size - HEAD.size + len(payload)
+    times_ns = log_time_ns + shift_ns, publish_time_ns + shift_ns
+    return MESSAGE_HEAD.pack(opcode, length, channel, sequence, *times_ns) + payload
 
 
 def large_log(run: Path, times: int, path: Path) -> LogFile:
