@@ -18,7 +18,10 @@ class LinksHook(BuildHookInterface[BuilderConfig]):
         Raises:
             SystemExit: if the links are missing, so that pip shows one line and no traceback.
         """
+        sys.path.insert(0, self.root)  # where it finds its own modules
         try:
             runpy.run_path(str(Path(self.root) / "farside" / "__init__.py"))
         except ImportError as error:
             sys.exit(str(error))
+        finally:
+            sys.path.remove(self.root)

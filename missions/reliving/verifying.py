@@ -1,6 +1,6 @@
 """Whether a run comes out the same when it is lived again: `farside verify`."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -58,22 +58,23 @@ class Verdict(msgspec.Struct, frozen=True):
     damage: tuple[str, ...]
 
 
-class _Comparison(Digest):
-    """The digest of a run, which compares each record with that of a log.
+class _Comparison:
+    """Compares the records of a run with those of a log.
 
     Args:
         expected: the records of the log.
         whole: whether that is all of the run.
 
     Attributes:
+        digest: of the records that were equal.
         parting: the first difference.
         count: how many records were equal.
     """
 
     def __init__(self, expected: Iterator[Record], *, whole: bool) -> None:
-        super().__init__()
         self._expected, self._whole = expected, whole
         self._next = next(expected, None)
+        self.digest = Digest()
         self.parting: Parting | None = None
         self.count = 0
 
@@ -82,16 +83,20 @@ class _Comparison(Digest):
         """Whether all is said: they have parted, or an unfinished log has no more."""
         return self.parting is not None or (self._next is None and not self._whole)
 
-    def add(self, record: Record) -> None:
-        """Add the next record of the run."""
-        if self.over:
-            return
-        if record != self._next:
-            self.parting = Parting.of(self._next, record)
-            return
-        super().add(record)
-        self.count += 1
-        self._next = next(self._expected, None)
+    def add(self, records: Sequence[Record]) -> None:
+        """Compare the next records of the run."""
+        self.digest.add(self._equal(records))
+
+    def _equal(self, records: Iterable[Record]) -> Iterator[Record]:
+        for record in records:
+            if self.over:
+                return
+            if record != self._next:
+                self.parting = Parting.of(self._next, record)
+                return
+            yield record
+            self.count += 1
+            self._next = next(self._expected, None)
 
     def end(self) -> None:
         """The run has no more records."""
@@ -150,19 +155,18 @@ def compared(
             lived = advanced(crew, past, min(crew.now_ns + _TOLD_NS, until_ns))
             # In the order in which a run is recorded, with the pictures beside.
             lived.sort(key=attrgetter("log_time_ns"))
-            for record in pictures.beside(lived):
-                comparison.add(record)
+            comparison.add(pictures.beside(lived))
             if progress is not None:
                 progress(to_s(crew.now_ns))
     if crew.now_ns >= until_ns:
         comparison.end()
     return Verdict(
         log=str(past.log.path),
-        equal=comparison.parting is None and recorded in {None, comparison.hex},
+        equal=comparison.parting is None and recorded in {None, comparison.digest.hex},
         records=comparison.count,
         sim_seconds=to_s(crew.now_ns),
         whole=recorded is not None,
-        digest=comparison.hex,
+        digest=comparison.digest.hex,
         recorded=recorded,
         parting=comparison.parting,
         other_versions=tuple(OtherVersion(*other) for other in past.other_versions()),

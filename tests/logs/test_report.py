@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from noting import command_sent, failsafe_entry, said_of
 from typer.testing import CliRunner
@@ -62,6 +62,7 @@ def test_a_curve_tells_every_point_until_there_are_too_many() -> None:
     assert min(lo for lo in thinned.lo if lo is not None) == -3.5
 
 
+@settings(max_examples=15)
 @given(some=st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=60))
 def test_a_thinned_curve_lies_between_its_least_and_its_greatest(some: list[float]) -> None:
     values = (some * (CURVE + 1))[: CURVE + 1]
