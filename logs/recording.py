@@ -187,7 +187,7 @@ class Recorder:
             self._add(records[:half])
             self._add(records[half:])
             return
-        self._digest.add_all(records)
+        self._digest.add(records)
         times_ns = [record.log_time_ns for record in records]
         self._start_ns = min(self._start_ns, *times_ns)
         self._end_ns = max(self._end_ns, *times_ns)

@@ -87,8 +87,9 @@ def test_every_command_in_the_documents_works(tmp_path: Path, installed: Path) -
             text=True,
             check=False,
         )
-        # Two runs are told to lose every fifth frame, and may miss an expectation; runs differ.
-        allowed = {0, 1} if "loss=0.2" in line or "farside diff" in line else {0}
+        # Runs that lose every fifth frame, or go otherwise, may miss an expectation; runs differ.
+        may_differ = "loss=0.2" in line or "farside diff" in line or "farside rerun" in line
+        allowed = {0, 1} if may_differ else {0}
         assert done.returncode in allowed, f"{command}\n{done.stdout}{done.stderr}"
 
 
