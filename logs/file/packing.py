@@ -180,9 +180,7 @@ class _Packer:
                 moved = len(self._filled) + sum(map(len, row)) - start
         if at > size:
             raise DamageError(f"{at - size} bytes are missing from the last record")
-        messages = b"".join((*row, data[start:]))
-        self._sparse.add(messages, added, len(self._filled))
-        self._filled += messages
+        self._filled += b"".join((*row, data[start:]))
         for channel, places in added.items():
             self._places.setdefault(channel, []).extend(places)
 
@@ -191,6 +189,7 @@ class _Packer:
         times_ns = [time_ns for places in self._places.values() for time_ns in places[::3]]
         start_ns, end_ns = min(times_ns, default=0), max(times_ns, default=0)
         data = bytes(self._filled)
+        self._sparse.add(data, self._places)
         chunk = chunk_bytes(data, start_ns, end_ns, compressed=True)
         at = self._file.tell()
         self._file.write(chunk)

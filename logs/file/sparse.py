@@ -41,13 +41,12 @@ class SparseTopics:
         self._filled_byte, self._start_ns, self._end_ns = 0, 0, 0
         self._chunks: list[bytes] = []
 
-    def add(self, data: bytes, places: Mapping[int, list[int]], moved: int) -> None:
+    def add(self, data: bytes, places: Mapping[int, list[int]]) -> None:
         """Take the next messages of the log.
 
         Args:
             data: where they stand.
             places: of each message log time, offset and length of its body, by channel.
-            moved: how much greater the offsets are than in `data`.
         """
         self._all_byte += len(data)
         found: list[tuple[int, int, int]] = []
@@ -65,7 +64,7 @@ class SparseTopics:
                 self._start_ns = self._end_ns = time_ns
             self._start_ns = min(self._start_ns, time_ns)
             self._end_ns = max(self._end_ns, time_ns)
-            message = data[offset - moved : offset - moved + HEAD.size + length]
+            message = data[offset : offset + HEAD.size + length]
             self._filled.append(message)
             self._filled_byte += len(message)
         if self._filled_byte >= _CHUNK_BYTE:
