@@ -67,8 +67,8 @@ def _read(path: Path) -> RecordedConfig:
         orders, progress = _lines(log, GROUND_ORDER), _lines(log, GROUND_OPERATOR)
     except (LogError, ValueError) as error:
         raise RecordedError((*_KEY, "log"), f"expected a log, found: {error}") from error
-    if log.damage:  # orders may be missing
-        text = f"expected a whole log, found that {path} is damaged: {log.damage[0]}"
+    if log.holes:  # orders may be missing
+        text = f"expected a whole log, found that {path} is damaged: {log.holes[0]}"
         raise RecordedError((*_KEY, "log"), text)
     return RecordedConfig(orders=orders, progress=progress)
 
