@@ -299,5 +299,7 @@ class ShadowTally:
                 self.downlink_byte += event.size_byte
         elif event.stored and is_made and self._arrived == ModelUpdate.__name__:
             self.report_byte += event.size_byte
+        elif event.stage is FrameStage.SHADOWED:
+            return  # at the rover's end, and never at the ground
         elif event.stored and is_down and event.what != "segment":
             self._arrived = event.what.rpartition(", ")[2]

@@ -18,6 +18,13 @@ os.environ["TERM"] = "xterm-256color"
 # How long an example takes depends on who else uses the machine, and no test asserts a wall time.
 settings.register_profile("farside", deadline=None)
 settings.load_profile("farside")
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """The longest tests first, so that no worker waits for them at the end."""
+    items.sort(key=lambda item: item.path.name != "test_docs.py")
+
+
 DECOYS = (
     "logs/runs/x.mcap",
     "logs/runs/study/y.mcap",

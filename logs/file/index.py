@@ -132,13 +132,15 @@ class LogIndex:
             self._scan(file, self.size_byte)
         return before != (len(self.blocks), len(self.attachments), len(self.metadata))
 
-    def sentences(self, until_ns: int | None) -> tuple[str, ...]:
+    def sentences(self, until_ns: int | None, *, inside: bool = False) -> tuple[str, ...]:
         """The damage found so far in words, in the order of the file.
 
         Args:
             until_ns: without what is known to have begun later; `None` for all.
+            inside: without an end that was cut off.
         """
-        found = [*self.damage.values(), *([self._tail] if self._tail else [])]
+        tail = [] if self._tail is None or inside else [self._tail]
+        found = [*self.damage.values(), *tail]
         return tuple(
             damage.sentence
             for damage in sorted(found, key=lambda damage: damage.start)

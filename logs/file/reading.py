@@ -135,6 +135,11 @@ class LogFile:
         """
         return self.index.sentences(self.known_until_ns)
 
+    @property
+    def holes(self) -> tuple[str, ...]:
+        """The part of `damage` with something readable behind it: not an end that was cut off."""
+        return self.index.sentences(self.known_until_ns, inside=True)
+
     def as_ground(self, until_ns: int | None = None) -> Self:
         """The same log as the ground had it at `until_ns`: what it had learned by then, only.
 

@@ -65,9 +65,12 @@ def _read(path: Path) -> RecordedConfig:
             text = f"expected a log with the orders of its operator, found none in {path}"
             raise RecordedError((*_KEY, "log"), f"{text}: it is older than they are")
         orders, progress = _lines(log, GROUND_ORDER), _lines(log, GROUND_OPERATOR)
-        return RecordedConfig(orders=orders, progress=progress)
     except (LogError, ValueError) as error:
         raise RecordedError((*_KEY, "log"), f"expected a log, found: {error}") from error
+    if log.holes:  # orders may be missing
+        text = f"expected a whole log, found that {path} is damaged: {log.holes[0]}"
+        raise RecordedError((*_KEY, "log"), text)
+    return RecordedConfig(orders=orders, progress=progress)
 
 
 def _lines(log: "LogFile", topic: Topic[Any]) -> tuple[RecordedLine, ...]:

@@ -109,7 +109,7 @@ class Authority:
         self.conditions = conditions
         silence.look(now_ns)
         self._follow_inherent_goals()
-        changed = parts.watch.look(self._causes())
+        changed = self._look_in_table()
         if silence.lost:
             self._lose()
         else:
@@ -119,22 +119,23 @@ class Authority:
         parts.goals.follow_mission(wanted=self._is_alone or self._confirmed)
         return changed
 
-    def _causes(self) -> set[Cause]:
+    def _look_in_table(self) -> bool:
+        """Have the failsafe follow what is so; true if it has another reason than before."""
         silence, conditions = self._parts.silence, self.conditions
-        so = (
-            (Cause.EXPECTED_SILENCE, silence.expected and not silence.silent),
-            (Cause.SILENCE, silence.silent),
-            (Cause.LOST, silence.lost),
-            (Cause.UNCONFIRMED, self._why is ModeCause.LINK_LOST),
-            (Cause.FORBIDDEN, self.on_loss is OnLoss.HOLD),
-            (Cause.EXHAUSTED, not self._parts.goals.any_for_alone),
-            (Cause.RESERVE, self._parts.gate.reserve),
-            (Cause.NO_SIGNAL, conditions.signal is Signal.NONE),
-            (Cause.STUCK, conditions.stuck),
-            (Cause.TILT, conditions.tilted),
-            (Cause.SENSOR_DEAD, conditions.place is None),
+        so = (  # of `CAUSES`, in their order
+            silence.expected and not silence.silent,
+            silence.silent,
+            silence.lost,
+            self._why is ModeCause.LINK_LOST,
+            self.on_loss is OnLoss.HOLD,
+            not self._parts.goals.any_for_alone,
+            self._parts.gate.reserve,
+            conditions.signal is Signal.NONE,
+            conditions.stuck,
+            conditions.tilted,
+            conditions.place is None,
         )
-        return {cause for cause, is_so in so if is_so}
+        return self._parts.watch.look(so)
 
     @property
     def _is_alone(self) -> bool:

@@ -1,6 +1,6 @@
 """The failsafe at work: the rule that applies now, noted and told whenever it is another one."""
 
-from collections.abc import Set as AbstractSet
+from itertools import compress
 
 from farside.control import Cause, Failsafe
 from farside.messages import FailsafeChanged
@@ -9,6 +9,9 @@ from farside.rover.events import EventQueue
 from farside.rover.failsafe.silence import Silence
 from farside.rover.failsafe.table import Rule, orders_for, rule_for
 from farside.topics import ROVER_FAILSAFE, FailsafeEntry
+
+CAUSES = tuple(Cause)
+"""The causes in the order in which `FailsafeWatch.look` is told whether each is so."""
 
 
 class FailsafeWatch:
@@ -26,9 +29,13 @@ class FailsafeWatch:
     def __init__(self, silence: Silence, journal: Journal, events: EventQueue) -> None:
         self._silence = silence
         self._journal, self._events = journal, events
-        self._causes: frozenset[Cause] = frozenset()
+        self._so: tuple[bool, ...] = (False,) * len(CAUSES)
         self.rule: Rule = rule_for(self._causes)
         self.orders = orders_for(self._causes)
+
+    @property
+    def _causes(self) -> frozenset[Cause]:
+        return frozenset(compress(CAUSES, self._so))
 
     @property
     def state(self) -> Failsafe:
@@ -39,11 +46,12 @@ class FailsafeWatch:
         """Note the state at the start."""
         self._note()
 
-    def look(self, causes: AbstractSet[Cause]) -> bool:
-        """Apply the rule for what is so; true if it is another one."""
-        if causes == self._causes:
-            return False
-        self._causes = frozenset(causes)
+    def look(self, so: tuple[bool, ...]) -> bool:
+        """Apply the rule for what is so, of `CAUSES`; true if it is another one."""
+        if so == self._so:
+            return False  # as at nearly every tick
+        self._so = so
+        causes = self._causes
         self.orders = orders_for(causes)
         rule = rule_for(causes)
         if rule is self.rule:
@@ -54,7 +62,7 @@ class FailsafeWatch:
         return True
 
     def _note(self) -> None:
-        causes = tuple(cause for cause in Cause if cause in self._causes)
+        causes = tuple(compress(CAUSES, self._so))
         silence_s = to_s(self._silence.quiet_ns)
         countdown_s = to_s(self._silence.countdown_ns)
         self._journal.note(

@@ -44,7 +44,7 @@ class Memory(NamedTuple):
     """All that is remembered from one tick to the next."""
 
     present: frozenset[Cause]
-    seen: frozenset[Cause]
+    seen: tuple[bool, ...]
     mode: Mode
     why: ModeCause
     on_loss: OnLoss
@@ -278,7 +278,7 @@ class PilotStand:
         authority = self.pilot.authority
         return Memory(
             self.present,
-            self._watch._causes,
+            self._watch._so,
             authority.mode,
             authority._why,
             authority.on_loss,
@@ -296,5 +296,5 @@ class PilotStand:
         authority.on_loss, authority._confirmed = memory.on_loss, memory.confirmed
         authority._away = _Away(0) if memory.away else None
         self._goals.mission = memory.mission
-        watch._causes = memory.seen
-        watch.rule, watch.orders = rule_for(memory.seen), orders_for(memory.seen)
+        watch._so = memory.seen
+        watch.rule, watch.orders = rule_for(watch._causes), orders_for(watch._causes)

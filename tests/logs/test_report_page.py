@@ -26,8 +26,9 @@ pytestmark = [
 ]
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")
 def browser() -> Iterator[Browser]:
+    """Closed with the last test that needs it: its loop would be in the way of others' own."""
     with chromium() as opened:
         yield opened
 
