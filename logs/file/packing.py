@@ -27,7 +27,7 @@ from farside.logs.file.reading import LogFile
 from farside.logs.file.sparse import MEDIA_TYPE, SPARSE, SparseTopics
 
 _CHUNK_BYTE = 1 << 20
-_LARGE_CHUNKS = 16  # fewer are as soon read as what would be kept of them
+_LARGE_CHUNKS = 8  # fewer are as soon read as what would be kept of them
 _INDEX_HEAD = struct.Struct("<BQHI")
 _CRC = struct.Struct("<I")
 _MESSAGE_OVERHEAD_BYTE = MESSAGE_HEAD.size - HEAD.size
@@ -103,6 +103,7 @@ class _Packer:
         self._declared = [*log.index.schemas.values(), *log.index.channels.values()]
         self._filled = bytearray(b"".join(map(record_bytes, self._declared)))
         self._sparse = SparseTopics()
+        self._early: list[tuple[bytes, dict[int, list[int]]]] = []
         # Of each message log time, offset in the chunk and length, by channel.
         self._places: dict[int, list[int]] = {}
 
@@ -189,7 +190,7 @@ class _Packer:
         times_ns = [time_ns for places in self._places.values() for time_ns in places[::3]]
         start_ns, end_ns = min(times_ns, default=0), max(times_ns, default=0)
         data = bytes(self._filled)
-        self._sparse.add(data, self._places)
+        self._early.append((data, self._places))
         chunk = chunk_bytes(data, start_ns, end_ns, compressed=True)
         at = self._file.tell()
         self._file.write(chunk)
@@ -199,7 +200,6 @@ class _Packer:
             count = len(places) // 3
             self._counts[channel] += count
             self._sizes[channel] += sum(places[2::3]) - count * _MESSAGE_OVERHEAD_BYTE
-            del places[2::3]
             self._file.write(_message_index(channel, places))
         self._chunk_indexes.append(
             mcap.ChunkIndex(
@@ -216,6 +216,10 @@ class _Packer:
         )
         self._filled.clear()
         self._places = {}
+        if len(self._chunk_indexes) >= _LARGE_CHUNKS:
+            for early in self._early:
+                self._sparse.add(*early)
+            self._early.clear()
 
     # --- the summary ---------------------------------------------------------------------------
 
@@ -259,7 +263,14 @@ class _Packer:
 
 
 def _message_index(channel: int, places: list[int]) -> bytes:
-    """The index of the messages of a channel in a chunk: log time and offset of each."""
-    entries = struct.pack(f"<{len(places)}Q", *places)
+    """The index of the messages of a channel in a chunk: log time and offset of each.
+
+    Args:
+        channel: its number.
+        places: of each message log time, offset and length.
+    """
+    pairs = places[:]
+    del pairs[2::3]
+    entries = struct.pack(f"<{len(pairs)}Q", *pairs)
     length = 2 + 4 + len(entries)
     return _INDEX_HEAD.pack(Opcode.MESSAGE_INDEX, length, channel, len(entries)) + entries
