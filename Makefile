@@ -60,7 +60,7 @@ picture: $(VENV)/.ready-to-develop ## draw docs/blackout.svg, the picture in the
 
 clean: ## remove .venv, caches and builds; logs stay
 	rm -rf $(VENV) build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
-	find farside dem link rover ground logs missions tests -name __pycache__ -prune -exec rm -rf {} +
+	find farside dem link rover ground console logs missions tests -name __pycache__ -prune -exec rm -rf {} +
 
 $(VENV)/.ready-to-run: pyproject.toml constraints.txt | $(BIN)/pip
 	@echo "Installing Farside into $(VENV)"
@@ -69,7 +69,7 @@ $(VENV)/.ready-to-run: pyproject.toml constraints.txt | $(BIN)/pip
 
 $(VENV)/.ready-to-develop: pyproject.toml constraints.txt | $(BIN)/pip
 	@echo "Installing Farside and its development tools into $(VENV)"
-	@$(INSTALL) --editable '.[dev,astropy,figures,gymnasium,tables]'
+	@$(INSTALL) --editable '.[dev,astropy,console,figures,gymnasium,tables]'
 	@touch $@ $(VENV)/.ready-to-run
 
 $(BIN)/pip:

@@ -1,8 +1,8 @@
 """Farside simulates rover missions over delayed, lossy links.
 
 The packages, from the bottom up: `dem` (the learning controller, on its own), `link` (what
-crosses, and what carries it), `rover`, `ground` and `logs` (which do not know each other), and
-`missions` (which brings them together).
+crosses, and what carries it), `rover`, `ground` and `logs` (which do not know each other),
+`console` (a person's place at the ground), and `missions` (which brings them together).
 
 Raises:
     ImportError: in a checkout whose symbolic links, such as `farside/dem`, became text files.

@@ -95,7 +95,7 @@ def test_ruff_bans_the_bare_name_of_every_room() -> None:
 
 
 def test_the_house_has_the_rooms_that_people_look_for() -> None:
-    assert ROOMS == ["dem", "ground", "link", "logs", "missions", "rover"]
+    assert ROOMS == ["console", "dem", "ground", "link", "logs", "missions", "rover"]
     assert all((ROOT / room / "__init__.py").is_file() for room in ROOMS)
 
 
