@@ -97,7 +97,9 @@ class Hand:
     def hand_over(self) -> str:
         """Give the stick to the page that asks; what to tell the person."""
         given = self.page is not None and self._seats.hand_over(self.page)
-        return "the stick is handed over" if given else "not handed over: no page asks for the stick"
+        return (
+            "the stick is handed over" if given else "not handed over: no page asks for the stick"
+        )
 
     def keep(self) -> str:
         """Say no to the page that asks; what to tell the person."""

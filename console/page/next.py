@@ -20,15 +20,19 @@ class Next:
             with ui.element("div").classes("card"):
                 self._title = Words("title")
                 self._facts = Facts()
-                self._conflicts = Words("tone-caution")
+                self._conflicts = Words("conflicts tone-caution")
                 self._runner_up = Words("soft")
                 self._answered = Words("answered")
                 with ui.element("div").classes("veto") as self._veto:
-                    self._bar = ui.linear_progress(show_value=False, color=None).props("instant-feedback")
+                    self._bar = ui.linear_progress(show_value=False, color=None).props(
+                        "instant-feedback"
+                    )
                     self._bar.props('aria-label="veto window"')
                     self._left = ui.label()
             with ui.element("div").classes("answer"):
-                self._pad = ui.element("div").classes("pad").props('role=group aria-label="actions"')
+                self._pad = (
+                    ui.element("div").classes("pad").props('role=group aria-label="actions"')
+                )
                 with ui.element("div").classes("buttons"):
                     with ui.element("div").classes("pair"):
                         self._approve = _button("Approve ⏎", "approve")
@@ -65,7 +69,9 @@ class Next:
                 button = ui.button(color=None).props(f'no-caps data-option="{action}"')
                 if action in _PLACES:
                     button.style(f"grid-area: {_PLACES[action]}")
-                button.on("click", js_handler=f"(event) => farside.choose('{action}', event.shiftKey)")
+                button.on(
+                    "click", js_handler=f"(event) => farside.choose('{action}', event.shiftKey)"
+                )
                 self._options[action] = button, None
         button, shown = self._options[action]
         if option == shown:
@@ -73,7 +79,10 @@ class Next:
         self._options[action] = button, option
         button.set_text(f"{_ARROWS.get(action, '')} {action}".strip())
         kinds = [f"kind-{kind}" for kind in ("free", "proposed", "problematic", "invalid")]
-        button.classes(add=f"kind-{option.kind}", remove=" ".join(k for k in kinds if k != f"kind-{option.kind}"))
+        button.classes(
+            add=f"kind-{option.kind}",
+            remove=" ".join(k for k in kinds if k != f"kind-{option.kind}"),
+        )
         told = ": ".join(filter(None, [action, option.does, option.why]))
         if button.props.get("aria-label") != told:
             button.props["aria-label"] = told

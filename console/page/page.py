@@ -20,13 +20,12 @@ from farside.console.page.next import Next
 from farside.console.page.parts import Words, toned
 from farside.console.page.shown import Picture, Visits, as_json
 from farside.console.page.top import Top
-from farside.console.screen.screen import Chart, EventRow, Screen, Spot, Tone
+from farside.console.screen.screen import Chart, EventRow, MapView, Screen, Spot, Tone
 from farside.places import Chart as Places
 
 _TICK_S = 0.1
 _HEAD = (
-    '<link rel="stylesheet" href="/farside/page.css">'
-    '<script defer src="/farside/page.js"></script>'
+    '<link rel="stylesheet" href="/farside/page.css"><script defer src="/farside/page.js"></script>'
 )
 
 
@@ -62,15 +61,15 @@ class Page:
         self._meanwhile, self._steps = Listing("What it did meanwhile"), Listing("Exercise")
         self._opens = {"help": help_.open, "mode": mode.open, "goal": goal.open}
         with ui.element("div").classes("console"):
-            self._top = Top(
-                self._press, ask=self._ask, asks_mode=mode.open, asks_help=help_.open
-            )
+            self._top = Top(self._press, ask=self._ask, asks_mode=mode.open, asks_help=help_.open)
             with ui.element("main"):
                 with ui.element("div").classes("left"):
                     self._exercise = ui.button(color=None, on_click=self._open_steps)
                     self._exercise.classes("exercise").props("no-caps align=left")
                     self._map()
-                    ui.element("div").classes("farside-strip").props('role=img aria-label="light strip"')
+                    ui.element("div").classes("farside-strip").props(
+                        'role=img aria-label="light strip"'
+                    )
                 with ui.element("div").classes("right"):
                     self._next = Next()
                     self._way = Way(self._press)
@@ -89,7 +88,7 @@ class Page:
                 views.props("no-caps unelevated dense").classes("farside-views")
                 views.on_value_change(self._viewed)
                 self._views = views
-            self._policy = Words("policy-label")
+            self._legend = Words("legend")
 
     # --- what the person does ---
 
@@ -187,7 +186,7 @@ class Page:
         self._way.show(screen)
         self._blocks.show(screen)
         self._foot.show(screen)
-        self._policy.say(" · ".join(filter(None, [screen.map.heard_label, screen.map.policy_label])))
+        self._legend.say(_legend(screen.map))
         new = [row for row in self._late() if row.number > self._read_until]
         toned(self._foot.meanwhile, Tone.WORD if new else Tone.PLAIN)
         done = sum(step.done for step in screen.exercise)
@@ -233,3 +232,13 @@ class Page:
 
     def _run(self, code: str) -> None:
         self._client.run_javascript(code)
+
+
+def _legend(shown: MapView) -> str:
+    """What stands on the map, each with the mark that it has there."""
+    marks = (
+        ("●", shown.heard_label),
+        ("◌", shown.now.label if shown.now else ""),
+        ("──", shown.policy_label),
+    )
+    return "    ".join(f"{mark} {label}" for mark, label in marks if label)

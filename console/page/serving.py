@@ -67,7 +67,10 @@ def serve(station: Shown, *, host: str, port: int, token: str) -> Iterator[str]:
         app, served = _app()
         served.visits = Visits(station)
         config = uvicorn.Config(
-            Guard(app, token, real), log_level="error", access_log=False, ws="websockets-sansio",
+            Guard(app, token, real),
+            log_level="error",
+            access_log=False,
+            ws="websockets-sansio",
             timeout_graceful_shutdown=1,
         )
         server = _Server(config)

@@ -35,7 +35,6 @@ class Top:
                 self._mission = ui.label().classes("mission")
                 self._here = _clock("here")
                 self._rover = _clock("rover, as far as light goes")
-                self._pace = Words("pace")
                 ui.element("span").classes("grow")
                 self._paces()
                 self._seat = ui.button(color=None, on_click=ask).props("no-caps")
@@ -47,6 +46,8 @@ class Top:
                 self._facts = Facts()
                 self._way = Words("way")
                 self._state = Words("state")
+                ui.element("span").classes("grow")
+                self._pace = Words("pace")
 
     def _paces(self) -> None:
         with ui.element("div").classes("paces").props('role=group aria-label="pace of time"'):
