@@ -274,10 +274,8 @@ def test_a_warp_to_a_contact_needs_a_plan_with_one() -> None:
 
 def test_nothing_but_what_the_ground_noted_is_read() -> None:
     ground, other = AtTheGround(), AtTheGround()
-    truth = ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST)
-    ground.session.take(
-        to_ns(10), records_of([(10, Pose(3.5, 1.5, 0, 0, "at:B", 0.1)), (10, truth)])
-    )
+    truth = [Pose(3.5, 1.5, 0, 0, "at:B", 0.1), ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST)]
+    ground.session.take(to_ns(10), records_of((10, message) for message in truth))
 
     assert ground.screen == other.screen
 
