@@ -2,7 +2,8 @@
 
 One table leads from an option to its cue, and from a cue to its three forms of equal meaning: the
 force of a stick that has motors, the rumble of a pad, and the edge of the option's button on the
-screen. The page is sent this very table (`msgspec.to_builtins(TABLE)`), so its numbers are the same.
+screen. The page is sent this very table (`msgspec.to_builtins(TABLE)`) and has no numbers of its
+own.
 
 The stick's axes are x to the east and y to the north, each from -1 to 1. The *deflection* towards
 an action is how far the stick stands out in its direction, 0 to 1. It is *near* 0 within the dead
@@ -31,8 +32,9 @@ class Force(msgspec.Struct, frozen=True):
 
     Attributes:
         spring: the spring that draws the stick to `centre`.
-        centre: where it draws to: the deflection towards the option, 0 for the middle. It is short
-            of where an action is chosen, so that a stick without a hand on it chooses nothing.
+        centre: where it draws to: the deflection towards the option, 0 for the middle. It is too
+            near the middle to choose anything: a stick that is drawn with no hand on it stays
+            silent, and counts as come back.
         shake: the constant force along the option's direction, whose sign changes at `shake_hz`.
         shake_hz: full changes to and fro per wall second.
     """
@@ -139,7 +141,7 @@ TABLE = Table(
         OptionKind.PROPOSED: Forms(
             least=1.0,
             rises=False,
-            force=Force(spring=0.35, centre=0.6),
+            force=Force(spring=0.35, centre=0.35),
             rumble=Rumble(strength=0.5, pulses=1, pulse_ms=400),
             edge=Edge.LIT,
         ),

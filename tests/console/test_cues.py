@@ -90,7 +90,7 @@ def test_resistance_is_stronger_than_the_pull_and_the_pull_alone_chooses_nothing
     drawn = force_of(cue_of(option(OptionKind.PROPOSED)), 0.0)
 
     assert drawn.spring < resisted.spring / 2
-    assert TABLE.thresholds.back_below < drawn.centre < TABLE.thresholds.choose_at - 0.1
+    assert TABLE.thresholds.dead_zone < drawn.centre < TABLE.thresholds.back_below
 
 
 def test_an_action_without_a_direction_is_never_near() -> None:
