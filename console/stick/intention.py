@@ -128,6 +128,7 @@ class Intention:
         # that stands out when it is plugged in, or is broken, orders nothing.
         self._is_back = False
         self._held: tuple[str, int] | None = None  # the action that is held, and since when
+        self._told = ""  # the resisted action that the person was told of
         self._approached = ""
         self._felt = NOTHING
 
@@ -140,7 +141,7 @@ class Intention:
         out = max(abs(x), abs(y))
         if out < TABLE.thresholds.back_below:
             self._is_back = True
-            self._held = None
+            self._held, self._told = None, ""
             return Reading(self._felt, self._approached)
         if changed:
             self._is_back = False
@@ -224,14 +225,16 @@ class Intention:
     ) -> tuple[Order | None, str]:
         limits = TABLE.thresholds
         note = ""
-        if self._held is None or self._held[0] != option.action:
+        if self._told != option.action:
+            self._told = option.action
             why = f": {option.why}" if option.why else ""
             note = (
                 f"not ordered: {option.action} is resisted{why}; "
                 f"full deflection for {limits.insist_s:g} s insists"
             )
         if deflection(x, y, option.action) < limits.full_at:
-            self._held = (option.action, now_ns)
+            self._held = None
+            return None, note
         is_held = self._holds(now_ns, option.action, limits.insist_s)
         return (Choose(option.action, insist=True) if is_held else None), note
 
