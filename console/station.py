@@ -21,20 +21,30 @@ class Station:
 
     Args:
         session: the session, which nobody else may touch.
+        end: ends the run after the window in progress.
         now: wall time in seconds, from any origin.
 
     Attributes:
         version: grows with everything that may change the screen.
+        is_ended: whether somebody here has ended the run.
     """
 
-    def __init__(self, session: Session, *, now: Callable[[], float] = time.monotonic) -> None:
+    def __init__(
+        self,
+        session: Session,
+        *,
+        end: Callable[[], None],
+        now: Callable[[], float] = time.monotonic,
+    ) -> None:
         self.version = 0
-        self._session, self._now = session, now
+        self.is_ended = False
+        self._session, self._end, self._now = session, end, now
         self._moved = threading.Condition()
         self._look: Callable[[Focus], GroundView | None] = lambda _: None
         self._looked: tuple[float, int, Focus] = (-LOOK_S, -1, Focus())
         self._shown: tuple[int, Screen] | None = None
         self._passed_s = now()
+        self._is_left = False
 
     # --- for who is at the station -------------------------------------------------------------
 
@@ -56,6 +66,17 @@ class Station:
     def chart(self) -> Chart | None:
         """The map as the ground has it; `None` before the first window."""
         return self._session.chart
+
+    def end(self) -> None:
+        """End the run after the window in progress; its log is whole."""
+        self.is_ended = True
+        self._end()
+
+    def leave(self) -> None:
+        """Nobody is here any more: the run goes on as fast as it can, and nothing holds it."""
+        with self._moved:
+            self._is_left = True
+            self._changed()
 
     def _changed(self) -> None:
         self.version += 1
@@ -94,7 +115,7 @@ class Station:
                 pacing, focus = self._session.pacing, self._session.focus
                 pacing.pass_wall(wall_s - self._passed_s, now_ns)
                 self._passed_s = wall_s
-                goes_on = ending() or pacing.allows(now_ns)
+                goes_on = ending() or self._is_left or pacing.allows(now_ns)
             self._see(now_ns, wall_s, focus, held=not goes_on)
             if goes_on:
                 return
