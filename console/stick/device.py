@@ -77,12 +77,18 @@ class HostStick:
         station: where its orders go, and its options come from.
         seats: who may order; `None` where nobody else can.
         say: is handed every line for the person, from threads of the stick's own.
+        now_ns: wall time in nanoseconds, from any origin.
     """
 
     def __init__(
-        self, station: AtStation, seats: AmongSeats | None, *, say: Callable[[str], None]
+        self,
+        station: AtStation,
+        seats: AmongSeats | None,
+        *,
+        say: Callable[[str], None],
+        now_ns: Callable[[], int] = time.monotonic_ns,
     ) -> None:
-        self._station, self._say = station, say
+        self._station, self._say, self._now_ns = station, say, now_ns
         self._seat = StickSeat(seats)
         self._situation = Situation()
         self._tasks: SimpleQueue[Callable[[], str]] = SimpleQueue()
@@ -142,7 +148,7 @@ class HostStick:
             self._tasks.put(self._seat.leave)
 
     def _turn(self, intention: Intention, polled: Polled, sinks: tuple[Sink, ...]) -> None:
-        now_ns, situation = time.monotonic_ns(), self._situation
+        now_ns, situation = self._now_ns(), self._situation
         readings = [intention.move(now_ns, polled.x, polled.y, situation)]
         for sink in sinks:
             sink.play(readings[0].felt, now_ns)

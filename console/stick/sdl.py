@@ -135,7 +135,7 @@ class Sticks:
         self.name = printable(
             (sdl.SDL_JoystickName(joystick) or b"a stick").decode("utf-8", "replace")
         )
-        opened.haptic = _Haptic.of(sdl, joystick) if self._has_haptics else None
+        opened.haptic = Haptic.of(sdl, joystick) if self._has_haptics else None
         if opened.haptic is not None:
             self.sinks = (ForceSink(opened.haptic),)
         elif sdl.SDL_JoystickHasRumble(joystick):
@@ -152,7 +152,7 @@ class _Opened:
 
     def __init__(self, sdl: ModuleType, joystick: object, gamepad: object) -> None:
         self.joystick = joystick
-        self.haptic: _Haptic | None = None
+        self.haptic: Haptic | None = None
         self._sdl, self._gamepad = sdl, gamepad
         self._id = sdl.SDL_JoystickInstanceID(joystick)
         axis = sdl.SDL_GameControllerGetAxis if gamepad else sdl.SDL_JoystickGetAxis
@@ -224,7 +224,7 @@ class _Rumble:
         self._sdl.SDL_JoystickRumble(self._joystick, level, level, for_ms)
 
 
-class _Haptic:
+class Haptic:
     """The motors of a stick with force feedback; see `Forcing`."""
 
     def __init__(self, sdl: ModuleType, haptic: object) -> None:
@@ -232,7 +232,7 @@ class _Haptic:
         self._running: dict[int, int] = {}
 
     @classmethod
-    def of(cls, sdl: ModuleType, joystick: object) -> "_Haptic | None":
+    def of(cls, sdl: ModuleType, joystick: object) -> "Haptic | None":
         """Those of a stick; `None` where it has not both a spring and a constant force."""
         haptic = sdl.SDL_HapticOpenFromJoystick(joystick)
         if not haptic:
