@@ -27,8 +27,8 @@ from farside.console.stick.sdl import Key, Polled, StickError, Sticks, load
 from farside.console.stick.seat import AmongSeats, StickSeat
 from farside.console.stick.sinks import ForceSink, Sink
 
-POLL_S = 0.008
-"""Wall time between two polls: 125 a second, as often as most pads tell their position."""
+POLL_MS = 8
+"""Wall time between two polls where nothing moves: 125 a second, so that pulses have their length."""
 
 LOOK_S = 0.1
 """Wall time between two looks at the station: as often as it looks at the run itself."""
@@ -131,8 +131,8 @@ class HostStick:
         intention, known = Intention(), (0, "")
         if not sticks.name:
             self._say(_NONE)
-        while not self._over.wait(POLL_S):
-            polled = sticks.poll()
+        while not self._over.is_set():
+            polled = sticks.poll(POLL_MS)
             if known != (sticks.opened, sticks.name):
                 intention, known = Intention(), (sticks.opened, sticks.name)
                 self._tell_of(sticks)

@@ -93,11 +93,16 @@ class Sticks:
         self._has_haptics = sdl.SDL_InitSubSystem(sdl.SDL_INIT_HAPTIC) == 0
         self._settle()
 
-    def poll(self) -> Polled | None:
-        """What happened since it was last polled; `None` while no stick is plugged in."""
+    def poll(self, wait_ms: int) -> Polled | None:
+        """What happened since it was last polled; `None` while no stick is plugged in.
+
+        SDL looks every millisecond and this returns as soon as something happens, within `wait_ms`
+        at the latest. It waits without the interpreter's lock, which a busy thread would not give
+        back at once.
+        """
         sdl = self._sdl
         pressed: list[Key] = []
-        sdl.SDL_PumpEvents()
+        sdl.SDL_WaitEventTimeout(None, wait_ms)
         count = _AT_ONCE
         while count == _AT_ONCE:
             count = sdl.SDL_PeepEvents(

@@ -99,8 +99,8 @@ class VirtualStick:
 
     def push(self, x: float, y: float) -> None:
         """Push it to x (east) and y (north), each -1 to 1."""
-        self._sdl.SDL_JoystickSetVirtualAxis(self._joystick, 1, round(-y * _FULL))
-        self._sdl.SDL_JoystickSetVirtualAxis(self._joystick, 0, round(x * _FULL))
+        for axis, share in enumerate((x, -y)):
+            self._sdl.SDL_JoystickSetVirtualAxis(self._joystick, axis, round(share * _FULL))
 
     def press(self, button: int, *, down: bool) -> None:
         self._sdl.SDL_JoystickSetVirtualButton(self._joystick, button, int(down))
