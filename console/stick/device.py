@@ -28,7 +28,7 @@ from farside.console.stick.seat import AmongSeats, StickSeat
 from farside.console.stick.sinks import ForceSink, Sink
 
 POLL_MS = 8
-"""Wall time between two polls where nothing moves: 125 a second, so that pulses have their length."""
+"""Wall time between two polls where nothing moves: 125 a second, so pulses have their length."""
 
 LOOK_S = 0.1
 """Wall time between two looks at the station: as often as it looks at the run itself."""
@@ -110,7 +110,7 @@ class HostStick:
         trace: TracebackType | None,
     ) -> None:
         self._over.set()
-        self._tasks.put(str)  # wakes the clerk
+        self._tasks.put(str)  # nothing to say: it wakes the clerk
         for thread in self._threads:
             thread.join()
 

@@ -26,7 +26,7 @@ def stick_latency() -> list[float]:
     """Wall milliseconds from each movement of the stick to the call that makes it rumble."""
     station = StationStub(screen_of(options(E="problematic", W="invalid")))
     said: SimpleQueue[str] = SimpleQueue()
-    chance = random.Random(1)
+    chance = random.Random(1)  # noqa: S311 - no secret
     latencies_ms = []
     with VirtualStick() as pad, HostStick(station, None, say=said.put):
         said.get(timeout=10)

@@ -1,4 +1,5 @@
 """A stick of this host, as SDL2 sees one: SDL's own virtual joystick."""
+# ruff: noqa: ARG002 - seats ask for the time
 
 import sys
 import threading
@@ -146,3 +147,39 @@ def test_an_order_for_options_that_have_gone_is_not_given() -> None:
             "not ordered: the options changed meanwhile; look, and choose again"
         )
     assert station.ordered.empty()
+
+
+class PageCommands(AmongSeats):
+    """A page commands, and hands over when it is asked."""
+
+    def __init__(self) -> None:
+        self.asks = None
+        self._holder = "page"
+
+    def open(self, page: str, now_s: float) -> None: ...
+    def close(self, page: str, now_s: float) -> None: ...
+
+    def hand_over(self, page: str) -> bool:
+        return False
+
+    def holds(self, page: str) -> bool:
+        return page == self._holder
+
+    def ask(self, page: str, now_s: float) -> bool:
+        self._holder = page
+        return True
+
+
+def test_a_stick_orders_nothing_while_a_page_commands() -> None:
+    stand = Stand(StationStub(screen_of(options(E="proposed"), 14)), PageCommands())
+    with VirtualStick() as pad, stand.stick:
+        stand.hears()
+        pad.wait(lambda level: level > 0)
+        stand.wait_half_a_second()
+        pad.press(A, down=True)
+        assert stand.hears() == "not ordered: a page commands now; Start asks it to hand over"
+        assert stand.station.ordered.empty()
+        pad.press(START, down=True)
+        assert stand.hears() == "this stick commands now"
+        pad.press(B, down=True)
+        assert stand.ordered() == "veto 14"
