@@ -68,7 +68,7 @@ class _Goal:
         self.root.on("mouseenter", lambda: press(Press(What.LOOK, place)), args=[])
         self.root.on("mouseleave", lambda: press(Press(What.LOOK)), args=[])
 
-    def show(self, item: GoalRow, now_ns: int) -> None:
+    def show(self, item: GoalRow, _: int) -> None:
         self._text.set_text(item.text)
         toned(self.root, item.tone)
 
@@ -83,7 +83,7 @@ class _Event:
             ui.label(row.text)
         toned(self.root, row.tone)
 
-    def show(self, item: EventRow, now_ns: int) -> None:
+    def show(self, item: EventRow, _: int) -> None:
         """An event stays as it is."""
 
 
@@ -100,7 +100,7 @@ class _Alarm:
                 lambda: press(Press(What.ACKNOWLEDGE, number=row.number)),
             )
 
-    def show(self, item: AlarmRow, now_ns: int) -> None:
+    def show(self, item: AlarmRow, _: int) -> None:
         self._text.set_text(item.text + (f" ({item.count} times)" if item.count > 1 else ""))
         self._times.set_text(f"{clock(item.so_ns)} so, {clock(item.learned_ns)} learned")
         self._button.set_visibility(not item.acknowledged)
@@ -114,7 +114,7 @@ class Way:
         with ui.element("section").classes("way-block").props('aria-label="on the way"'):
             ui.label("ON THE WAY").classes("head")
             self._rows = Rows[CommandRow](
-                lambda row: (row.number, row.held),
+                lambda row: (row.number, row.held, row.text if row.held else None),
                 lambda row: _Command(press, row),
                 label="commands",
                 empty="nothing is on the way",

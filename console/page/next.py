@@ -1,9 +1,10 @@
-"""NEXT: what happens if the operator does nothing, the proposal, and the actions with their cues."""
+"""NEXT: what happens if nobody does anything, the proposal, and the actions with their cues."""
 
 from nicegui import ui
 
 from farside.console.page.parts import Facts, Words, toned
 from farside.console.screen.screen import OptionRow, ProposalCard, Screen, Tone
+from farside.console.stick.cues import Edge, cue_of, edge_of
 
 _PLACES = {"N": "2 / 3", "W": "3 / 2", "E": "3 / 4", "S": "4 / 3"}
 _ARROWS = {"N": "▲", "W": "◀", "E": "▶", "S": "▼"}
@@ -78,11 +79,9 @@ class Next:
             return
         self._options[action] = button, option
         button.set_text(f"{_ARROWS.get(action, '')} {action}".strip())
-        kinds = [f"kind-{kind}" for kind in ("free", "proposed", "problematic", "invalid")]
-        button.classes(
-            add=f"kind-{option.kind}",
-            remove=" ".join(k for k in kinds if k != f"kind-{option.kind}"),
-        )
+        edge = edge_of(cue_of(option))
+        others = " ".join(f"edge-{other}" for other in Edge if other is not edge)
+        button.classes(add=f"edge-{edge}", remove=others)
         told = ": ".join(filter(None, [action, option.does, option.why]))
         if button.props.get("aria-label") != told:
             button.props["aria-label"] = told

@@ -16,7 +16,7 @@ class Top:
 
     Args:
         press: orders something.
-        ask: asks for the stick, or hands it over.
+        ask: asks for command, or hands it over.
         asks_mode: opens the choice of the mode.
         asks_help: opens the help.
     """
@@ -26,8 +26,8 @@ class Top:
         press: Callable[[Press], None],
         *,
         ask: Callable[[], None],
-        asks_mode: Callable[[], None],
-        asks_help: Callable[[], None],
+        asks_mode: Callable[[], object],
+        asks_help: Callable[[], object],
     ) -> None:
         self._press = press
         with ui.element("header"):
@@ -83,7 +83,7 @@ class Top:
         self._state.say(screen.over or screen.standing)
 
     def seat(self, text: str, *, asked: bool) -> None:
-        """Say who has the stick; `asked`: whether another page asks for it."""
+        """Say who commands; `asked`: whether another page asks for it."""
         self._seat.set_text(text)
         toned(self._seat, Tone.WORD if asked else Tone.PLAIN)
 
