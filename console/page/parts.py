@@ -109,6 +109,7 @@ class Rows(Generic[Item]):
         self._key, self._make = key, make
         self._rows: dict[Hashable, Row[Item]] = {}
         self._is_held = False
+        self._last: tuple[list[Item], int] = ([], 0)
         self.root = ui.element("div").classes("rows").props(f'role=list aria-label="{label}"')
         self.root.on("mouseenter", lambda: self._hold(held=True), args=[])
         self.root.on("mouseleave", lambda: self._hold(held=False), args=[])
@@ -117,10 +118,12 @@ class Rows(Generic[Item]):
 
     def _hold(self, *, held: bool) -> None:
         self._is_held = held
+        self.show(*self._last)
 
     def show(self, items: Iterable[Item], now_ns: int) -> None:
         """Show these, the first above."""
-        new = {self._key(item): item for item in items}
+        self._last = list(items), now_ns
+        new = {self._key(item): item for item in self._last[0]}
         if not self._is_held and list(new) != list(self._rows):
             self._arrange(new)
         for key, row in self._rows.items():

@@ -6,7 +6,7 @@ from typing import Literal
 
 from playwright.sync_api import Browser, Page
 
-_TIMEOUT_MS = 8000
+_TIMEOUT_MS = 5000
 
 _SETTLED = (
     "() => [...farside.meanings.values()].every(({since}) => performance.now() - since > 510)"
@@ -59,6 +59,10 @@ class Visitor:
         """Wait until this stands somewhere on the page."""
         self.page.get_by_text(text).first.wait_for()
 
+    def sees_no_dialog(self) -> None:
+        """Wait until no dialog is open."""
+        self.page.locator(".q-dialog").wait_for(state="detached")
+
     def hears(self, text: str) -> None:
         """Wait until the page tells this."""
         self.page.locator(".q-notification", has_text=text).first.wait_for()
@@ -72,12 +76,9 @@ def visiting(
     width: int = 1280,
     height: int = 800,
     scheme: Literal["light", "dark"] = "light",
-    script: str = "",
 ) -> Iterator[Visitor]:
-    """Somebody opens the page in a browser of their own; `script` runs before the page's."""
+    """Somebody opens the page in a browser of their own."""
     context = browser.new_context(viewport={"width": width, "height": height}, color_scheme=scheme)
-    if script:
-        context.add_init_script(script)
     try:
         yield Visitor(context.new_page()).go(address)
     finally:

@@ -2,7 +2,7 @@
 // is felt follows from the options that the page holds already: it waits for no link.
 
 const FAVOUR = 0.1, LASTS_MS = 1000, RENEW_MS = 500;
-const START = { buttons: [], back: false, held: null, told: "", meaning: null, changed: 0, proposed: "", proposedAt: 0,
+const START = { buttons: [], back: false, held: null, told: "", proposed: "", proposedAt: 0,
   approached: null, felt: null, level: 0, levelAt: 0 };
 const stick = { ...START };
 
@@ -26,10 +26,12 @@ function strengthOf(felt) {
 function notice(now) {
   const proposed = options().filter(({ kind }) => kind === "proposed").map(({ action }) => action).join();
   const meaning = JSON.stringify([seen.frame?.proposal, options().map(({ action, kind }) => [action, kind])]);
-  if (meaning === stick.meaning) return false;
+  const before = meanings.get("stick")?.since;
+  means("stick", meaning);
+  if (before === meanings.get("stick").since) return false;
   const marked = `${seen.frame?.proposal} ${proposed}`;
   if (marked !== stick.proposed) [stick.proposed, stick.proposedAt] = [marked, now];
-  [stick.meaning, stick.changed, stick.held] = [meaning, now, null];
+  stick.held = null;
   return true;
 }
 
@@ -71,7 +73,11 @@ function decide(now, x, y) {
   const option = options().find(({ action }) => { const far = towards(x, y, action); return far >= limits.choose_at && aside <= limits.aside * far; });
   if (!option || !stick.back) { stick.held = null; return; }
   const { action, kind } = option;
-  if (now - stick.changed < limits.quiet_s * 1000) { stick.back = false; choose(action, false); return; }
+  if (now - meanings.get("stick").since < limits.quiet_s * 1000) {
+    stick.back = false;
+    press("choose", { word: action, shown_ms: 0 });  // to be told why not
+    return;
+  }
   if (kind === "invalid") {
     if (stick.told !== action) { stick.told = action; choose(action, false); }
     if (towards(x, y, action) < limits.full_at || !holds(now, action, limits.insist_s)) return;
