@@ -1,6 +1,10 @@
 """What the tests of the console start from."""
 
+from collections.abc import Iterator
+
 import pytest
+from browsing import chromium
+from playwright.sync_api import Browser
 
 from farside.logs import LogEntry, LogFile
 from farside.missions import load_mission, run_mission
@@ -12,3 +16,10 @@ def known(tmp_path_factory: pytest.TempPathFactory) -> list[LogEntry]:
     run = run_mission(load_mission("blackout"), in_process=True, out=tmp_path_factory.mktemp("run"))
     log = LogFile(run.log).as_ground()
     return [LogEntry.of(record) for record in log.records()]
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator[Browser]:
+    """The browser of all tests of the page."""
+    with chromium() as browser:
+        yield browser

@@ -5,22 +5,14 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
-from browsing import CHROMIUM, chromium
+from browsing import CHROMIUM
 from console_page import Visitor, visiting
 from fake_station import FakeStation
 from playwright.sync_api import Browser
 
 from farside.console.page.serving import Serving, serving
 
-TOKEN = "a-token"
-
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="needs chromium")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as browser:
-        yield browser
 
 
 @pytest.fixture(scope="module")
@@ -30,7 +22,7 @@ def stand() -> FakeStation:
 
 @pytest.fixture(scope="module")
 def served(stand: FakeStation) -> Iterator[Serving]:
-    with serving(stand, token=TOKEN) as page:
+    with serving(stand) as page:
         yield page
 
 

@@ -7,9 +7,10 @@ from urllib.parse import urlsplit
 from urllib.request import Request, urlopen
 
 import pytest
-from browsing import CHROMIUM, chromium
+from browsing import CHROMIUM
 from console_page import Visitor
 from fake_station import FakeStation
+from playwright.sync_api import Browser
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
 
@@ -90,19 +91,16 @@ def test_a_port_that_is_taken_is_told_in_words() -> None:
 
 
 @pytest.mark.skipif(CHROMIUM is None, reason="needs chromium")
-def test_a_page_whose_connection_is_lost_says_so_and_comes_back() -> None:
+def test_a_page_whose_connection_is_lost_says_so_and_comes_back(browser: Browser) -> None:
     station = FakeStation()
-    with chromium() as browser:
+    with browser.new_context() as context:
         with serving(station, token=WORD) as before:
             port = urlsplit(before.address).port or 0
-            visitor = Visitor(browser.new_context().new_page()).go(before.address)
-            visitor.page.evaluate("window.socket.io.engine.close()")
-            visitor.page.wait_for_function("() => window.socket.connected === false")
+            visitor = Visitor(context.new_page()).go(before.address)
+            visitor.page.evaluate("socket.io.reconnectionDelay(50), socket.io.engine.close()")
             station.advance(1.0)
             visitor.sees("0:10:11.5")
-        visitor.page.wait_for_function(
-            "() => document.getElementById('popup').ariaHidden === 'false'"
-        )
+        visitor.page.wait_for_selector("#popup[aria-hidden=false]")
         station.session.over = "The run is over: success."
         with serving(station, port=port, token=WORD):
             visitor.sees("The run is over: success.")
