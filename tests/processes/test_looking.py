@@ -22,8 +22,10 @@ pytestmark = pytest.mark.processes
 def test_what_is_seen_over_zenoh_is_what_is_seen_in_one_process_until_the_ground_is_lost(
     mission: MissionFile, voyage: type[Voyage], family: Family
 ) -> None:
-    """Looks change no record; a view that nobody asked for is the error of who sent it; a ground
-    that dies while it is looked at is lost as ever, and the rover goes on.
+    """Looks change no record, and whoever misbehaves at them is lost as ever.
+
+    A view that nobody asked for is the error of who sent it. The rover goes on without a ground
+    that died while it was looked at.
     """
     alone = voyage(InProcessCrew(*(build_node(role, mission) for role in Role)), mission)
     alone.window()
