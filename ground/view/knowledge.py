@@ -27,6 +27,7 @@ from farside.messages import (
     Tokens,
     Veto,
 )
+from farside.node import to_ns
 from farside.places import LINK_UP, ON_CHARGE, Chart, is_place_token, place_name
 from farside.topics import Prediction
 
@@ -178,7 +179,7 @@ class Knowledge:
         if proposal is None or proposal.veto_window_s is None:
             return None
         shown_ns = self.sources.memory.shown_ns(proposal.number)
-        return None if shown_ns is None else shown_ns + round(proposal.veto_window_s * 1e9)
+        return None if shown_ns is None else shown_ns + to_ns(proposal.veto_window_s)
 
 
 def sign_words(tokens: Tokens) -> str:

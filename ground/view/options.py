@@ -1,5 +1,6 @@
 """What speaks for and against each action that could be ordered now."""
 
+import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
@@ -159,15 +160,23 @@ def _last_move(known: Knowledge) -> Life | None:
 
 def _drains(known: Knowledge, place: str, outcomes: tuple[Outcome, ...]) -> Iterator[Trouble]:
     """Whether too little charge would be left for the way to the dock, as the safety gate asks."""
-    shadow, telemetry, energy = known.sources.shadow, known.telemetry, known.sources.rover.energy
-    if shadow is None or telemetry is None or not outcomes or known.sources.chart.dock is None:
+    telemetry, energy = known.telemetry, known.sources.rover.energy
+    if telemetry is None or not outcomes:
         return
-    home_s = shadow.model.cost_to((ON_CHARGE,), (place,))
-    after_s = shadow.model.cost_to((ON_CHARGE,), (outcomes[0].place,))
-    if not home_s <= after_s < float("inf"):
+    home_s, after_s = _home_s(known, place), _home_s(known, outcomes[0].place)
+    if not home_s <= after_s < math.inf:
         return
     moves = after_s / energy.move_cost_s + 1
     need_j = moves * known.sources.outlook.move_s() * energy.driving_w * energy.reserve
     charge_j = telemetry.battery * energy.capacity_j
     if charge_j < need_j:
         yield Trouble(_DRAINS, f"a charge of {telemetry.battery:.0%} may not reach the dock then")
+
+
+def _home_s(known: Knowledge, place: str) -> float:
+    """Cost of the way to the dock by the model; infinite where none is known."""
+    shadow, chart = known.sources.shadow, known.sources.chart
+    if shadow is None or chart.dock is None:
+        return math.inf
+    at_dock = place == chart.tokens[chart.dock]
+    return 0.0 if at_dock else shadow.model.cost_to((ON_CHARGE,), (place,))
