@@ -5,7 +5,7 @@ from collections.abc import Iterator, Sequence
 from farside.control import Failsafe, Mode
 from farside.ground.view.knowledge import Knowledge, and_then, sign_words
 from farside.ground.view.view import FailsafeOutlook, KnownGoal
-from farside.messages import Tokens
+from farside.messages import Tokens, Veto
 from farside.node import to_s
 from farside.places import BATTERY_LOW, ON_CHARGE
 from farside.topics import PathReview
@@ -96,7 +96,8 @@ def _last(known: Knowledge, goals: Sequence[KnownGoal], way: PathReview | None) 
         for goal in goals
         if goal.aside is None and not goal.is_withdrawn and not goal.is_met
     ]
-    if known.standing is not None and known.answer is None and not _moves(known):
+    # Whatever is proposed ends when a command arrives.
+    if known.standing is not None and not known.coming:
         return _consent(known)
     if known.failsafe is Failsafe.HOLD:
         return f"stands: {known.cause or 'nothing is heard on board'}"
@@ -107,11 +108,6 @@ def _last(known: Knowledge, goals: Sequence[KnownGoal], way: PathReview | None) 
             return _shared(known, goals, wanted, way)
         case Mode.AUTONOMOUS:
             return _autonomous(known, goals, wanted, way)
-
-
-def _moves(known: Knowledge) -> bool:
-    """Whether a command is on its way: whatever is proposed ends when it arrives."""
-    return bool(known.coming)
 
 
 def _consent(known: Knowledge) -> str:
@@ -132,19 +128,25 @@ def _shared(
 ) -> str:
     if not wanted:
         return _at_rest(goals)
+    if known.answer is not None and isinstance(known.answer.command.order, Veto):
+        return "stands, and proposes nothing more from here"
     telemetry = known.telemetry
     settled = telemetry is not None and telemetry.mode is Mode.SHARED and telemetry.action is None
     if (settled and not known.coming) or known.sources.silence.state.expected:
         return "stands, and proposes nothing now"
     if way is None:
         return "stands, unless it knows a way to propose"
+    return f"proposes its next step to {sign_words(way.goal)}{_for_consent(known)}"
+
+
+def _for_consent(known: Knowledge) -> str:
+    """What a proposal waits for, as the last one said; nothing where there was none."""
     proposal = known.sources.belief.proposal
-    then = f"proposes its next step to {sign_words(way.goal)}"
     if proposal is None:
-        return then
+        return ""
     if proposal.veto_window_s is None:
-        return f"{then} and waits for your word"
-    return f"{then}, and takes it unless you veto in time"
+        return " and waits for your word"
+    return ", and takes it unless you veto in time"
 
 
 def _at_rest(goals: Sequence[KnownGoal]) -> str:

@@ -41,6 +41,7 @@ from farside.messages import (
     SetOnLoss,
     StuckChanged,
     Telemetry,
+    Veto,
     WithdrawGoal,
 )
 from farside.node import Direction, Frame, Journal, to_ns
@@ -293,6 +294,13 @@ def test_what_is_proposed_is_marked_until_it_is_answered() -> None:
     view = stand.give(Approve(14)).view()
     assert option(view, "E").kind is OptionKind.PROBLEMATIC
     assert option(view, "E").why == ("your answer to proposal 14 is on its way",)
+
+
+def test_after_a_veto_nothing_more_is_proposed() -> None:
+    stand = stand_at("A", mode=Mode.SHARED, goals=(("at:B",),)).propose(proposal())
+    assert stand.give(Veto(14)).view().if_nothing == (
+        "the rover carries out command 1, then stands, and proposes nothing more from here"
+    )
 
 
 def test_a_veto_window_says_until_when_a_veto_comes_in_time() -> None:
