@@ -74,7 +74,7 @@ def test_a_run_that_is_looked_at_is_the_run_that_nobody_looks_at(out: Path) -> N
     """Over a tour that teaches, proposals and their answers."""
     onlooker = looked_at("blackout", TAUGHT_S, 1, out)
     windows_ns = {after - before for before, after in pairwise(onlooker.reached_ns)}
-    assert {to_ns(0.02), to_ns(0.32), to_ns(0.9), to_ns(1.28)} <= windows_ns, "in whole ticks"
+    assert {to_ns(0.04), to_ns(0.32), to_ns(0.88), to_ns(1.28)} <= windows_ns, "in whole ticks"
     proposed = [view for view in onlooker.views if view.review is not None]
     assert proposed
     assert any(view.heat for view in onlooker.views)
