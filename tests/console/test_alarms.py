@@ -150,9 +150,11 @@ def test_only_the_last_acknowledged_are_kept_but_all_that_are_not(watch: Watch) 
 
 def test_silence_that_nobody_planned_is_an_alarm_and_says_when_it_is_over(watch: Watch) -> None:
     watch.hears(logged(to_ns(100), Silence(silent=False, expected=True)))
+    watch.alarms.see(seen(195, silent_since_s=192))
     assert not watch.texts
 
     watch.hears(logged(to_ns(200), Silence(silent=True)))
+    watch.alarms.see(seen(200))
     watch.alarms.see(seen(200, silent_since_s=192))
     (row,) = watch.alarms.rows()
     assert (row.text, row.tone) == ("hears nothing from the rover", Tone.WRONG)
@@ -240,6 +242,10 @@ def test_a_verdict_that_nothing_can_be_known_resolves_nothing(watch: Watch) -> N
 
 
 def test_a_signal_that_is_lost_is_an_alarm_once_and_a_weak_one_is_none(watch: Watch) -> None:
+    hidden = Watch()
+    hidden.hears(signal(10, Signal.NONE))
+    assert hidden.alarms.raised == 1
+
     watch.hears(signal(10, Signal.WEAK))
     assert not watch.texts
 
