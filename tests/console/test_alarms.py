@@ -32,7 +32,7 @@ class Watch:
 
     def hears(self, *entries: LogEntry) -> None:
         for entry in entries:
-            self.alarms.take(entry, entry.log_time_ns)
+            self.alarms.take(entry)
 
     def is_told(self, *happenings: Happening, t_s: float = 12.0, so_s: float = 10.0) -> None:
         self.hears(*(told(t_s, so_s, what) for what in happenings))
@@ -122,6 +122,7 @@ def test_once_acknowledged_the_same_again_is_a_new_alarm(watch: Watch) -> None:
     watch.is_told(CommandReached(4, REFUSED, "a wall"))
     assert watch.alarms.acknowledge(1) == 1
     assert watch.alarms.acknowledge(1) == 0
+    assert watch.alarms.left == 0
     watch.is_told(CommandReached(5, REFUSED, "a wall"))
 
     rows = watch.alarms.rows()
@@ -134,6 +135,7 @@ def test_once_acknowledged_the_same_again_is_a_new_alarm(watch: Watch) -> None:
 def test_those_not_acknowledged_come_first_and_the_newest_of_them(watch: Watch) -> None:
     watch.is_told(*(what for what, _ in TROUBLES[:4]))
     watch.alarms.acknowledge(4)
+    assert watch.alarms.left == 3
 
     assert [row.number for row in watch.alarms.rows()] == [3, 2, 1, 4]
 
