@@ -72,6 +72,7 @@ def test_a_stick_that_is_unplugged_takes_part_no_more() -> None:
     table = Table("page")
     seat = StickSeat(table)
     seat.is_held()
+    seat.is_held()
 
     seat.leave()
     seat.leave()
