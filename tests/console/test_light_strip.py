@@ -6,13 +6,12 @@ import pytest
 from ground_stories import seen, way
 from noting import command_sent, logged, said_of
 
-from farside.console.events import EventList
 from farside.console.screen.screen import Strip, StripWord
 from farside.console.strip import StripOf
 from farside.control import CommandStage, Failsafe, Mode, TakeBackChance, Verdict
 from farside.frames import Carried, FrameEvent, FrameStage
 from farside.ground.view.view import GroundView
-from farside.logs import LogEntry
+from farside.logs import LogEntry, Picture
 from farside.logs.known import KnownCommands
 from farside.messages import Drive, SetMode, Telemetry
 from farside.node import Direction, to_ns, to_s
@@ -222,14 +221,14 @@ def test_what_is_routine_gives_way_to_what_is_not(ground: Ground) -> None:
 def test_in_a_whole_blackout_each_of_its_moments_fits_and_is_in_order(
     known: list[LogEntry],
 ) -> None:
-    strip_of, events = StripOf(), EventList()
+    strip_of, picture = StripOf(), Picture(as_ground=True)
     dark: list[bool] = []
     for at, entry in enumerate(known):
         strip_of.take(entry)
-        events.take(entry)
+        picture.apply(entry)
         if at % 50:
             continue
-        strip = strip_of.strip(entry.log_time_ns, None, events.picture.commands)
+        strip = strip_of.strip(entry.log_time_ns, None, picture.commands)
         assert strip.known_ns <= entry.log_time_ns
         assert len(strip.words) <= 400
         sent = [word.sent_ns for word in strip.words]
