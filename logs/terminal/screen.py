@@ -119,10 +119,10 @@ def _commands(commands: KnownCommands, now_ns: int, rows: int, order_width: int)
     return panel(commands_title(commands), grid(shown), height=rows + 2)
 
 
-def map_panel(yard: DrawnMap, height: int, *, title: str, legend: str) -> Panel:
+def map_panel(yard: DrawnMap, height: int, *, title: str | Text, legend: str | Text) -> Panel:
     """A map in its frame, `height` rows high; an edge behind which it goes on is dashed."""
     framed = panel(
-        f"{title}, more {' '.join(yard.more)}" if yard.more else title,
+        Text.assemble(title, f", more {' '.join(yard.more)}" if yard.more else ""),
         Group(*yard.rows),
         height=height,
         legend=legend,
@@ -148,7 +148,9 @@ def _instruments(picture: Picture, now_ns: int, height: int) -> RenderableType:
     )
 
 
-def panel(title: str, inside: RenderableType, *, height: int, legend: str | None = None) -> Panel:
+def panel(
+    title: str | Text, inside: RenderableType, *, height: int, legend: str | Text | None = None
+) -> Panel:
     """A frame about something, with a title, `height` rows high."""
     return Panel(
         inside,
