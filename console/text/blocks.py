@@ -1,0 +1,288 @@
+"""The blocks of the screen, each as rows of a width: status, next, on the way, state, events."""
+
+from collections.abc import Iterator
+
+from rich.text import Text
+
+from farside.console.screen.screen import (
+    AlarmRow,
+    CommandRow,
+    EventRow,
+    OptionRow,
+    ProposalCard,
+    Screen,
+    Tone,
+)
+from farside.console.stick.cues import Edge, cue_of, edge_of
+from farside.console.text.chart import order_mark
+from farside.console.text.words import (
+    BOLD,
+    DIM,
+    STYLES,
+    filled,
+    flowing,
+    joined,
+    line,
+    said,
+    told,
+    wrapped,
+)
+from farside.console.wording import clock_text
+from farside.escaping import printable
+from farside.ground.view.view import OptionKind
+
+_EDGES = {Edge.PLAIN: "  ", Edge.BARRED: "║║", Edge.HATCHED: "▒▒", Edge.LIT: "»«"}
+_EDGE_STYLES = {
+    Edge.PLAIN: "",
+    Edge.BARRED: "bold red",
+    Edge.HATCHED: "yellow",
+    Edge.LIT: "bold cyan",
+}
+_KINDS = {
+    OptionKind.FREE: "free",
+    OptionKind.INVALID: "invalid",
+    OptionKind.PROBLEMATIC: "risky",
+    OptionKind.PROPOSED: "proposed",
+}
+_WINDOW_WIDTH = 12
+_WIDE = 76  # columns from which clocks have their whole names, and events both of their times
+
+
+# --- status ------------------------------------------------------------------------------------
+
+
+def status_rows(screen: Screen, width: int) -> list[Text]:
+    """The two rows that never go: the clocks with the pace, and the mode with the link."""
+    return [line(_clocks(screen, width), width), line(_state(screen), width)]
+
+
+def _clocks(screen: Screen, width: int) -> Text:
+    here, rover = clock_text(screen.now_ns), clock_text(screen.rover_ns)
+    if width < _WIDE:
+        return Text.assemble(
+            ("here ", DIM), (here, BOLD), (" rover ", DIM), rover, " ", _pace(screen)
+        )
+    return Text.assemble(
+        (f" {printable(screen.mission)} ", BOLD),
+        ("  here ", DIM),
+        (here, BOLD),
+        (f" of {clock_text(screen.end_ns)}", DIM),
+        ("  rover, as far as light goes ", DIM),
+        rover,
+        "   ",
+        _pace(screen),
+    )
+
+
+def _pace(screen: Screen) -> Text:
+    if screen.over:
+        return Text("■ over", style=BOLD)
+    if screen.standing:
+        return told(screen.standing, Tone.CAUTION)
+    if screen.paused:
+        return Text("‖ paused", style=STYLES[Tone.CAUTION])
+    if screen.warp:
+        return Text(f"▸▸ {printable(screen.warp)}", style=BOLD)
+    return Text(f"▶ {screen.speed:g}x", style=BOLD)
+
+
+def _state(screen: Screen) -> Text:
+    """What must not be cut comes first."""
+    tone = STYLES[screen.mode.tone]
+    mode = printable(screen.mode.text)
+    parts = [Text(f" [{mode}] " if screen.mode.stale else f" {mode} ", style=f"{tone} reverse")]
+    if screen.on_the_way:
+        parts.append(Text(f" {screen.on_the_way} ON THE WAY ", style="bold cyan reverse"))
+    alarms = sum(not alarm.acknowledged for alarm in screen.alarms)
+    if alarms:
+        words = f" {alarms} ALARM{'S' if alarms > 1 else ''} "
+        parts.append(Text(words, style="bold red reverse"))
+    return Text.assemble(joined(parts, " "), " ", joined(map(said, screen.status)))
+
+
+# --- next --------------------------------------------------------------------------------------
+
+
+def next_rows(screen: Screen, width: int, height: int) -> list[Text]:
+    """What happens if nothing is done, the proposal, and below them the options.
+
+    Where there is not room for all, what comes first goes last; each option keeps its edge.
+    """
+    options = [_option(option, width) for option in screen.options]
+    above = wrapped(Text(printable(screen.if_nothing), style=BOLD), width, 3)
+    card = [] if screen.proposal is None else list(_card(screen.proposal, width))
+    if len(above) + min(len(card), 2) + len(options) > height:
+        options = flowing((_button(option) for option in screen.options), width)
+        above = above[: max(height - len(options) - min(len(card), 2), 1)]
+    room = height - len(options)
+    above = [*above, *card][:room]
+    return [*filled(above, room), *options]
+
+
+def _card(card: ProposalCard, width: int) -> Iterator[Text]:
+    answer = "  ⏎ approves" if card.can_answer else ""
+    yield line(told(card.title + answer, Tone.WORD if card.can_answer else Tone.PLAIN), width)
+    if card.answered:
+        yield line(told(card.answered, style=DIM), width)
+    if card.veto_left_s is not None:
+        yield line(_window(card.veto_left_s, card.veto_window_s or 0.0), width)
+    yield from (line(told(conflict, Tone.CAUTION), width) for conflict in card.conflicts)
+    yield from wrapped(joined(map(said, card.facts)), width, 2)
+    if card.runner_up:
+        yield line(told(card.runner_up, style=DIM), width)
+
+
+def _window(left_s: float, window_s: float) -> Text:
+    full = round(min(max(left_s / window_s if window_s > 0 else 0.0, 0.0), 1.0) * _WINDOW_WIDTH)
+    bar = "█" * full + "░" * (_WINDOW_WIDTH - full)
+    return Text(f"goes ahead unless vetoed (⌫): {bar} {left_s:.1f} s", style=STYLES[Tone.WORD])
+
+
+def _button(option: OptionRow) -> Text:
+    """An option in few characters: its edge, its action, and what is found of it."""
+    edge = edge_of(cue_of(option))
+    before, after = _EDGES[edge]
+    words = f"{before}{printable(option.action)} {_KINDS[option.kind]}{after}"
+    return Text(words, style=_EDGE_STYLES[edge])
+
+
+def _option(option: OptionRow, width: int) -> Text:
+    edge = edge_of(cue_of(option))
+    before, after = _EDGES[edge]
+    kind = _KINDS[option.kind]
+    if option.kind is OptionKind.PROBLEMATIC:
+        kind += f" {option.severity:.0%}"
+    text = Text.assemble(
+        (f"{before} {printable(option.action)} {after} ", _EDGE_STYLES[edge]),
+        (f"{kind:<10}", _EDGE_STYLES[edge]),
+        joined([told(option.why), told(option.does, style=DIM)]),
+    )
+    return line(text, width)
+
+
+# --- on the way --------------------------------------------------------------------------------
+
+
+def way_title(screen: Screen) -> str:
+    """The title of the block, such as `on the way: 2`."""
+    return f"on the way: {screen.on_the_way or 'nothing'}"
+
+
+def way_rows(screen: Screen, width: int, height: int) -> list[Text]:
+    """The commands, newest first: one row of those that are over, two of the others if need be."""
+    marks = {
+        ghost.command: order_mark(index)
+        for index, ghost in enumerate(screen.map.after)
+        if ghost.command is not None
+    }
+    newest = newest_open(screen)
+    rows: list[Text] = []
+    for row in screen.commands:
+        text = _command(row, marks.get(row.number, ""), is_newest=row is newest)
+        most = min(1 if row.is_over else 2, height - len(rows))
+        if most < 1:
+            break
+        rows += wrapped(text, width, most, hang=3)
+    return rows
+
+
+def newest_open(screen: Screen) -> CommandRow | None:
+    """The newest command that can still be taken back, or given up."""
+    return next((row for row in screen.commands if row.can_take_back or row.held is not None), None)
+
+
+def _command(row: CommandRow, mark: str, *, is_newest: bool) -> Text:
+    quiet = DIM if row.is_over else ""
+    number = str(row.number) if row.number else "here"
+    return Text.assemble(
+        (f"{number} ", quiet or BOLD),
+        (mark + " " if mark else "", "magenta"),
+        told(row.text, style=quiet),
+        ("  [Esc]" if is_newest else "", STYLES[Tone.WORD]),
+        "  ",
+        told(" · ".join(row.words), row.tone, style=quiet),
+    )
+
+
+# --- state -------------------------------------------------------------------------------------
+
+
+def state_rows(screen: Screen, width: int, height: int) -> list[Text]:
+    """Rover, failsafe, goals, link and model: a row each, and more where there is room."""
+    goals = [told(goal.text, goal.tone) for goal in screen.goals] or [Text("none")]
+    blocks = [
+        ("ROVER", list(map(said, screen.rover))),
+        ("FAILSAFE", list(map(said, screen.failsafe))),
+        ("GOALS", goals),
+        ("LINK", list(map(said, screen.link))),
+        ("MODEL", list(map(said, screen.model))),
+    ][:height]
+    texts = [Text.assemble((f"{name:<9}", DIM), joined(parts)) for name, parts in blocks]
+    needs = [len(wrapped(text.copy(), width, hang=9)) for text in texts]
+    given = [1] * len(texts)
+    for index in _more(needs):
+        if sum(given) < height and given[index] < needs[index]:
+            given[index] += 1
+    return [
+        row
+        for text, most in zip(texts, given, strict=True)
+        for row in wrapped(text, width, most, hang=9)
+    ]
+
+
+def _more(needs: list[int]) -> Iterator[int]:
+    """Which block is to have the next row, in turns."""
+    for _ in range(max(needs, default=0)):
+        yield from range(len(needs))
+
+
+# --- exercise, events --------------------------------------------------------------------------
+
+
+def exercise_rows(screen: Screen, width: int, height: int) -> list[Text]:
+    """The step of the exercise that comes next, and how it is done."""
+    steps = screen.exercise
+    done = sum(step.done for step in steps)
+    step = next((step for step in steps if not step.done), None)
+    if step is None:
+        return [line(told(f"exercise: all {done} steps done ✓"), width)][:height]
+    text = Text.assemble(
+        (f"exercise {done + 1}/{len(steps)} ", DIM),
+        told(step.text, style=BOLD),
+        (f": {printable(step.how)}", ""),
+    )
+    return wrapped(text, width, height, hang=2)
+
+
+def event_rows(screen: Screen, width: int, height: int, *, routine: bool = False) -> list[Text]:
+    """Alarms that wait for a word, then the events, newest first, each with its two times.
+
+    Args:
+        screen: what is shown.
+        width: columns.
+        height: the most rows.
+        routine: whether what happens all the time is wanted, too.
+    """
+    alarms = [alarm for alarm in screen.alarms if not alarm.acknowledged]
+    events = [event for event in screen.events if routine or not event.routine]
+    rows = [*(_alarm(alarm, width) for alarm in alarms), *(_event(e, width) for e in events)]
+    return [line(row, width) for row in rows[:height]]
+
+
+def _times(row: AlarmRow | EventRow, width: int) -> Text:
+    learned = clock_text(row.learned_ns)
+    if width < _WIDE:
+        return Text(f"{learned} ", style=DIM)
+    return Text(f"{clock_text(row.so_ns)} so, {learned} learned  ", style=DIM)
+
+
+def _alarm(alarm: AlarmRow, width: int) -> Text:
+    count = f" ({alarm.count} times)" if alarm.count > 1 else ""
+    return Text.assemble(
+        _times(alarm, width), told(f"{alarm.text}{count}", alarm.tone), ("  [x]", BOLD)
+    )
+
+
+def _event(event: EventRow, width: int) -> Text:
+    quiet = DIM if event.routine else ""
+    return Text.assemble(_times(event, width), told(event.text, event.tone, style=quiet))
