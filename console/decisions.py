@@ -1,4 +1,4 @@
-"""The moments that need a decision: time goes back to 1x by itself, before them or when they come."""
+"""The moments that need a decision: time goes back to 1x by itself, before or when they come."""
 
 from farside.console.pacing import Pacing, Until
 from farside.control import CommandStage, Mode

@@ -6,11 +6,13 @@ the orders that were given, and says what the screen shows. It has no thread and
 
 from collections.abc import Iterator, Sequence
 
-from farside.acts import Act, Discard, Planned
 from farside.console.alarms import Alarms
-from farside.console.decisions import Decisions
 from farside.console.events import EventList
 from farside.console.exercise import Exercise
+from farside.console.strip import StripOf
+
+from farside.acts import Act, Discard, Planned
+from farside.console.decisions import Decisions
 from farside.console.pacing import Pacing, Until
 from farside.console.screen.blocks import (
     failsafe_said,
@@ -40,7 +42,6 @@ from farside.console.screen.screen import (
     Strip,
     Tone,
 )
-from farside.console.strip import StripOf
 from farside.control import Mode, OnLoss, TakeBackChance
 from farside.ground.view.view import Focus, GroundView, OptionKind
 from farside.logs.events import order_text
@@ -317,7 +318,7 @@ class Session:
         return self._act(SetOnLoss(on_loss), f"sets {on_loss} on loss of the link")
 
     def _act(self, order: Order, said: str, *, insist: bool = False) -> str:
-        """Order something; into unexpected silence settings are held, and moves must be insisted on."""
+        """Order something; into silence settings are held, and moves must be insisted on."""
         silent = self._view is not None and self._view.silent_since_ns is not None
         if not silent or insist:
             return self._put(order, said)

@@ -35,7 +35,7 @@ def mode_said(picture: Picture) -> Said:
 
 
 def rover_said(picture: Picture, view: GroundView) -> tuple[Said, ...]:
-    """Where it is, its charge, what it does, its radio: each as of the telemetry, whose age is told."""
+    """Where it is, its charge, what it does, its radio: as of the telemetry, whose age is told."""
     return tuple(_rover(picture, view))
 
 
@@ -64,7 +64,7 @@ def _rover(picture: Picture, view: GroundView) -> Iterator[Said]:
 
 
 def model_said(picture: Picture, view: GroundView) -> tuple[Said, ...]:
-    """The shadow of the model on board: its size, whether it is in step, how often it is surprised."""
+    """The shadow of the model on board: its size, whether it is in step, how it is surprised."""
     shadow = picture.shadow
     if shadow is None:
         return (Said("", "no word of the model yet"),)

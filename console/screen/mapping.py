@@ -41,7 +41,7 @@ def map_view(picture: Picture, view: GroundView, chart: Chart) -> MapView:
         policy=_policy(view.path, chart),
         policy_label="" if view.path is None else path_text(view.path),
         goals=tuple(_goals(view, chart)),
-        heat=tuple(_at((one.place, one.cost_to_go) for one in view.heat, chart=chart)),
+        heat=tuple(_at(((one.place, one.cost_to_go) for one in view.heat), chart=chart)),
     )
 
 
@@ -51,7 +51,7 @@ def is_likely(spots: tuple[Spot, ...]) -> bool:
 
 
 def spots_of(likely: Iterable[Likely], chart: Chart) -> tuple[Spot, ...]:
-    """The places of these Signs, each with its probability; those that are no place are left out."""
+    """The places of these Signs, each with its probability; what is no place is left out."""
     placed = ((token, one.probability) for one in likely for token in one.sign)
     return tuple(_at(placed, chart=chart))
 

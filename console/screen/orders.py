@@ -1,4 +1,4 @@
-"""What is ordered: every command on its way, the proposal that stands, and what could be ordered."""
+"""Every command on its way, the proposal that stands, and what could be ordered."""
 
 from collections.abc import Iterator, Sequence
 
@@ -124,7 +124,7 @@ def proposal_card(picture: Picture, view: GroundView, queued: Sequence[Act]) -> 
 
 
 def answer_text(picture: Picture, queued: Sequence[Act], number: int) -> str:
-    """How a proposal was answered, in words; empty while it is not, or the answer came to nothing."""
+    """How a proposal was answered, in words; empty while it is not, or that came to nothing."""
     for act in queued:
         order = order_of(act)
         if isinstance(order, Approve | Override | Veto) and order.proposal == number:
@@ -177,7 +177,7 @@ def _option(option: Option, picture: Picture, card: ProposalCard | None, chart: 
 
 
 def choice_text(action: str, picture: Picture, card: ProposalCard | None) -> str:
-    """What choosing an action orders: an answer where a proposal waits for one, a drive otherwise."""
+    """What choosing an action orders: an answer where a proposal waits for one, or a drive."""
     if card is not None and card.can_answer:
         if card.action == action:
             return f"approves proposal {card.number}: {action}"

@@ -28,7 +28,7 @@ class OptionKind(StrEnum):
         FREE: nothing speaks against it.
         PROPOSED: it is what the model on board proposes.
         PROBLEMATIC: it can be done, and something speaks against it.
-        INVALID: it leads nowhere that is known, met a wall here, or the safety gate would refuse it.
+        INVALID: it leads nowhere known, met a wall here, or the safety gate would refuse it.
     """
 
     FREE = "free"

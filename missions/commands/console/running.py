@@ -95,7 +95,7 @@ def text_run(run: RunMission, station: Station, interrupts: Interrupts) -> Finis
     Raises:
         Exception: whatever `run` raised.
     """
-    from farside.console.text.app import ConsoleApp  # noqa: PLC0415 - only with --text
+    from farside.console.text.app import ConsoleApp
 
     watcher = AtStation(station, interrupts)
     going = RunInThread(lambda: _run(run, station, watcher), watcher)
@@ -124,14 +124,15 @@ def page_run(
         run: runs the mission.
         station: what the page shows.
         interrupts: those that end the run, and then the page.
-        host, port: where the page listens; port 0 for any that is free.
+        host: the address where the page listens.
+        port: its port; 0 for any that is free.
         over: called when the run is over, while the page is still there.
 
     Raises:
         InfrastructureError: if the page cannot be served there.
         Exception: whatever `run` raised.
     """
-    from farside.console.page.serving import PageError, serving  # noqa: PLC0415 - only for a page
+    from farside.console.page.serving import PageError, serving
 
     with ExitStack() as stack:
         try:
