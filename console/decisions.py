@@ -13,6 +13,9 @@ BEFORE_NS = 10 * NS_PER_S
 """How long before a moment that is foreseen time slows down: for reading and answering (project
 default)."""
 
+WORKING_SPEED = 10.0
+"""At this speed a person still works with a rover that waits for every word (project default)."""
+
 _GAP_NS = 10 * NS_PER_S
 _ROUTINE = {CommandStage.TAKEN, CommandStage.WAITING, CommandStage.BEGUN}
 
@@ -21,7 +24,8 @@ class Decisions:
     """Sees from what the ground notes, and can know, when somebody has to decide.
 
     When it comes: a proposal that asks for consent; an alarm; the rover, driven by commands, stands
-    and waits for the next. Before it comes: a contact ends, the last moment for a veto.
+    and waits for the next. Where the rover waits for the word, however long that takes, speeds up
+    to `WORKING_SPEED` are kept. Before it comes: a contact ends, the last moment for a veto.
 
     Args:
         pacing: what is slowed down.
@@ -39,11 +43,14 @@ class Decisions:
     def take(self, entry: LogEntry, picture: Picture) -> None:
         """What the ground has noted, after the picture took it."""
         match entry.message:
-            case Proposal(number=number) if number > self._proposal:
+            case Proposal(number=number) as message if number > self._proposal:
                 self._proposal = number
                 self._pacing.arrive(Until.ARRIVAL, f"proposal {number} has come")
-                if picture.proposal is not None and picture.proposal.number == number:
-                    self._pacing.slow(f"proposal {number} asks for your word")
+                stands = picture.proposal is not None and picture.proposal.number == number
+                if stands:
+                    # Silence is consent to what would be done without a veto: that cannot wait.
+                    above = WORKING_SPEED if message.veto_window_s is None else 1.0
+                    self._pacing.slow(f"proposal {number} asks for your word", above=above)
             case EventLearned(event=event):
                 what = event.what
                 if not (isinstance(what, CommandReached) and what.stage in _ROUTINE):
@@ -63,7 +70,7 @@ class Decisions:
         self._alarms = alarms
         busy = picture.commands.on_the_way > 0
         if self._busy and not busy and picture.mode is Mode.GUIDED:
-            pacing.slow("all that was ordered is done")
+            pacing.slow("all that was ordered is done", above=WORKING_SPEED)
         self._busy = busy
         moment_ns, why = self._foreseen
         if moment_ns <= now_ns:

@@ -4,28 +4,27 @@ from collections import deque
 
 from farside.console.news import sentence, so_ns, tone_of
 from farside.console.screen.screen import EventRow
+from farside.logs.events import EventLine
 from farside.logs.file.reading import LogEntry
-from farside.logs.picture import Picture
 
 EVENTS_KEPT = 200
 """As many as a person scrolls back through on the screen; the log has them all."""
 
 
 class EventList:
-    """Keeps the last events of the ground's log.
-
-    Attributes:
-        picture: the run as the ground has it, from the same entries; it says what is news.
-    """
+    """Keeps the last events of the ground's log."""
 
     def __init__(self) -> None:
-        self.picture = Picture(as_ground=True)
         self._rows: deque[EventRow] = deque(maxlen=EVENTS_KEPT)
         self._count = 0
 
-    def take(self, entry: LogEntry) -> None:
-        """Take the next entry of the ground's log, in order."""
-        line = self.picture.apply(entry)
+    def take(self, entry: LogEntry, line: EventLine | None) -> None:
+        """Take the next entry of the ground's log, in order, and the line that a picture has of it.
+
+        Args:
+            entry: the entry.
+            line: what `farside.logs.Picture.apply` gave of it: `None` of what is no news.
+        """
         if line is None:
             return
         self._count += 1

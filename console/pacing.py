@@ -49,9 +49,8 @@ class Pacing:
         if self.paused or self.until is not None:
             self._target_ns = reached_ns
             return
-        step_ns = self.speed * min(wall_s, _AHEAD_S) * NS_PER_S
-        behind_ns = reached_ns - self.speed * _AHEAD_S * NS_PER_S
-        self._target_ns = max(self._target_ns, behind_ns) + step_ns
+        most_ns = reached_ns + self.speed * _AHEAD_S * NS_PER_S
+        self._target_ns = min(self._target_ns + self.speed * wall_s * NS_PER_S, most_ns)
 
     def allows(self, reached_ns: int) -> bool:
         """Whether the run may go on from where it has got to."""
@@ -74,9 +73,9 @@ class Pacing:
         """A window is to end at this moment, if none does before: a decision is due then."""
         self._stop_ns = moment_ns
 
-    def slow(self, why: str) -> None:
-        """Back to 1x, unless it is not faster: something needs a decision."""
-        if self.until is None and self.speed <= 1:
+    def slow(self, why: str, *, above: float = 1.0) -> None:
+        """Back to 1x from a warp, or from a speed above `above`: something needs a decision."""
+        if self.until is None and self.speed <= above:
             return
         self.until, self.speed, self.slowed = None, 1.0, why
 

@@ -6,13 +6,11 @@ the orders that were given, and says what the screen shows. It has no thread and
 
 from collections.abc import Iterator, Sequence
 
+from farside.acts import Act, Discard, Planned
 from farside.console.alarms import Alarms
+from farside.console.decisions import Decisions
 from farside.console.events import EventList
 from farside.console.exercise import Exercise
-from farside.console.strip import StripOf
-
-from farside.acts import Act, Discard, Planned
-from farside.console.decisions import Decisions
 from farside.console.pacing import Pacing, Until
 from farside.console.screen.blocks import (
     failsafe_said,
@@ -42,6 +40,7 @@ from farside.console.screen.screen import (
     Strip,
     Tone,
 )
+from farside.console.strip import StripOf
 from farside.control import Mode, OnLoss, TakeBackChance
 from farside.ground.view.view import Focus, GroundView, OptionKind
 from farside.logs.events import order_text
