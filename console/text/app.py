@@ -3,6 +3,8 @@
 import re
 import time
 from collections.abc import Callable
+from functools import partial
+from operator import methodcaller
 from typing import ClassVar, NamedTuple
 
 from rich.console import Group
@@ -28,9 +30,6 @@ from farside.logs.terminal.transport import keys_text
 from farside.messages import Tokens
 from farside.places import Chart as Places
 from farside.places import place_token
-
-UPDATE_S = 0.1
-"""Wall time between two looks at the station: smooth to the eye, and light on a slow line."""
 
 QUIET_S = 0.5
 """Wall time for which a proposal that has just come is neither approved nor vetoed."""
@@ -75,7 +74,7 @@ class ConsoleApp(WholeTerminal):
         ),
         ("enter", "approve"),
         ("backspace", "veto"),
-        ("escape", "back"),
+        ("escape", "take_back"),
         ("g", "goal"),
         ("m", "mode"),
         ("p", "path"),
@@ -113,11 +112,6 @@ class ConsoleApp(WholeTerminal):
         """See `textual.app.App`."""
         yield from (self._board, self._foot, self._goal, self._keys)
 
-    def on_mount(self) -> None:
-        """Begin to look."""
-        self.set_interval(UPDATE_S, self.tick)
-        self.tick()
-
     def on_resize(self) -> None:
         """Draw it in its new size."""
         self._draw()
@@ -137,7 +131,7 @@ class ConsoleApp(WholeTerminal):
         number = screen.proposal.number if screen.proposal is not None else None
         if number != self._proposal[0]:
             self._proposal = number, self._wall_s()
-        news = screen.over or screen.slowed
+        news = screen.over or (f"back to 1x: {screen.slowed}" if screen.slowed else "")
         if news != self._news:
             self._note, self._news = "", news
         width, height = self.size
@@ -148,11 +142,16 @@ class ConsoleApp(WholeTerminal):
         if keys != self._keys_shown:
             self._keys_shown = keys
             self._keys.update(Group(*keys))
-            self._keys.display = bool(keys)
+        self._keys.display = bool(keys)
+
+    @property
+    def _is_small(self) -> bool:
+        width, height = self.size
+        return width < LEAST_WIDTH or height <= LEAST_HEIGHT
 
     def _board_of(self, width: int, height: int) -> Group:
         screen = self._shown
-        if width < LEAST_WIDTH or height < LEAST_HEIGHT:
+        if self._is_small:
             few = f"{LEAST_WIDTH} columns by {LEAST_HEIGHT + 1} rows show more"
             rows = [*status_rows(screen, width), told(screen.if_nothing), told(few)]
             return Group(*filled([line(row, width) for row in rows], height))
@@ -168,8 +167,8 @@ class ConsoleApp(WholeTerminal):
             return line(told(self._question.text, Tone.WORD), width)
         if self._note:
             tone = Tone.CAUTION if self._note.startswith("not ") else Tone.PLAIN
-            return line(told(f" {self._note}", tone), width)
-        return line(told(f" {self._news or '? shows the keys'}"), width)
+            return line(told(self._note, tone), width)
+        return line(told(self._news or "? shows the keys"), width)
 
     def _say(self, note: str) -> None:
         """Draw what a key brought about, and what there is to say of it."""
@@ -187,14 +186,14 @@ class ConsoleApp(WholeTerminal):
             return True
         if self._question is not None:
             return False
-        return self._pages.shown is None or action in {"help", "events", "back", "leave"}
+        return self._pages.shown is None or action in {"help", "events", "take_back", "leave"}
 
     def on_key(self, event: events.Key) -> None:
         """The answer to a question; any other key is none, and Esc gives it up."""
         question = self._question
         if question is None:
             return
-        event.stop()
+        event.prevent_default()  # no binding is to see it, too
         self._question = None
         answer = question.answers.get((event.character or event.key).lower())
         if answer is not None:
@@ -221,15 +220,21 @@ class ConsoleApp(WholeTerminal):
         number, since_s = self._proposal
         if number is None:
             self._say(f"not {done}: no proposal stands")
+        elif self._is_small:
+            self._say(f"not {done}: the terminal is too small to show it")
         elif self._wall_s() - since_s < QUIET_S:
             self._say(f"not {done}: proposal {number} has only just come; press again")
         else:
             self._order(lambda session: answer(session, number))
 
-    def action_back(self) -> None:
-        """Close what covers the board; else take back the newest command that can be."""
+    def action_take_back(self) -> None:
+        """Give up what is typed, close what covers the board, or take back the newest command."""
+        if self._goal.display:
+            self._close_goal()
+            return
         if self._pages.shown is not None:
             self._pages.close()
+            self._proposal = None, 0.0  # one that has come meanwhile is seen only now
             self._say("")
             return
         newest = newest_open(self._shown)
@@ -242,11 +247,12 @@ class ConsoleApp(WholeTerminal):
 
     def action_mode(self) -> None:
         """Ask who is to drive, or what the rover does when the link is lost."""
-        answers: dict[str, Callable[[], str]] = {}
-        for key, mode in _MODES.items():
-            answers[key] = lambda mode=mode: self._station.do(lambda s: s.set_mode(mode))
+        do = self._station.do
+        answers: dict[str, Callable[[], str]] = {
+            key: partial(do, methodcaller("set_mode", mode)) for key, mode in _MODES.items()
+        }
         for key, on_loss in _ON_LOSS.items():
-            answers[key] = lambda way=on_loss: self._station.do(lambda s: s.set_on_loss(way))
+            answers[key] = partial(do, methodcaller("set_on_loss", on_loss))
         self._ask("g guided  s shared  a alone; on loss: o on alone  h hold", answers)
 
     def _ask(self, text: str, answers: dict[str, Callable[[], str]]) -> None:

@@ -27,11 +27,16 @@ from farside.console.text.words import (
     told,
     wrapped,
 )
-from farside.console.wording import clock_text
+from farside.console.wording import clock_text, percent
 from farside.escaping import printable
 from farside.ground.view.view import OptionKind
 
-_EDGES = {Edge.PLAIN: "  ", Edge.BARRED: "║║", Edge.HATCHED: "▒▒", Edge.LIT: "»«"}
+_EDGES = {
+    Edge.PLAIN: (" ", " "),
+    Edge.BARRED: ("║", "║"),
+    Edge.HATCHED: ("▒", "▒"),
+    Edge.LIT: ("»", "«"),
+}
 _EDGE_STYLES = {
     Edge.PLAIN: "",
     Edge.BARRED: "bold red",
@@ -45,6 +50,8 @@ _KINDS = {
     OptionKind.PROPOSED: "proposed",
 }
 _WINDOW_WIDTH = 12
+_OPTION_WIDE = 50  # columns from which what is found of the options stands in a column
+_WIDEST = 100  # columns from which the end is told, too
 _WIDE = 76  # columns from which clocks have their whole names, and events both of their times
 
 
@@ -66,7 +73,7 @@ def _clocks(screen: Screen, width: int) -> Text:
         (f" {printable(screen.mission)} ", BOLD),
         ("  here ", DIM),
         (here, BOLD),
-        (f" of {clock_text(screen.end_ns)}", DIM),
+        (f" of {clock_text(screen.end_ns)}" if width >= _WIDEST else "", DIM),
         ("  rover, as far as light goes ", DIM),
         rover,
         "   ",
@@ -109,11 +116,13 @@ def next_rows(screen: Screen, width: int, height: int) -> list[Text]:
     Where there is not room for all, what comes first goes last; each option keeps its edge.
     """
     options = [_option(option, width) for option in screen.options]
-    above = wrapped(Text(printable(screen.if_nothing), style=BOLD), width, 3)
+    nothing = Text(printable(screen.if_nothing), style=BOLD)
+    above = wrapped(nothing.copy(), width, 3)
     card = [] if screen.proposal is None else list(_card(screen.proposal, width))
     if len(above) + min(len(card), 2) + len(options) > height:
         options = flowing((_button(option) for option in screen.options), width)
-        above = above[: max(height - len(options) - min(len(card), 2), 1)]
+        room = height - len(options) - min(len(card), 2)
+        above = wrapped(nothing, width, min(max(room, 1), 3))
     room = height - len(options)
     above = [*above, *card][:room]
     return [*filled(above, room), *options]
@@ -142,7 +151,9 @@ def _button(option: OptionRow) -> Text:
     """An option in few characters: its edge, its action, and what is found of it."""
     edge = edge_of(cue_of(option))
     before, after = _EDGES[edge]
-    words = f"{before}{printable(option.action)} {_KINDS[option.kind]}{after}"
+    # What is free needs no word: it alone has no edge.
+    kind = "" if option.kind is OptionKind.FREE else f" {_KINDS[option.kind]}"
+    words = f"{before}{printable(option.action)}{kind}{after}"
     return Text(words, style=_EDGE_STYLES[edge])
 
 
@@ -151,10 +162,12 @@ def _option(option: OptionRow, width: int) -> Text:
     before, after = _EDGES[edge]
     kind = _KINDS[option.kind]
     if option.kind is OptionKind.PROBLEMATIC:
-        kind += f" {option.severity:.0%}"
+        kind += f" {percent(option.severity)}"
+    if width < _OPTION_WIDE:
+        kind = "" if option.kind is OptionKind.FREE else f"{kind} "
     text = Text.assemble(
         (f"{before} {printable(option.action)} {after} ", _EDGE_STYLES[edge]),
-        (f"{kind:<10}", _EDGE_STYLES[edge]),
+        (kind if width < _OPTION_WIDE else f"{kind:<11}", _EDGE_STYLES[edge]),
         joined([told(option.why), told(option.does, style=DIM)]),
     )
     return line(text, width)

@@ -1,6 +1,6 @@
 """How the blocks share the terminal: two columns, one column, or rows without frames."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 from rich.console import Group, RenderableType
@@ -26,11 +26,11 @@ from farside.places import Chart
 LEAST_WIDTH, LEAST_HEIGHT = 40, 10
 """Columns and rows that `board` needs."""
 
-_TWO_COLUMNS = 76, 18  # columns and rows from which the map has others beside it
+_TWO_COLUMNS = 78, 18  # columns and rows from which the map has others beside it
 _FRAMED = 30  # rows from which a single column has frames
 _ROOMY = 26  # rows of the columns from which the state stands in the right one
 _RIGHT_LEAST, _RIGHT_SHARE, _RIGHT_MOST = 40, 0.46, 64
-_NEXT_ROWS, _WAY_ROWS, _STATE_ROWS, _EVENT_ROWS = 11, 4, 8, 5
+_NEXT_ROWS, _WAY_ROWS, _STATE_ROWS, _EVENT_ROWS = 10, 4, 8, 5
 _FRAME_WIDTH, _FRAME_HEIGHT = 4, 2
 
 Rows = Callable[[int], list[Text]]
@@ -92,15 +92,17 @@ def _columns(drawn: "_Blocks", width: int, height: int) -> Sequence[RenderableTy
     right = min(max(_RIGHT_LEAST, int(width * _RIGHT_SHARE)), _RIGHT_MOST)
     left = width - right
     rows = height - below
-    west = [drawn.map(left), *([] if roomy else [drawn.state(left, framed=False)])]
-    west += [drawn.strip(left)] if roomy else []
-    east = [drawn.next(right), drawn.way(right), *([drawn.state(right)] if roomy else [])]
-    if drawn.screen.exercise:
-        east.insert(0, drawn.exercise(right))
+    state = drawn.state(left, framed=roomy)
+    west = [drawn.map(left), *([drawn.strip(left)] if roomy else [])]
+    is_west = not roomy or rows - sum(block.most for block in west) >= 5 + _FRAME_HEIGHT
+    west += [state] if is_west else []
+    east = [drawn.exercise(right)] if drawn.screen.exercise else []
+    east += [drawn.next(right), drawn.way(right)]
+    elastic = len(east) - 1
+    east += [] if is_west else [drawn.state(right)]
     body = Table.grid()
     body.add_column(width=left)
     body.add_column(width=right)
-    elastic = len(east) - (2 if roomy else 1)
     body.add_row(_stack(west, rows, elastic=0), _stack(east, rows, elastic=elastic))
     events = drawn.events(width, framed=roomy)
     return [body, events.draw(below)]
@@ -119,12 +121,17 @@ def _stack(blocks: Sequence[Block], height: int, *, elastic: int) -> RenderableT
     for index in ranked:
         if sum(given) + blocks[index].least <= height:
             given[index] = blocks[index].least
-    for index in ranked:
-        if given[index]:
-            more = min(blocks[index].most - given[index], height - sum(given))
-            given[index] += max(more, 0)
+    for index in _turns(blocks, ranked):
+        if given[index] and sum(given) < height and given[index] < blocks[index].most:
+            given[index] += 1
     given[elastic] += height - sum(given)
     return Group(*(block.draw(rows) for block, rows in zip(blocks, given, strict=True) if rows > 0))
+
+
+def _turns(blocks: Sequence[Block], ranked: Sequence[int]) -> Iterator[int]:
+    """Which block is to have the next row: the first until it has enough, the others in turn."""
+    yield from [ranked[0]] * blocks[ranked[0]].most
+    yield from list(ranked[1:]) * max(block.most for block in blocks)
 
 
 class _Blocks:
@@ -148,7 +155,7 @@ class _Blocks:
             return _bare(1, 1, _WAY_ROWS, lambda rows: way_rows(self.screen, width, rows))
         inside = width - _FRAME_WIDTH
         rows: Rows = lambda rows: way_rows(self.screen, inside, rows)  # noqa: E731
-        return _framed(1, 1, _WAY_ROWS, way_title(self.screen).upper(), rows)
+        return _framed(1, 3, _WAY_ROWS, way_title(self.screen).upper(), rows)
 
     def map(self, width: int, *, framed: bool = True) -> Block:
         view, chart = self.screen.map, self._chart
@@ -158,12 +165,11 @@ class _Blocks:
 
         def draw(rows: int) -> RenderableType:
             drawn = draw_map(view, chart, width - _FRAME_WIDTH, rows - _FRAME_HEIGHT)
-            arrows = 2 * len(drawn.more) + 8
+            arrows = 2 * len(drawn.more) + 6 if drawn.more else 0
             title = line(told(view.policy_label or "map"), max(width - 6 - arrows, 8))
-            under = line(legend(view), width - 6)
-            return map_panel(drawn, rows, title=title, legend=under)
+            return map_panel(drawn, rows, title=title, legend=legend(view, width - 6))
 
-        return Block(2, 3 + _FRAME_HEIGHT, high + _FRAME_HEIGHT, draw)
+        return Block(2, min(high, 5) + _FRAME_HEIGHT, high + _FRAME_HEIGHT, draw)
 
     def state(self, width: int, *, framed: bool = True) -> Block:
         if not framed:

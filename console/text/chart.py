@@ -5,7 +5,8 @@ from collections.abc import Iterator
 from rich.text import Text
 
 from farside.console.screen.screen import Ghost, MapView, Spot
-from farside.console.text.words import DIM, told
+from farside.console.text.words import DIM, flowing, told
+from farside.console.wording import percent
 from farside.logs.terminal.yard import DrawnMap, Mark, draw_chart, heading
 from farside.places import Cell, Chart, place_name
 
@@ -28,17 +29,20 @@ def draw_map(view: MapView, chart: Chart | None, width: int, height: int) -> Dra
     return draw_chart(chart, dict(_marks(view, chart)), _middle(view, chart), width, height)
 
 
-def legend(view: MapView) -> Text:
-    """What the marks mean, with the ages and probabilities of what they stand for."""
+def legend(view: MapView, width: int) -> Text:
+    """What the marks mean, with the ages and probabilities of what they stand for, in one row."""
     parts = [_key("◇?" if view.heard_stale else "◇", _HEARD, view.heard_label or "not heard yet")]
-    if view.now is not None:
-        parts.append(_key("◌" if _is_sure(view.now) else "░", _FORESEEN, view.now.label))
+    if view.now is not None and view.now.spots:
+        sure = percent(view.now.spots[0].amount)
+        parts.append(_key("◌" if _is_sure(view.now) else "░", _FORESEEN, f"by now {sure}"))
     if view.after:
         marks = "".join(dict.fromkeys(order_mark(index) for index in range(len(view.after))))
         parts.append(_key(marks, _FORESEEN, "after each command"))
     if view.heat:
         parts.append(_key("0-9", DIM, "near to far"))
-    return Text("  ").join(parts)
+    if view.goals:
+        parts.append(_key("◆", _GOAL, "goal"))
+    return flowing(parts, width, "  ")[0]
 
 
 def _key(mark: str, style: str, words: str) -> Text:

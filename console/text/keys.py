@@ -36,6 +36,7 @@ _HELP: tuple[Key, ...] = (
     ("▸ ! !!", "asks for your word; will need attention; is wrong now"),
 )
 _NAME_WIDTH = 17
+_WIDE = 60  # columns from which what a key does stands beside its name in every row
 
 
 def foot_keys(screen: Screen) -> list[Key]:
@@ -67,4 +68,4 @@ def help_rows(width: int) -> Iterator[Text]:
     """Every key and sign with what it means, in rows of a width."""
     for name, does in _HELP:
         text = Text.assemble((f"{name:<{_NAME_WIDTH}}", BOLD), (does, DIM))
-        yield from wrapped(text, width, hang=2)
+        yield from wrapped(text, width, hang=_NAME_WIDTH if width >= _WIDE else 2)

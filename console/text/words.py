@@ -56,16 +56,17 @@ def wrapped(text: Text, width: int, most: int | None = None, *, hang: int = 0) -
         most: the most rows; the last one then says by an ellipsis that there was more.
         hang: by how many columns every row after the first stands in.
     """
-    rows = list(text.wrap(_CONSOLE, max(width - hang, 1)))
-    if most is not None and len(rows) > most:
-        rows = rows[:most]
-        if rows:
-            rows[-1].rstrip()
-            rows[-1].truncate(max(width - hang - 1, 0))
-            rows[-1].append("…")
-    for row in rows[1:]:
-        row.pad_left(hang)
-    return [line(row, width) for row in rows]
+    rows: list[Text] = []
+    rest = text
+    while rest.plain and len(rows) != most:
+        stands_in = hang if rows else 0
+        room = max(width - stands_in, 1)
+        row = rest if len(rows) + 1 == most else rest.wrap(_CONSOLE, room)[0]
+        rest = rest[len(row) :]
+        rest = rest[len(rest.plain) - len(rest.plain.lstrip()) :]
+        row.pad_left(stands_in)
+        rows.append(line(row, width))
+    return rows
 
 
 def line(text: Text, width: int) -> Text:

@@ -36,9 +36,6 @@ from farside.node import to_ns, to_s
 SPEEDS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 """Simulated seconds per wall second that `+` and `-` step through."""
 
-_UPDATE_S = 0.1
-"""Wall time between two screen updates: smooth to the eye, and light on a slow terminal."""
-
 _AS_GROUND = " as the ground knew it: nothing else is shown "
 _STRIP_FROM = 29  # rows, without those of the keys
 _KEYS_ROOM = 4  # rows above the least height from which the keys have theirs
@@ -120,11 +117,6 @@ class ReplayApp(WholeTerminal):
         if self._source.is_as_ground:
             yield Static(Text(_AS_GROUND, no_wrap=True), id="banner")
         yield from (self._board, self._transport, self._keys, self._go)
-
-    def on_mount(self) -> None:
-        """Begin to play."""
-        self.set_interval(_UPDATE_S, self.tick)
-        self.tick()
 
     def on_resize(self) -> None:
         """Draw it in its new size."""

@@ -6,9 +6,12 @@ from signal import SIGCONT, SIGTSTP
 
 from textual.app import App
 
+UPDATE_S = 0.1
+"""Wall time between two screen updates: smooth to the eye, and light on a slow terminal."""
+
 
 class WholeTerminal(App[None]):
-    """An app on the whole terminal, in its own colours; see `show`.
+    """An app on the whole terminal, in its own colours; see `show` and `tick`.
 
     Attributes:
         failure: what ended it, if not a key did.
@@ -40,6 +43,15 @@ class WholeTerminal(App[None]):
                 signal.signal(number, handler)
         if self.failure is not None:
             raise self.failure
+
+    def on_mount(self) -> None:
+        """Begin to draw."""
+        self.set_interval(UPDATE_S, self.tick)
+        self.tick()
+
+    def tick(self) -> None:
+        """Draw what is so now, if anything changed; called ten times a second."""
+        raise NotImplementedError
 
     def fail(self, error: Exception) -> None:
         """Leave the screen because of this."""
