@@ -137,6 +137,7 @@ class Exercise:
 
     def take(self, entry: LogEntry) -> None:
         """Take the next entry of the ground's log, in order."""
+        self._wait(entry.log_time_ns)
         match entry.message:
             case CommandSent(number=number, order=order):
                 self._orders[number] = order
@@ -153,7 +154,7 @@ class Exercise:
                 self._silent_ns = entry.log_time_ns if silent else self._silent_ns
             case EventLearned(event=Event(what=what)):
                 self._event(what)
-        self._tick(entry.log_time_ns)
+        self._tick()
 
     def acknowledged(self) -> None:
         """The person acknowledged the alarms, and none is left."""
@@ -204,19 +205,22 @@ class Exercise:
                 if self._is_back:
                     self._done.add(_Step.TAKE_OVER)
 
-    def _tick(self, now_ns: int) -> None:
+    def _wait(self, now_ns: int) -> None:
+        """Time has passed, perhaps in silence."""
+        silent_ns = now_ns if self._silent_ns is None else self._silent_ns
+        if self._is_silent and now_ns - silent_ns >= to_ns(self._lost_after_s):
+            self._done.add(_Step.LOSE)
+
+    def _tick(self) -> None:
         if self._drives >= _DRIVES:
             self._done.add(_Step.DRIVE)
         if self._is_home and self._hypotheses >= _HYPOTHESES:
             self._done.add(_Step.TEACH)
         if self._shared and self._has_goal_a:
             self._done.add(_Step.PROPOSE)
-        if self._silent_ns is None:
-            return
-        if self._goal_b_ns is not None and self._goal_b_ns <= self._silent_ns:
+        b_ns, silent_ns = self._goal_b_ns, self._silent_ns
+        if b_ns is not None and silent_ns is not None and b_ns <= silent_ns:
             self._done.add(_Step.LET_GO)
-        if self._is_silent and now_ns - self._silent_ns >= to_ns(self._lost_after_s):
-            self._done.add(_Step.LOSE)
 
     def _tick_read(self) -> None:
         if self._acknowledged and self._read:

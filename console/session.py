@@ -79,6 +79,7 @@ class Session:
         mission: its name.
         end_ns: its duration.
         speed: simulated seconds per wall second, to begin with.
+        exercise: the guided exercise, where the mission has one.
 
     Attributes:
         focus: what the person looks at: the goal in focus, and whether heat is shown.
@@ -86,7 +87,9 @@ class Session:
         chart: the map as the ground has it; `None` before the first window.
     """
 
-    def __init__(self, mission: str, end_ns: int, *, speed: float = 1.0) -> None:
+    def __init__(
+        self, mission: str, end_ns: int, *, speed: float = 1.0, exercise: Exercise | None = None
+    ) -> None:
         self.focus = Focus()
         self.pacing = Pacing(speed)
         self.chart: Chart | None = None
@@ -95,7 +98,7 @@ class Session:
         self._view: GroundView | None = None
         self._queued: list[Act] = []
         self._alarms, self._events, self._strip = Alarms(), EventList(), StripOf()
-        self._exercise = Exercise() if Exercise.is_for(mission) else None
+        self._exercise = exercise
         self._decisions = Decisions(self.pacing)
         self._now_ns = 0
         self._standing = self._over = ""
@@ -161,7 +164,7 @@ class Session:
             speed=pacing.speed,
             paused=pacing.paused,
             mode=mode_said(picture),
-            if_nothing="The run begins.",
+            if_nothing=self._over or "The run begins.",
             map=MapView(),
             strip=Strip(0, 0, 0),
             warp="" if pacing.until is None else f"until {pacing.until}",

@@ -32,13 +32,14 @@ class StripOf:
     much of the future, so now stands at two thirds of its width, at any light time.
 
     Of routine words (telemetry, heartbeats, reports, parts of messages) one is kept in each
-    hundredth of the past, in each direction; of all others the newest that fit, 400 words in all.
+    hundredth of the past, in each direction. Of all words together the newest 400 are shown; what
+    is routine gives way to what is not.
     """
 
     def __init__(self) -> None:
         self._heard_and_sent = HeardAndSent()
         self._light_ns = dict.fromkeys(Direction, 0)
-        self._words: deque[Word] = deque(maxlen=_MOST_WORDS - 2 * _ROUTINE_STEPS)
+        self._words: deque[Word] = deque(maxlen=_MOST_WORDS)
         self._routine: deque[Word] = deque(maxlen=2 * _ROUTINE_STEPS)
         self._last_routine_ns: dict[Direction, int] = {}
         self._known_ns = 0
@@ -106,7 +107,9 @@ class StripOf:
         for words in (self._words, self._routine):
             while words and self._arrives_ns(words[0]) < from_ns:
                 words.popleft()
-        shown = sorted((*self._words, *self._routine), key=lambda word: word.sent_ns)
+        free = _MOST_WORDS - len(self._words)
+        routine = list(self._routine)[max(0, len(self._routine) - free) :]
+        shown = sorted((*self._words, *routine), key=lambda word: word.sent_ns)
         open_commands = [one for one in commands.open.values() if not one.is_over]
         begins = ((one.number, _begins_ns(one)) for one in open_commands)
         return Strip(

@@ -281,8 +281,10 @@ def test_a_whole_blackout_leaves_five_alarms_each_of_them_over_when_the_operator
     assert watch.texts == [
         "mode autonomous: link lost; over since 987.3 s",
         "failsafe alone: the link is lost, after 30.0 s of silence; over since 763.4 s",
-        "failsafe hold: the link is back, and the operator has not yet said who drives; "
-        "over since 987.3 s",
+        (
+            "failsafe hold: the link is back, and the operator has not yet said who drives; "
+            "over since 987.3 s"
+        ),
         "hears nothing from the rover; over since 981.8 s",
         "command 93 overdue: should have been done by 622.6 s, no word; over since 981.8 s",
     ]

@@ -83,6 +83,7 @@ def open_console(
     """
     from rich.console import Console
 
+    from farside.console.exercise import Exercise
     from farside.console.session import Session
     from farside.console.station import Station
     from farside.missions.commands.console.running import page_run, text_run
@@ -98,7 +99,10 @@ def open_console(
     with patience("reading the mission"):
         loaded = load_mission(mission, (*(set_ or ()), _QUEUED), seed=seed)
     with Interrupts() as interrupts:
-        session = Session(loaded.mission.name, to_ns(loaded.mission.duration_s), speed=speed)
+        name, lost_after_s = loaded.mission.name, loaded.mission.rover.failsafe.lost_after_s
+        exercise = Exercise(lost_after_s=lost_after_s) if Exercise.is_for(name) else None
+        end_ns = to_ns(loaded.mission.duration_s)
+        session = Session(name, end_ns, speed=speed, exercise=exercise)
         station = Station(session, end=interrupts.request)
         run_it = partial(run_mission, loaded, in_process=in_process, out=out, interrupts=interrupts)
 
