@@ -34,6 +34,7 @@ from farside.places import place_token
 QUIET_S = 0.5
 """Wall time for which a proposal that has just come is neither approved nor vetoed."""
 
+_NOTE_S = 15.0  # wall time for which the answer to a key stands
 _KEYS_FROM = 16, 30  # rows from which the keys have a row, and as many as they need
 _MODES = {"g": Mode.GUIDED, "s": Mode.SHARED, "a": Mode.AUTONOMOUS}
 _ON_LOSS = {"o": OnLoss.AUTONOMY, "h": OnLoss.HOLD}
@@ -85,7 +86,7 @@ class ConsoleApp(WholeTerminal):
         ("n", "warp('ARRIVAL')"),
         ("c", "warp('CONTACT')"),
         ("x", "acknowledge"),
-        ("e", "events"),
+        ("e", "in_full"),
         ("question_mark", "help"),
         ("q", "leave"),
         Binding("ctrl+c", "end", priority=True),
@@ -104,6 +105,7 @@ class ConsoleApp(WholeTerminal):
         self._looked_at: str | None = None
         self._heat = self._ends = False
         self._note = self._news = ""
+        self._noted_s = 0.0
         self._board, self._foot = Static(id="board"), Static(id="foot")
         self._keys, self._keys_shown = Static(id="keys"), list[Text]()
         self._goal = Input(id="goal", compact=True, select_on_focus=False)
@@ -132,7 +134,7 @@ class ConsoleApp(WholeTerminal):
         if number != self._proposal[0]:
             self._proposal = number, self._wall_s()
         news = screen.over or (f"back to 1x: {screen.slowed}" if screen.slowed else "")
-        if news != self._news:
+        if news != self._news or self._wall_s() - self._noted_s > _NOTE_S:
             self._note, self._news = "", news
         width, height = self.size
         keys = keys_text(foot_keys(screen), width)
@@ -172,7 +174,7 @@ class ConsoleApp(WholeTerminal):
 
     def _say(self, note: str) -> None:
         """Draw what a key brought about, and what there is to say of it."""
-        self._note = note
+        self._note, self._noted_s = note, self._wall_s()
         self._draw()
 
     def _order(self, what: Callable[[Session], str]) -> None:
@@ -186,7 +188,7 @@ class ConsoleApp(WholeTerminal):
             return True
         if self._question is not None:
             return False
-        return self._pages.shown is None or action in {"help", "events", "take_back", "leave"}
+        return self._pages.shown is None or action in {"help", "in_full", "take_back", "leave"}
 
     def on_key(self, event: events.Key) -> None:
         """The answer to a question; any other key is none, and Esc gives it up."""
@@ -327,9 +329,9 @@ class ConsoleApp(WholeTerminal):
 
         self._order(show)
 
-    def action_events(self) -> None:
-        """Show all events, or their next page."""
-        note = self._turn(Page.EVENTS)
+    def action_in_full(self) -> None:
+        """Show everything in full, or the next page of it."""
+        note = self._turn(Page.ALL)
 
         def read(session: Session) -> str:
             session.read()

@@ -27,7 +27,7 @@ from farside.console.text.words import (
     told,
     wrapped,
 )
-from farside.console.wording import clock_text, percent
+from farside.console.wording import clock_text, percent, span_text
 from farside.escaping import printable
 from farside.ground.view.view import OptionKind
 
@@ -50,6 +50,8 @@ _KINDS = {
     OptionKind.PROPOSED: "proposed",
 }
 _WINDOW_WIDTH = 12
+_WAY_HANG = 3
+_OPTION_HANG = 6
 _OPTION_WIDE = 50  # columns from which what is found of the options stands in a column
 _WIDEST = 100  # columns from which the end is told, too
 _WIDE = 76  # columns from which clocks have their whole names, and events both of their times
@@ -115,30 +117,50 @@ def next_rows(screen: Screen, width: int, height: int) -> list[Text]:
 
     Where there is not room for all, what comes first goes last; each option keeps its edge.
     """
+    nothing = _nothing(screen)
+    card = [row for text, most in _card(screen.proposal) for row in wrapped(text, width, most)]
     options = [_option(option, width) for option in screen.options]
-    nothing = Text(printable(screen.if_nothing), style=BOLD)
     above = wrapped(nothing.copy(), width, 3)
-    card = [] if screen.proposal is None else list(_card(screen.proposal, width))
-    if len(above) + min(len(card), 2) + len(options) > height:
-        options = flowing((_button(option) for option in screen.options), width)
-        room = height - len(options) - min(len(card), 2)
+    free = height - len(above) - len(card) - len(options)
+    if free < 0 and height - len(options) < len(above) + min(len(card), 2):
+        rows = flowing((_button(option) for option in screen.options), width)
+        room = height - len(rows) - min(len(card), 2)
         above = wrapped(nothing, width, min(max(room, 1), 3))
-    room = height - len(options)
-    above = [*above, *card][:room]
-    return [*filled(above, room), *options]
+    else:
+        rows = []
+        for option in options:
+            needs = wrapped(option, width, 1 + min(max(free, 0), 1), hang=_OPTION_HANG)
+            free -= len(needs) - 1
+            rows += needs
+    room = height - len(rows)
+    return [*filled([*above, *card], room), *rows]
 
 
-def _card(card: ProposalCard, width: int) -> Iterator[Text]:
+def next_in_full(screen: Screen, width: int) -> list[Text]:
+    """The same, of which nothing is cut."""
+    texts = [_nothing(screen), *(text for text, _ in _card(screen.proposal))]
+    options = [_option(option, width) for option in screen.options]
+    return [row for text in (*texts, *options) for row in wrapped(text, width, hang=_OPTION_HANG)]
+
+
+def _nothing(screen: Screen) -> Text:
+    return Text(printable(screen.if_nothing), style=BOLD)
+
+
+def _card(card: ProposalCard | None) -> Iterator[tuple[Text, int]]:
+    """What is said of the proposal, each with the most rows that it may take."""
+    if card is None:
+        return
     answer = "  ⏎ approves" if card.can_answer else ""
-    yield line(told(card.title + answer, Tone.WORD if card.can_answer else Tone.PLAIN), width)
+    yield told(card.title + answer, Tone.WORD if card.can_answer else Tone.PLAIN), 1
     if card.answered:
-        yield line(told(card.answered, style=DIM), width)
+        yield told(card.answered, style=DIM), 1
     if card.veto_left_s is not None:
-        yield line(_window(card.veto_left_s, card.veto_window_s or 0.0), width)
-    yield from (line(told(conflict, Tone.CAUTION), width) for conflict in card.conflicts)
-    yield from wrapped(joined(map(said, card.facts)), width, 2)
+        yield _window(card.veto_left_s, card.veto_window_s or 0.0), 1
+    yield from ((told(conflict, Tone.CAUTION), 1) for conflict in card.conflicts)
+    yield joined(map(said, card.facts)), 2
     if card.runner_up:
-        yield line(told(card.runner_up, style=DIM), width)
+        yield told(card.runner_up, style=DIM), 1
 
 
 def _window(left_s: float, window_s: float) -> Text:
@@ -165,12 +187,11 @@ def _option(option: OptionRow, width: int) -> Text:
         kind += f" {percent(option.severity)}"
     if width < _OPTION_WIDE:
         kind = "" if option.kind is OptionKind.FREE else f"{kind} "
-    text = Text.assemble(
+    return Text.assemble(
         (f"{before} {printable(option.action)} {after} ", _EDGE_STYLES[edge]),
         (kind if width < _OPTION_WIDE else f"{kind:<11}", _EDGE_STYLES[edge]),
         joined([told(option.why), told(option.does, style=DIM)]),
     )
-    return line(text, width)
 
 
 # --- on the way --------------------------------------------------------------------------------
@@ -183,20 +204,34 @@ def way_title(screen: Screen) -> str:
 
 def way_rows(screen: Screen, width: int, height: int) -> list[Text]:
     """The commands, newest first: one row of those that are over, two of the others if need be."""
+    rows: list[Text] = []
+    for row, text in _commands(screen):
+        most = min(1 if row.is_over else 2, height - len(rows))
+        if most < 1:
+            break
+        rows += wrapped(text, width, most, hang=_WAY_HANG)
+    return rows
+
+
+def way_in_full(screen: Screen, width: int) -> list[Text]:
+    """The same, of which nothing is cut."""
+    return [row for _, text in _commands(screen) for row in wrapped(text, width, hang=_WAY_HANG)]
+
+
+def _commands(screen: Screen) -> Iterator[tuple[CommandRow, Text]]:
     marks = {
         ghost.command: order_mark(index)
         for index, ghost in enumerate(screen.map.after)
         if ghost.command is not None
     }
     newest = newest_open(screen)
-    rows: list[Text] = []
     for row in screen.commands:
-        text = _command(row, marks.get(row.number, ""), is_newest=row is newest)
-        most = min(1 if row.is_over else 2, height - len(rows))
-        if most < 1:
-            break
-        rows += wrapped(text, width, most, hang=3)
-    return rows
+        take_back = ""
+        if row is newest:
+            until_ns = row.take_back_until_ns
+            left = "" if until_ns is None else f" {span_text(until_ns - screen.now_ns)} left"
+            take_back = f"  [Esc{left}]"
+        yield row, _command(row, marks.get(row.number, ""), take_back)
 
 
 def newest_open(screen: Screen) -> CommandRow | None:
@@ -204,14 +239,14 @@ def newest_open(screen: Screen) -> CommandRow | None:
     return next((row for row in screen.commands if row.can_take_back or row.held is not None), None)
 
 
-def _command(row: CommandRow, mark: str, *, is_newest: bool) -> Text:
+def _command(row: CommandRow, mark: str, take_back: str) -> Text:
     quiet = DIM if row.is_over else ""
     number = str(row.number) if row.number else "here"
     return Text.assemble(
         (f"{number} ", quiet or BOLD),
         (mark + " " if mark else "", "magenta"),
         told(row.text, style=quiet),
-        ("  [Esc]" if is_newest else "", STYLES[Tone.WORD]),
+        (take_back, STYLES[Tone.WORD]),
         "  ",
         told(" · ".join(row.words), row.tone, style=quiet),
     )
@@ -267,19 +302,33 @@ def exercise_rows(screen: Screen, width: int, height: int) -> list[Text]:
     return wrapped(text, width, height, hang=2)
 
 
-def event_rows(screen: Screen, width: int, height: int, *, routine: bool = False) -> list[Text]:
-    """Alarms that wait for a word, then the events, newest first, each with its two times.
+def exercise_in_full(screen: Screen, width: int) -> list[Text]:
+    """Every step of the exercise, ticked if it was done."""
+    rows = []
+    for step in screen.exercise:
+        text = Text.assemble(
+            "✓ " if step.done else "· ", told(step.text, style=DIM if step.done else BOLD)
+        )
+        if not step.done:
+            text.append(f": {printable(step.how)}")
+        rows += wrapped(text, width, hang=2)
+    return rows
 
-    Args:
-        screen: what is shown.
-        width: columns.
-        height: the most rows.
-        routine: whether what happens all the time is wanted, too.
-    """
-    alarms = [alarm for alarm in screen.alarms if not alarm.acknowledged]
-    events = [event for event in screen.events if routine or not event.routine]
-    rows = [*(_alarm(alarm, width) for alarm in alarms), *(_event(e, width) for e in events)]
-    return [line(row, width) for row in rows[:height]]
+
+def event_rows(screen: Screen, width: int, height: int) -> list[Text]:
+    """Alarms that wait for a word, then events that are not routine; newest first."""
+    return [line(text, width) for text in list(_happened(screen, width, routine=False))[:height]]
+
+
+def events_in_full(screen: Screen, width: int) -> list[Text]:
+    """The alarms that wait for a word and all events, of which nothing is cut."""
+    texts = _happened(screen, max(width, _WIDE), routine=True)
+    return [row for text in texts for row in wrapped(text, width, hang=2)]
+
+
+def _happened(screen: Screen, width: int, *, routine: bool) -> Iterator[Text]:
+    yield from (_alarm(one, width) for one in screen.alarms if not one.acknowledged)
+    yield from (_event(one, width) for one in screen.events if routine or not one.routine)
 
 
 def _times(row: AlarmRow | EventRow, width: int) -> Text:

@@ -1,20 +1,31 @@
-"""Pages that cover the board while somebody reads them: the help, and all events."""
+"""Pages that cover the board while somebody reads them: the help, and everything in full."""
 
+from collections.abc import Iterator
 from enum import StrEnum
 
 from rich.text import Text
 
 from farside.console.screen.screen import Screen
-from farside.console.text.blocks import event_rows, status_rows
+from farside.console.text.blocks import (
+    events_in_full,
+    exercise_in_full,
+    next_in_full,
+    state_rows,
+    status_rows,
+    way_in_full,
+    way_title,
+)
 from farside.console.text.keys import help_rows
-from farside.console.text.words import filled
+from farside.console.text.words import BOLD, filled
+
+_ALL = 1000  # rows: more than any state needs
 
 
 class Page(StrEnum):
     """What can be read."""
 
     HELP = "help"
-    EVENTS = "events"
+    ALL = "everything in full"
 
 
 class Pages:
@@ -52,7 +63,17 @@ def _room(screen: Screen, width: int, height: int) -> int:
 
 
 def _rows(page: Page, screen: Screen, width: int) -> list[Text]:
-    if page is Page.HELP:
-        return list(help_rows(width))
-    most = len(screen.alarms) + len(screen.events)
-    return event_rows(screen, width, most, routine=True)
+    return list(help_rows(width) if page is Page.HELP else _in_full(screen, width))
+
+
+def _in_full(screen: Screen, width: int) -> Iterator[Text]:
+    for title, rows in (
+        ("NEXT", next_in_full(screen, width)),
+        (way_title(screen).upper(), way_in_full(screen, width)),
+        ("STATE", state_rows(screen, width, _ALL)),
+        ("EVENTS", events_in_full(screen, width)),
+        ("EXERCISE", exercise_in_full(screen, width)),
+    ):
+        if rows:
+            yield Text(title, style=f"{BOLD} underline")
+            yield from rows

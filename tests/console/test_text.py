@@ -152,7 +152,7 @@ def test_esc_takes_back_the_newest_command_that_can_be() -> None:
     station = Stand(commands=commands)
 
     async def does(seat: Seat[ConsoleApp]) -> None:
-        assert re.search(rf"{newest} . drive .  \[Esc\]", seat.text)
+        assert re.search(rf"{newest} . drive .  \[Esc [0-9.]+ s left\]", seat.text)
         await seat.press("escape")
         station.change(commands=())
         await seat.wait(0.1)
@@ -375,5 +375,9 @@ def test_the_strip_tells_known_from_not_known_and_until_when_one_can_take_back()
     rows = [row.plain.rstrip() for row in strip_rows(strip, to_ns(10), 52)]
 
     assert rows == [
-        "",
+        "ground ──────────     ──────────7────┃───✕──────────",
+        "                                 ╲   ┃",
+        "                                   ╲ ┃",
+        "                                    ╲┃",
+        "rover  ────────────────────────┄┄┄┄┄┄┃┄┄┄┄┄┄┄┄┄7┄┄┄┄",
     ]
