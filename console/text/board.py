@@ -141,7 +141,13 @@ class _Blocks:
         self.screen, self._chart = screen, chart
 
     def exercise(self, width: int) -> Block:
-        return _bare(3, 1, 2, lambda rows: exercise_rows(self.screen, width, rows))
+        def rows(height: int) -> list[Text]:
+            shown = exercise_rows(self.screen, width - _FRAME_WIDTH, height)
+            for row in shown:
+                row.pad_left(_FRAME_WIDTH // 2)  # in line with what has a frame
+            return shown
+
+        return _bare(3, 1, 2, rows)
 
     def next(self, width: int, *, framed: bool = True) -> Block:
         if not framed:

@@ -16,7 +16,7 @@ _TAKE_BACK = "✕"
 def strip_title(strip: Strip) -> str:
     """What the strip shows, and how long light takes, which is how long a word is on its way."""
     light = f" {to_s(light_ns(strip)):.1f} s" if strip.words else ""
-    return f"light{light}: ╲ up  ╱ down  ┄ not known yet  {_TAKE_BACK} take back until here"
+    return f"light{light}: ╲ up  ╱ down  ┄ not known  {_TAKE_BACK} last take-back"
 
 
 def light_ns(strip: Strip) -> int:
