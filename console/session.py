@@ -4,80 +4,393 @@ A plain object: it is handed what the ground has noted and what it can know, kee
 the orders that were given, and says what the screen shows. It has no thread and no clock.
 """
 
-from collections.abc import Sequence
-from enum import StrEnum
+from collections.abc import Iterator, Sequence
 
-from farside.acts import Act
-from farside.console.screen.screen import Chart, Screen
-from farside.control import Mode, OnLoss
-from farside.ground.view.view import Focus, GroundView
-from farside.messages import Tokens
+from farside.acts import Act, Discard, Planned
+from farside.console.alarms import Alarms
+from farside.console.decisions import Decisions
+from farside.console.events import EventList
+from farside.console.exercise import Exercise
+from farside.console.pacing import Pacing, Until
+from farside.console.screen.blocks import (
+    failsafe_said,
+    goal_rows,
+    light_text,
+    link_said,
+    mode_said,
+    model_said,
+    rover_said,
+    silence_said,
+)
+from farside.console.screen.mapping import map_view, place_text
+from farside.console.screen.orders import (
+    can_take_back,
+    choice_text,
+    command_rows,
+    option_rows,
+    order_of,
+    proposal_card,
+)
+from farside.console.screen.screen import (
+    Chart,
+    MapView,
+    ProposalCard,
+    Said,
+    Screen,
+    Strip,
+    Tone,
+)
+from farside.console.strip import StripOf
+from farside.control import Mode, OnLoss, TakeBackChance
+from farside.ground.view.view import Focus, GroundView, OptionKind
+from farside.logs.events import order_text
+from farside.logs.file.reading import LogEntry
+from farside.logs.picture import Picture
+from farside.messages import (
+    Approve,
+    Drive,
+    Order,
+    Override,
+    SetGoal,
+    SetMode,
+    SetOnLoss,
+    TakeBack,
+    Tokens,
+    Veto,
+    WithdrawGoal,
+)
 from farside.node import Record
+from farside.places import Chart as Places
+from farside.places import place_token
 
-
-class Until(StrEnum):
-    """What time can be warped to: the next word from the rover, or the next contact."""
-
-    ARRIVAL = "something arrives"
-    CONTACT = "the next contact"
-
-
-SPEEDS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 60, 120, 300, 1000)
-"""Simulated seconds per wall second that the keys step through."""
+_GROUND = "/ground/"
+_PRIORITY = 2.0  # as of a goal of a script: above what missions preload
+_OVER = "not ordered: the run is over"
 
 
 class Session:
-    """See the module. Every method that orders returns what to tell the person, in one line.
+    """See the module.
 
-    Where a line begins with `not `, nothing was ordered, and it says why.
+    Every method that orders returns what to tell the person, in one line. Where a line begins with
+    `not `, nothing was ordered, and it says why. What is ordered goes out at the start of the next
+    window, in order; while time stands it waits here, and can be given up.
 
     Args:
         mission: its name.
         end_ns: its duration.
         speed: simulated seconds per wall second, to begin with.
+        exercise: the guided exercise, where the mission has one.
 
     Attributes:
         focus: what the person looks at: the goal in focus, and whether heat is shown.
+        pacing: how fast time passes.
+        chart: the map as the ground has it; `None` before the first window.
     """
 
-    def __init__(self, mission: str, end_ns: int, *, speed: float = 1.0) -> None:
+    def __init__(
+        self, mission: str, end_ns: int, *, speed: float = 1.0, exercise: Exercise | None = None
+    ) -> None:
         self.focus = Focus()
+        self.pacing = Pacing(speed)
+        self.chart: Chart | None = None
+        self._mission, self._end_ns = mission, end_ns
+        self._picture = Picture(as_ground=True)
+        self._view: GroundView | None = None
+        self._queued: list[Act] = []
+        self._alarms, self._events, self._strip = Alarms(), EventList(), StripOf()
+        self._exercise = exercise
+        self._decisions = Decisions(self.pacing)
+        self._now_ns = 0
+        self._standing = self._over = ""
 
-    # --- from the run ---
-    def take(self, now_ns: int, records: Sequence[Record]) -> None: ...
-    def see(self, view: GroundView) -> None: ...
-    def wait(self, standing: str) -> None: ...
-    def finish(self, outcome: str) -> None: ...
+    # --- from the run --------------------------------------------------------------------------
 
-    # --- to the run ---
-    def orders(self) -> list[Act]: ...
-    def allowed_ns(self, wall_s: float) -> int: ...
-    def window_ns(self) -> int: ...
+    def take(self, now_ns: int, records: Sequence[Record]) -> None:
+        """A window is over: what was recorded in it. Of that only what the ground noted is read."""
+        self._now_ns, self._standing = now_ns, ""
+        for record in records:
+            if not record.topic.startswith(_GROUND):
+                continue
+            entry = LogEntry.of(record)
+            line = self._picture.apply(entry)
+            self._events.take(entry, line)
+            self._alarms.take(entry)
+            self._strip.take(entry)
+            self._decisions.take(entry, self._picture)
+            if self._exercise is not None:
+                self._exercise.take(entry)
+        self._picture.settle(now_ns)
+        self._decisions.settle(now_ns, self._picture, self._alarms.raised)
+        if self.chart is None and self._picture.chart is not None:
+            self.chart = Chart(self._picture.chart.rows, self._picture.chart.cell_m)
 
-    # --- to the person ---
+    def see(self, view: GroundView) -> None:
+        """What the ground can know by now."""
+        self._view = view
+        self._alarms.see(view)
+        self._decisions.see(view)
+
+    def wait(self, standing: str) -> None:
+        """The run waits for something, in words; empty when it goes on."""
+        self._standing = standing
+
+    def finish(self, outcome: str) -> None:
+        """The run is over."""
+        self._over = outcome
+        self._queued.clear()
+
     @property
-    def chart(self) -> Chart | None: ...
-    def screen(self) -> Screen: ...
+    def is_over(self) -> bool:
+        """Whether the run is over."""
+        return bool(self._over)
 
-    # --- from the person: orders ---
-    def choose(self, action: str, *, insist: bool = False) -> str: ...
-    def approve(self, proposal: int) -> str: ...
-    def veto(self, proposal: int) -> str: ...
-    def take_back(self, number: int | None = None) -> str: ...
-    def discard(self, held: int) -> str: ...
-    def set_goal(self, place: str, priority: float | None = None) -> str: ...
-    def withdraw_goal(self, tokens: Tokens) -> str: ...
-    def set_mode(self, mode: Mode) -> str: ...
-    def set_on_loss(self, on_loss: OnLoss) -> str: ...
+    # --- to the run ----------------------------------------------------------------------------
 
-    # --- from the person: time, looking, alarms ---
-    def pause(self) -> str: ...
-    def play(self) -> str: ...
-    def set_speed(self, speed: float) -> str: ...
-    def faster(self) -> str: ...
-    def slower(self) -> str: ...
-    def warp(self, until: Until) -> str: ...
-    def look_at(self, place: str | None) -> None: ...
-    def show_heat(self, shown: bool) -> None: ...
-    def acknowledge(self, alarm: int | None = None) -> str: ...
-    def read(self) -> None: ...
+    def orders(self) -> list[Act]:
+        """What was ordered since the last call, in order."""
+        given, self._queued = self._queued, []
+        return given
+
+    # --- to the person -------------------------------------------------------------------------
+
+    def screen(self) -> Screen:
+        """What is shown now."""
+        view, picture, pacing = self._view, self._picture, self.pacing
+        begun = Screen(
+            mission=self._mission,
+            now_ns=self._now_ns,
+            rover_ns=self._now_ns,
+            end_ns=self._end_ns,
+            speed=pacing.speed,
+            paused=pacing.paused,
+            mode=mode_said(picture),
+            if_nothing=self._over or "The run begins.",
+            map=MapView(),
+            strip=Strip(0, 0, 0),
+            warp="" if pacing.until is None else f"until {pacing.until}",
+            slowed=pacing.slowed,
+            over=self._over,
+            standing=self._standing,
+        )
+        if view is None or picture.chart is None:
+            return begun
+        return self._shown(begun, view, picture.chart)
+
+    def _shown(self, begun: Screen, view: GroundView, chart: Places) -> Screen:
+        picture, now_ns = self._picture, self._now_ns
+        card = self._card(view)
+        shown = {name: getattr(begun, name) for name in begun.__struct_fields__}
+        on_the_way = picture.commands.on_the_way + len(self._queued)
+        return Screen(
+            **{
+                **shown,
+                "rover_ns": max(0, now_ns - view.down.light_ns),
+                "if_nothing": self._over or view.if_nothing,
+                "map": map_view(picture, view, chart),
+                "strip": self._strip.strip(now_ns, view, picture.commands),
+                "status": tuple(self._status(view)),
+                "on_the_way": on_the_way,
+                "proposal": card,
+                "options": option_rows(picture, view, card, chart),
+                "commands": command_rows(picture.commands, self._queued, now_ns),
+                "goals": goal_rows(view),
+                "rover": rover_said(picture, view),
+                "model": model_said(picture, view),
+                "failsafe": failsafe_said(picture, view),
+                "link": link_said(view),
+                "events": self._events.rows(),
+                "alarms": self._alarms.rows(),
+                "exercise": () if self._exercise is None else self._exercise.rows(),
+            }
+        )
+
+    def _status(self, view: GroundView) -> Iterator[Said]:
+        yield Said("link", f"{light_text(view)} of light")
+        yield silence_said(view)
+        if view.up.changes_ns is not None:
+            yield next(said for said in link_said(view) if said.name == "up")
+        overdue = self._picture.commands.overdue
+        if overdue:
+            yield Said("overdue", f"{overdue} without word", Tone.WRONG)
+
+    def _card(self, view: GroundView) -> ProposalCard | None:
+        return proposal_card(self._picture, view, self._queued)
+
+    # --- from the person: orders ---------------------------------------------------------------
+
+    def choose(self, action: str, *, insist: bool = False) -> str:
+        """Choose an action: answers the proposal that waits for an answer, or drives.
+
+        Args:
+            action: one of those that the screen shows as options.
+            insist: order what is invalid all the same, or into silence; the rover's safety gate is
+                told that the operator insists.
+        """
+        view = self._view
+        option = next((one for one in view.options if one.action == action), None) if view else None
+        if view is None or option is None:
+            return f"not ordered: there is no action {action} yet"
+        if option.kind is OptionKind.INVALID and not insist:
+            why = "; ".join(option.why) or "it leads nowhere"
+            return f"not ordered: {action}: {why}. Insist to order it all the same"
+        card = self._card(view)
+        force = insist and option.kind is OptionKind.INVALID
+        order: Order
+        if card is None or not card.can_answer:
+            order = Drive(action, force=force)
+        elif card.action == action:
+            order = Approve(card.number)
+        else:
+            order = Override(card.number, action, force=force)
+        return self._act(order, choice_text(action, self._picture, card), insist=insist)
+
+    def approve(self, proposal: int) -> str:
+        """Approve the proposal of this number, if it is the one that stands."""
+        return self._answer(Approve(proposal), "approved")
+
+    def veto(self, proposal: int) -> str:
+        """Veto the proposal of this number, if it is the one that stands."""
+        return self._answer(Veto(proposal), "vetoed")
+
+    def _answer(self, order: Approve | Veto, done: str) -> str:
+        card = None if self._view is None else self._card(self._view)
+        if card is None:
+            return f"not {done}: no proposal stands"
+        if card.number != order.proposal:
+            return f"not {done}: proposal {card.number} stands now, not {order.proposal}"
+        if not card.can_answer:
+            return f"not {done}: proposal {card.number} is {card.answered}"
+        return self._act(order, f"{done} proposal {card.number}")
+
+    def take_back(self, number: int | None = None) -> str:
+        """Take back a command: by default the newest that can be, what waits here first."""
+        if number is None and self._queued:
+            return f"given up here: {_text(self._queued.pop())}"
+        commands = self._picture.commands.open
+        if number is None:
+            withdrawn = {
+                order.number
+                for order in (command.order for command in commands.values())
+                if isinstance(order, TakeBack)
+            }
+            number = max(
+                (n for n, c in commands.items() if can_take_back(c) and n not in withdrawn),
+                default=None,
+            )
+        if number is None:
+            return "not taken back: nothing is on its way that can be"
+        command = commands.get(number)
+        if command is None or not can_take_back(command):
+            return f"not taken back: command {number} has begun, or is over"
+        sure = command.take_back is TakeBackChance.SURE
+        hope = "in time, if nothing is lost" if sure else "maybe too late"
+        return self._act(TakeBack(number), f"takes back command {number}: {hope}", insist=True)
+
+    def discard(self, held: int) -> str:
+        """Give up what is held at the ground under this number; below 0, what waits here."""
+        if held < 0:
+            if -held > len(self._queued):
+                return "not given up: it has gone out"
+            return f"given up here: {_text(self._queued.pop(-held - 1))}"
+        if held not in self._picture.commands.held:
+            return "not given up: it has been sent"
+        return self._put(Discard(held), "gives up what is held at the ground")
+
+    def set_goal(self, place: str, priority: float | None = None) -> str:
+        """Set a goal at a place of the chart, by its name; of priority 2 unless one is said."""
+        chart = self._picture.chart
+        if chart is None:
+            return "not ordered: there is no map yet"
+        if place not in chart.places:
+            return f"not ordered: expected a place of the map, found {place!r}{chart.like(place)}"
+        worth = _PRIORITY if priority is None else priority
+        order = SetGoal((place_token(place),), worth)
+        return self._act(order, f"sets goal {place}, priority {worth:g}")
+
+    def withdraw_goal(self, tokens: Tokens) -> str:
+        """Withdraw a goal, whoever wanted it."""
+        return self._act(WithdrawGoal(tokens), f"withdraws goal {place_text(tokens)}")
+
+    def set_mode(self, mode: Mode) -> str:
+        """Say who drives."""
+        return self._act(SetMode(mode), f"sets mode {mode}")
+
+    def set_on_loss(self, on_loss: OnLoss) -> str:
+        """Say what the rover does when the link is lost."""
+        return self._act(SetOnLoss(on_loss), f"sets {on_loss} on loss of the link")
+
+    def _act(self, order: Order, said: str, *, insist: bool = False) -> str:
+        """Order something; into silence settings are held, and moves must be insisted on."""
+        silent = self._view is not None and self._view.silent_since_ns is not None
+        if not silent or insist:
+            return self._put(order, said)
+        if isinstance(order, Drive | Approve | Override | Veto):
+            return "not ordered: the rover is silent. Insist to send it all the same"
+        held = Planned(order, link_up=True)
+        return self._put(held, f"{said}, held at the ground until the link is up")
+
+    def _put(self, act: Act, said: str) -> str:
+        if self._over:
+            return _OVER
+        self._queued.append(act)
+        return said
+
+    # --- from the person: time, looking, alarms ------------------------------------------------
+
+    def pause(self) -> str:
+        """Let time stand, or pass again."""
+        if self.pacing.paused:
+            self.pacing.play()
+            return "time passes"
+        self.pacing.pause()
+        return "time stands"
+
+    def set_speed(self, speed: float) -> str:
+        """Let time pass at this speed, in simulated seconds per wall second, above 0."""
+        self.pacing.set_speed(speed)
+        return f"{speed:g}x"
+
+    def faster(self) -> str:
+        """The next higher speed."""
+        self.pacing.step(faster=True)
+        return f"{self.pacing.speed:g}x"
+
+    def slower(self) -> str:
+        """The next lower speed."""
+        self.pacing.step(faster=False)
+        return f"{self.pacing.speed:g}x"
+
+    def warp(self, until: Until) -> str:
+        """Let time pass as fast as it can until something happens."""
+        if until is Until.CONTACT and (self._view is None or self._view.up.changes_ns is None):
+            return "not warped: the contact plan has no further contact"
+        self.pacing.warp(until)
+        if self._view is not None:
+            self._decisions.see(self._view)  # a contact that ends is no reason to stop now
+        return f"time passes until {until}"
+
+    def look_at(self, place: str | None) -> None:
+        """Look at the way to a place of the chart, or at that to the top-goal."""
+        tokens = None if place is None else (place_token(place),)
+        self.focus = Focus(tokens, self.focus.heat)
+
+    def show_heat(self, shown: bool) -> None:  # noqa: FBT001 - a switch
+        """Show the cost to go from every known place, or not."""
+        self.focus = Focus(self.focus.goal, shown)
+
+    def acknowledge(self, alarm: int | None = None) -> str:
+        """Acknowledge an alarm, or all."""
+        count = self._alarms.acknowledge(alarm)
+        if count and not self._alarms.left and self._exercise is not None:
+            self._exercise.acknowledged()
+        return f"{count} acknowledged" if count else "not acknowledged: no alarm stands"
+
+    def read(self) -> None:
+        """Somebody reads what happened meanwhile."""
+        if self._exercise is not None:
+            self._exercise.read()
+
+
+def _text(act: Act) -> str:
+    order = order_of(act)
+    return "giving up what is held" if order is None else order_text(order)

@@ -199,7 +199,7 @@ def _link_or_ground_line(entry: LogEntry) -> EventLine | None:
         case EventLearned(event=Event(what=CommandReached(why=None))):
             return None  # of one that is done, or begins, the order and the move say enough
         case EventLearned(event=event):
-            text = f"learns of {time_text(event.time_ns)}: {_happening(event.what)}"
+            text = f"learns of {time_text(event.time_ns)}: {happening_text(event.what)}"
             return EventLine(t_ns, Role.GROUND, text)
         case Silence(silent=silent, expected=expected):
             text = "hears nothing from the rover" if silent or expected else "hears the rover"
@@ -348,7 +348,8 @@ def _forced(*, force: bool) -> str:
     return ", forced" if force else ""
 
 
-def _happening(what: Happening) -> str:
+def happening_text(what: Happening) -> str:
+    """What happened on board, for people, such as `goal at:A reached`; not yet fit for a line."""
     match what:
         case ModeChanged(mode=mode, why=why):
             text = f"mode {mode}: {why}"

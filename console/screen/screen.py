@@ -102,12 +102,12 @@ class MapView(msgspec.Struct, frozen=True, omit_defaults=True):
         heard_stale: whether something newer was due.
         now: where the rover is now, as predicted.
         after: the same after each command on its way, in order.
-        track: places where it was heard to be of late, oldest first; the amount is how long ago (s).
+        track: places where it was heard to be of late, oldest first; the amount is its age (s).
         committed: the places that the commands on their way lead through, most probably, in order.
         policy: the policy path in focus, each with the cost to go; empty without one.
         policy_label: such as `to B: 24.1 s to go, as planned 83 %`.
         goals: the goals that are places.
-        heat: the cost to go from every known place, where it is asked for.
+        heat: the cost to go from every known place, where asked for.
     """
 
     heard: Pose | None = None

@@ -17,6 +17,8 @@ from farside.logs.result import Outcome, RunResult
 from farside.node import to_s
 
 _SCRIPTS = (
+    "shapes.js",
+    "yard.js",
     "time.js",
     "draw.js",
     "views.js",

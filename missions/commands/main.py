@@ -18,6 +18,7 @@ from typer.core import TyperGroup
 
 from farside.escaping import printable
 from farside.missions.commands import failures
+from farside.missions.commands.console.console import open_console
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.formats import list_missions, show_schema
 from farside.missions.commands.live.address import Listen, Live, Port, address_of, live_speed
@@ -51,6 +52,7 @@ _HELP = """Simulate rover missions over delayed, lossy links.
 \b
 farside missions                 what ships
 farside run blackout             run one, and leave a log
+farside console blackout         run it with you at the ground station
 farside info LOG                 how it went
 farside replay LOG               watch it again
 """
@@ -281,6 +283,7 @@ def check(mission: Mission, set_: Set = None) -> None:
     )
 
 
+app.command("console", epilog=_STATUS)(open_console)
 app.command("replay")(replay_log)
 app.command("info")(show_information)
 app.command("recover")(recover_log)

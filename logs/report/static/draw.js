@@ -1,40 +1,5 @@
 // Drawing. Text from the log is only ever set as text, never as markup.
 
-const SVG = "http://www.w3.org/2000/svg";
-
-function svg(name, attributes = {}, ...children) {
-  const node = document.createElementNS(SVG, name);
-  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
-  node.append(...children);
-  return node;
-}
-
-function html(name, attributes = {}, ...children) {
-  const node = document.createElement(name);
-  for (const [key, value] of Object.entries(attributes)) node.setAttribute(key, value);
-  node.append(...children);
-  return node;
-}
-
-const byId = (id) => document.getElementById(id);
-const px = (value) => Math.round(value * 10) / 10;
-
-function text(x, y, words, attributes = {}) {
-  return svg("text", { x: px(x), y: px(y), ...attributes }, words);
-}
-
-let measuring = null;
-const widths = new Map();
-function widthOf(words) {
-  if (!widths.has(words)) {
-    measuring ??= document.createElement("canvas").getContext("2d");
-    measuring.font = "14px system-ui, sans-serif";
-    if (widths.size > 5000) widths.clear();
-    widths.set(words, measuring.measureText(words).width);
-  }
-  return widths.get(words);
-}
-
 // Patterns: what colour says, they say too.
 function patterns() {
   const of = (id, size, ...shapes) =>

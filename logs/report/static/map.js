@@ -14,26 +14,7 @@ function drawMap() {
   };
   root.setAttribute("viewBox", `0 0 ${px(size.x)} ${px(size.y)}`);
   const on = { view, chart, cell, at, middle, size };
-  root.replaceChildren(ground(on), ...tracksOn(on), ...bumpsOn(on), ...goalsOn(on), ...roversOn(on));
-}
-
-function ground({ view, chart, cell, size }) {
-  const d = { wall: "", rock: "", shade: "", place: "" };
-  const names = [];
-  view.rows.forEach((row, line) => [...row].forEach((character, east) => {
-    const x = px(east * cell), y = px(line * cell), side = px(cell);
-    const box = `M${x} ${y}h${side}v${side}h${-side}z`;
-    if (character === "#") d.wall += box;
-    else if (character === "o") d.rock += `M${px((east + 0.15) * cell)} ${px((line + 0.5) * cell)}a${px(cell * 0.35)} ${px(cell * 0.35)} 0 1 0 ${px(cell * 0.7)} 0a${px(cell * 0.35)} ${px(cell * 0.35)} 0 1 0 ${px(-cell * 0.7)} 0`;
-    else {
-      if (cell >= 8) d.place += box;
-      if (character === "~") d.shade += box;
-      if (character !== "." && character !== "~" && cell >= 9) {
-        names.push(text((east + 0.16) * cell, (line + 0.16) * cell + 11, character, { class: "big halo" }));
-      }
-    }
-  }));
-  return svg("g", {}, ...Object.entries(d).map(([cls, path]) => svg("path", { d: path, class: cls })), ...names);
+  root.replaceChildren(yardOf(view.rows, cell), ...tracksOn(on), ...bumpsOn(on), ...goalsOn(on), ...roversOn(on));
 }
 
 // The track as runs of one mode: before the cursor, and faintly after it.

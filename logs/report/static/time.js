@@ -1,23 +1,11 @@
 // Time: the part of the run that is on the screen, its scale, and how times are written.
 
-const NICE_S = [0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10, 15, 30, 60, 120, 300, 600, 900, 1800,
-  3600, 7200, 10800, 21600, 43200, 86400, 172800, 432000, 864000];
-
 const state = { side: "so", t: 0, from: 0, to: 1, until: 1 };
 
 // As in logs and mission files: tenths of a second, rounded down.
 function seconds(t) {
   const tenths = Math.floor(t / 100);
   return `${Math.floor(tenths / 10)}.${tenths % 10} s`;
-}
-
-function clock(t, digits = 0) {
-  const unit = 10 ** digits;
-  const whole = Math.floor(t / 1000 * unit + 1e-6);
-  const s = Math.floor(whole / unit);
-  const two = (n) => String(n).padStart(2, "0");
-  const part = digits ? "." + String(whole % unit).padStart(digits, "0") : "";
-  return `${Math.floor(s / 3600)}:${two(Math.floor(s / 60) % 60)}:${two(s % 60)}${part}`;
 }
 
 function duration(t) {

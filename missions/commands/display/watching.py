@@ -6,7 +6,7 @@ import threading
 import time
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import ClassVar
+from typing import ClassVar, Protocol
 
 from textual.binding import BindingType
 
@@ -101,15 +101,27 @@ class Gate(Watcher):
             self._beside.wait(roles, waited_s)
 
 
+class Holder(Protocol):
+    """What holds a run back.
+
+    Attributes:
+        log: the log that is written; `None` until something is.
+        said: what it waits for, in words.
+    """
+
+    log: Path | None
+    said: str
+
+
 class RunInThread:
     """A run in a thread of its own, so that the terminal has the main one.
 
     Args:
-        run: runs the mission, under the eyes of the gate.
+        run: runs the mission, under the eyes of what holds it.
         gate: what holds it.
     """
 
-    def __init__(self, run: Callable[[], FinishedRun], gate: Gate) -> None:
+    def __init__(self, run: Callable[[], FinishedRun], gate: Holder) -> None:
         self._run, self._gate = run, gate
         self._finished: FinishedRun | None = None
         self._error: BaseException | None = None

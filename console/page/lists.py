@@ -1,0 +1,197 @@
+"""The lists: commands on the way, goals, events and alarms."""
+
+from collections.abc import Callable
+
+from nicegui import ui
+
+from farside.console.page.hand import Press, What
+from farside.console.page.parts import Facts, Rows, Words, clock, left, toned
+from farside.console.screen.screen import AlarmRow, CommandRow, EventRow, GoalRow, Screen
+from farside.places import is_place_token, place_name
+
+Presses = Callable[[Press], None]
+
+
+def _small(text: str, told: str, press: Callable[[], None]) -> ui.button:
+    button = ui.button(text, color=None, on_click=press).props("no-caps dense").classes("small")
+    button.props["aria-label"] = told
+    return button
+
+
+class _Command:
+    """A command on its way, or what is held."""
+
+    def __init__(self, press: Presses, row: CommandRow) -> None:
+        if row.held is not None:
+            order, button = Press(What.DISCARD, number=row.held), "discard ✕"
+        else:
+            order, button = Press(What.TAKE_BACK, number=row.number), "take back ✕"
+        with ui.element("div").classes("command") as self.root:
+            ui.label(str(row.number or "–")).classes("number")
+            with ui.element("div").classes("what"):
+                self._text = ui.label().classes("text")
+                self._words = Words("soft")
+            self._until = Words("until")
+            self._back = _small(
+                button, f"{button[:-2]}: {row.number or ''} {row.text}", lambda: press(order)
+            )
+
+    def show(self, item: CommandRow, now_ns: int) -> None:
+        self._text.set_text(item.text)
+        words = list(item.words)
+        if item.begins_ns is not None and item.begins_ns > now_ns:
+            words.append(f"begins in {left(item.begins_ns, now_ns)}")
+        if item.seen_ns is not None and item.seen_ns > now_ns:
+            words.append(f"seen in {left(item.seen_ns, now_ns)}")
+        self._words.say(" · ".join(words))
+        until = item.take_back_until_ns
+        self._until.say(
+            f"{left(until, now_ns)} left" if until is not None and until > now_ns else ""
+        )
+        self._back.set_visibility(item.can_take_back or item.held is not None)
+        toned(self.root, item.tone)
+        self.root.classes(add="over" if item.is_over else "", remove="" if item.is_over else "over")
+
+
+class _Goal:
+    """A goal that can be withdrawn."""
+
+    def __init__(self, press: Presses, row: GoalRow) -> None:
+        place = next(map(place_name, filter(is_place_token, row.tokens)), "")
+        with ui.element("span").classes("goal-row") as self.root:
+            self._text = ui.label()
+            _small(
+                "✕",
+                f"withdraw the goal {row.text}",
+                lambda: press(Press(What.WITHDRAW, tokens=row.tokens)),
+            )
+        self.root.on("mouseenter", lambda: press(Press(What.LOOK, place)), args=[])
+        self.root.on("mouseleave", lambda: press(Press(What.LOOK)), args=[])
+
+    def show(self, item: GoalRow, _: int) -> None:
+        self._text.set_text(item.text)
+        toned(self.root, item.tone)
+
+
+class _Event:
+    """Something that happened."""
+
+    def __init__(self, row: EventRow) -> None:
+        with ui.element("div").classes("event") as self.root:
+            ui.label(f"{clock(row.so_ns)} so").classes("soft")
+            ui.label(f"{clock(row.learned_ns)} learned").classes("soft")
+            ui.label(row.text)
+        toned(self.root, row.tone)
+
+    def show(self, item: EventRow, _: int) -> None:
+        """An event stays as it is."""
+
+
+class _Alarm:
+    """An alarm that stays until it is acknowledged."""
+
+    def __init__(self, press: Presses, row: AlarmRow) -> None:
+        with ui.element("div").classes("alarm") as self.root:
+            self._text = ui.label().classes("text")
+            self._times = ui.label().classes("soft")
+            self._button = _small(
+                "ack.",
+                f"acknowledge: {row.text}",
+                lambda: press(Press(What.ACKNOWLEDGE, number=row.number)),
+            )
+
+    def show(self, item: AlarmRow, _: int) -> None:
+        self._text.set_text(item.text + (f" ({item.count} times)" if item.count > 1 else ""))
+        self._times.set_text(f"{clock(item.so_ns)} so, {clock(item.learned_ns)} learned")
+        self._button.set_visibility(not item.acknowledged)
+        toned(self.root, item.tone)
+
+
+class Way:
+    """ON THE WAY: every command, and whether it can still be taken back."""
+
+    def __init__(self, press: Presses) -> None:
+        with ui.element("section").classes("way-block").props('aria-label="on the way"'):
+            ui.label("ON THE WAY").classes("head")
+            self._rows = Rows[CommandRow](
+                lambda row: (row.number, row.held, row.text if row.held else None),
+                lambda row: _Command(press, row),
+                label="commands",
+                empty="nothing is on the way",
+            )
+
+    def show(self, screen: Screen) -> None:
+        """Show what is so now."""
+        self._rows.show(screen.commands, screen.now_ns)
+
+
+class Blocks:
+    """GOALS, ROVER, MODEL, FAILSAFE and LINK."""
+
+    def __init__(self, press: Presses, asks_goal: Callable[[], None]) -> None:
+        with ui.element("section").classes("blocks").props('aria-label="rover and link"'):
+            ui.label("GOALS").classes("head")
+            with ui.element("div").classes("goals"):
+                self._goals = Rows[GoalRow](
+                    lambda row: row.tokens,
+                    lambda row: _Goal(press, row),
+                    label="goals",
+                    empty="none",
+                )
+                _small("+ goal", "set a goal at a place", asks_goal)
+            self._facts = {}
+            for name in ("rover", "model", "failsafe", "link"):
+                ui.label(name.upper()).classes("head")
+                self._facts[name] = Facts()
+
+    def show(self, screen: Screen) -> None:
+        """Show what is so now."""
+        self._goals.show(screen.goals, screen.now_ns)
+        self._facts["rover"].show(screen.rover)
+        self._facts["model"].show(screen.model)
+        self._facts["failsafe"].show(screen.failsafe)
+        self._facts["link"].show(screen.link)
+
+
+class Foot:
+    """Events, newest first, and alarms."""
+
+    def __init__(self, press: Presses, asks_meanwhile: Callable[[], None]) -> None:
+        self._all = False
+        with ui.element("footer"):
+            with ui.element("section").classes("events").props('aria-label="events"'):
+                self._events = Rows[EventRow](
+                    lambda row: row.number,
+                    _Event,
+                    label="events, newest first",
+                    empty="nothing has happened",
+                )
+            with ui.element("section").classes("alarms").props('aria-label="alarms"'):
+                with ui.element("div").classes("head"):
+                    self._count = ui.label()
+                    _small(
+                        "ack. all (X)",
+                        "acknowledge all alarms",
+                        lambda: press(Press(What.ACKNOWLEDGE)),
+                    )
+                    ui.switch(
+                        "all events", on_change=lambda event: self._show_all(all_=event.value)
+                    ).props("dense")
+                    self.meanwhile = _small("meanwhile", "what it did meanwhile", asks_meanwhile)
+                self._alarms = Rows[AlarmRow](
+                    lambda row: row.number,
+                    lambda row: _Alarm(press, row),
+                    label="alarms",
+                    empty="none",
+                )
+
+    def _show_all(self, *, all_: bool) -> None:
+        self._all = all_
+
+    def show(self, screen: Screen) -> None:
+        """Show what is so now."""
+        shown = [row for row in screen.events if self._all or not row.routine]
+        self._events.show(shown, screen.now_ns)
+        self._alarms.show(screen.alarms, screen.now_ns)
+        count = sum(not row.acknowledged for row in screen.alarms)
+        self._count.set_text(f"ALARMS {count}")

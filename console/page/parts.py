@@ -1,0 +1,143 @@
+"""Parts that the page is made of: values with their tone, and lists that keep their rows in place."""
+
+from collections.abc import Callable, Hashable, Iterable, Sequence
+from typing import Generic, Protocol, TypeVar
+
+from nicegui import ui
+
+from farside.console.screen.screen import Said, Tone
+from farside.node import to_s
+
+Item_contra = TypeVar("Item_contra", contravariant=True)
+Item = TypeVar("Item")
+_TONES = tuple(Tone)
+
+
+def clock(now_ns: int) -> str:
+    """A time of the mission, such as `0:10:31.2`, rounded down."""
+    tenths = now_ns // 100_000_000
+    seconds = tenths // 10
+    return f"{seconds // 3600}:{seconds // 60 % 60:02}:{seconds % 60:02}.{tenths % 10}"
+
+
+def left(until_ns: int, now_ns: int) -> str:
+    """The time left, such as `2.9 s` or `5:07`; never below zero."""
+    seconds = max(0.0, to_s(until_ns - now_ns))
+    if seconds < 100:
+        return f"{int(seconds * 10) / 10:.1f} s"
+    return f"{int(seconds) // 60}:{int(seconds) % 60:02}"
+
+
+def toned(element: ui.element, tone: Tone, *, stale: bool = False) -> None:
+    """Draw an element in a tone: colour, and a mark before it that says the same."""
+    others = [f"tone-{other}" for other in _TONES if other is not tone]
+    element.classes(
+        add=f"tone-{tone}{' stale' if stale else ''}",
+        remove=" ".join(others if stale else [*others, "stale"]),
+    )
+
+
+class Words:
+    """A text on the page that is sent only when it changes."""
+
+    def __init__(self, classes: str = "", text: str = "") -> None:
+        self.label = ui.label(text).classes(classes)
+        self._is_shown = True
+
+    def say(self, text: str) -> None:
+        """Set the text; without one it takes no room."""
+        self.label.set_text(text)
+        if bool(text) != self._is_shown:
+            self._is_shown = bool(text)
+            self.label.set_visibility(self._is_shown)
+
+
+class Facts:
+    """Values in a line, each with its name."""
+
+    def __init__(self, classes: str = "") -> None:
+        self._root = ui.element("div").classes(f"facts {classes}")
+        self._shown: list[tuple[ui.element, ui.label, ui.label]] = []
+        self._said: list[Said | None] = []
+
+    def show(self, said: Sequence[Said]) -> None:
+        """Show these values."""
+        while len(self._shown) < len(said):
+            with self._root, ui.element("span").classes("fact") as fact:
+                self._shown.append((fact, ui.label().classes("name"), ui.label().classes("value")))
+            self._said.append(None)
+        for index, (fact, name, value) in enumerate(self._shown):
+            new = said[index] if index < len(said) else None
+            if new == self._said[index]:
+                continue
+            self._said[index] = new
+            fact.set_visibility(new is not None)
+            if new is not None:
+                name.set_text(new.name)
+                name.set_visibility(bool(new.name))
+                value.set_text(new.text)
+                toned(fact, new.tone, stale=new.stale)
+
+
+class Row(Protocol[Item_contra]):
+    """A row of a list."""
+
+    root: ui.element
+
+    def show(self, item: Item_contra, now_ns: int, /) -> None:
+        """Show what is so of its item now."""
+
+
+class Rows(Generic[Item]):
+    """A list that grows away from the pointer: while the pointer is in it, no row comes or goes.
+
+    Args:
+        key: what an item is told apart by.
+        make: makes the row of an item.
+        empty: what stands there without any.
+        label: what the list is, for a screen reader.
+    """
+
+    def __init__(
+        self,
+        key: Callable[[Item], Hashable],
+        make: Callable[[Item], Row[Item]],
+        *,
+        label: str,
+        empty: str = "",
+    ) -> None:
+        self._key, self._make = key, make
+        self._rows: dict[Hashable, Row[Item]] = {}
+        self._is_held = False
+        self.root = ui.element("div").classes("rows").props(f'role=list aria-label="{label}"')
+        self.root.on("mouseenter", lambda: self._hold(held=True), args=[])
+        self.root.on("mouseleave", lambda: self._hold(held=False), args=[])
+        with self.root:
+            self._empty = ui.label(empty).classes("soft")
+
+    def _hold(self, *, held: bool) -> None:
+        self._is_held = held
+
+    def show(self, items: Iterable[Item], now_ns: int) -> None:
+        """Show these, the first above."""
+        new = {self._key(item): item for item in items}
+        if not self._is_held and list(new) != list(self._rows):
+            self._arrange(new)
+        for key, row in self._rows.items():
+            if key in new:
+                row.show(new[key], now_ns)
+
+    def _arrange(self, new: dict[Hashable, Item]) -> None:
+        for key in [key for key in self._rows if key not in new]:
+            self._rows.pop(key).root.delete()
+        for index, (key, item) in enumerate(new.items()):
+            if key not in self._rows:
+                with self.root:
+                    self._rows[key] = self._make(item)
+                self._rows[key].root.props("role=listitem").move(self.root, target_index=index + 1)
+        if list(self._rows) != list(new):
+            self._rows = {key: self._rows[key] for key in new}
+            for index, row in enumerate(self._rows.values()):
+                if self.root.default_slot.children.index(row.root) != index + 1:
+                    row.root.move(self.root, target_index=index + 1)
+        self._empty.set_visibility(not new)

@@ -1,0 +1,1 @@
+"""The command `farside console`: a run with a person at the ground station."""
