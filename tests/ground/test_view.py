@@ -1,284 +1,39 @@
-"""What a person at the ground can know: options, goals, failsafe, and what will happen anyway."""
+"""What a person at the ground can know: proposal, goals, failsafe, and what will happen anyway."""
 
 from collections.abc import Sequence
 
 import msgspec
 import numpy as np
 import pytest
+from view_stand import CORRIDOR, Stand, option, proposal, stand_at
 
 from farside.acts import Act
 from farside.control import (
     BatteryState,
-    CommandStage,
     Failsafe,
     Mode,
     OnLoss,
 )
 from farside.dem import DynamicExpectancyModel, Parameters, ShadowModel
 from farside.frames import OutageReason
-from farside.ground.downlink import DownlinkPlan, GroundSilence
-from farside.ground.moves import MoveTimes
-from farside.ground.outlook import Outlook
-from farside.ground.shadow import Shadow
-from farside.ground.view.knowledge import Sources
-from farside.ground.view.looking import look
-from farside.ground.view.memory import Memory
-from farside.ground.view.view import Focus, GoalSource, GroundView, Option, OptionKind
-from farside.link import LinkConfig, LinkTerms, OneWay
+from farside.ground.view.view import Focus, GoalSource, OptionKind
+from farside.link import LinkConfig, OneWay
 from farside.link.profile.config import Blackout
 from farside.messages import (
     Approve,
     BatteryChanged,
-    CommandReached,
     Drive,
-    Event,
     FailsafeChanged,
     Happening,
     ModelUpdate,
-    Proposal,
     SetGoal,
-    SetMode,
     SetOnLoss,
-    StuckChanged,
-    Telemetry,
     Veto,
     WithdrawGoal,
 )
-from farside.node import Direction, Frame, Journal, to_ns
-from farside.places import ACTIONS, Chart
-from tests.ground.conftest import MOVES, ROVER, make_belief, make_desk, telemetry
-
-LINK = LinkConfig(up=OneWay(delay_s=1.0), down=OneWay(delay_s=1.0))
-YARD = Chart(("######", "#.~.o#", "#A..B#", "######"), 1.0)
-CORRIDOR = ("A", "2,1", "3,1", "B")
-
-
-def driven(*bumps: str) -> ShadowModel:
-    """The shadow of a model that was driven along the corridor, and bumped at A these ways."""
-    model = DynamicExpectancyModel(
-        dict.fromkeys(ACTIONS, 1.0), Parameters(), rng=np.random.default_rng(1)
-    )
-    model.record_changes()
-    model.sense(["at:A"])
-    for _ in range(4):
-        for action, places in (("E", CORRIDOR[1:]), ("W", CORRIDOR[-2::-1])):
-            for place in places:
-                model.perform(action)
-                model.sense([f"at:{place}"])
-    for action in bumps:
-        model.perform(action)
-        model.sense(["at:A"])
-    shadow = ShadowModel(dict.fromkeys(ACTIONS, 1.0), Parameters())
-    shadow.apply(model.take_delta())
-    return shadow
-
-
-class Stand:
-    """A ground that was told this, at 10 s of light time 1 s, and gave these acts."""
-
-    def __init__(
-        self, *heard: Telemetry, model: ShadowModel | None = None, link: LinkConfig = LINK
-    ) -> None:
-        terms = LinkTerms.simulated(link, seed=1)
-        self.now_ns = to_ns(10.0)
-        self.belief, self.desk = make_belief(link), make_desk(link, valid_ns=to_ns(60.0))
-        self.memory, plan, times = Memory(terms.schedule), DownlinkPlan(terms), MoveTimes(MOVES)
-        self.silence = GroundSilence(plan, to_ns(6.0), to_ns(1.0))
-        shadow = Shadow(model or driven(), Journal())
-        outlook = Outlook(
-            self.belief,
-            self.desk,
-            self.silence,
-            shadow=shadow,
-            times=times,
-            alone_after_ns=ROVER.alone_after_ns,
-        )
-        self.sources = Sources(
-            self.belief,
-            self.desk,
-            self.silence,
-            outlook,
-            self.memory,
-            shadow=shadow,
-            plan=plan,
-            schedule=terms.schedule,
-            rover=ROVER,
-            chart=YARD,
-        )
-        for message in heard:
-            self.belief.learn(message, self.now_ns)
-            self.desk.learn(message, self.now_ns)
-        if heard:
-            self.belief.heard_ns = self.now_ns
-        self.silence.look(self.belief.heard_ns, self.now_ns)
-        heartbeat = Frame(Direction.UP, 0, self.now_ns, bytes(20))
-        self.memory.send([heartbeat])
-
-    def tell(self, *happened: Happening, at_s: float = 9.0) -> "Stand":
-        for number, what in enumerate(happened, start=self.belief.last_event + 1):
-            event = Event(number, to_ns(at_s), what)
-            self.belief.tell(event, self.now_ns)
-            self.memory.tell(event)
-            if isinstance(what, CommandReached):
-                self.desk.learn_stage(what, to_ns(at_s), self.now_ns)
-        return self
-
-    def give(self, *acts: Act) -> "Stand":
-        for act in acts:
-            self.memory.give(act)
-            self.desk.give(act, self.now_ns)
-        return self
-
-    def propose(self, proposal: Proposal) -> "Stand":
-        self.belief.consider(proposal)
-        self.memory.show(proposal.number, self.now_ns)
-        return self
-
-    def view(self, focus: Focus | None = None, after_s: float = 0.0) -> GroundView:
-        now_ns = self.now_ns + to_ns(after_s)
-        self.silence.look(self.belief.heard_ns, now_ns)
-        return look(self.sources, focus or Focus(), now_ns, now_ns)
-
-
-def option(view: GroundView, action: str) -> Option:
-    return next(option for option in view.options if option.action == action)
-
-
-def stand_at(place: str, *bumps: str, **changes: object) -> Stand:
-    return Stand(telemetry(9.0, place, **changes), model=driven(*bumps))
-
-
-def proposal(action: str = "E", veto_window_s: float | None = None) -> Proposal:
-    return Proposal(14, to_ns(9.5), ("at:B",), action, (), veto_window_s)
-
-
-# --- options ---------------------------------------------------------------------------------
-
-
-def test_every_action_has_an_option_in_the_order_of_the_list() -> None:
-    assert [one.action for one in stand_at("A").view().options] == list(ACTIONS)
-
-
-def test_a_move_that_leads_on_is_free_and_says_where_to() -> None:
-    found = option(stand_at("A").view(), "E")
-    assert (found.kind, found.severity, found.why) == (OptionKind.FREE, 0.0, ())
-    assert found.likely[0].sign == ("at:2,1",)
-    assert found.likely[0].probability > 0.9
-
-
-@pytest.mark.parametrize(
-    ("place", "action", "kind", "why"),
-    [
-        ("A", "S", OptionKind.INVALID, "a wall is there on the chart"),
-        ("B", "N", OptionKind.INVALID, "a rock is there on the chart"),
-        ("A", "N", OptionKind.FREE, "not tried here yet"),
-        ("2,1", "N", OptionKind.PROBLEMATIC, "leads out of coverage"),
-    ],
-)
-def test_what_the_model_does_not_know_the_chart_does(
-    place: str, action: str, kind: OptionKind, why: str
-) -> None:
-    found = option(stand_at(place).view(), action)
-    assert (found.kind, found.why) == (kind, (why,))
-
-
-def test_a_rover_with_an_empty_model_can_be_driven() -> None:
-    empty = ShadowModel(dict.fromkeys(ACTIONS, 1.0), Parameters())
-    view = Stand(telemetry(9.0, "A"), model=empty).view()
-    assert {one.action for one in view.options if one.kind is OptionKind.FREE} == {"N", "E"}
-
-
-def test_a_wall_that_was_met_is_invalid_though_the_chart_has_none() -> None:
-    found = option(stand_at("A", "N", "N").view(), "N")
-    assert (found.kind, found.severity, found.why) == (
-        OptionKind.INVALID,
-        1.0,
-        ("a wall was met here",),
-    )
-
-
-def test_a_way_that_was_blocked_and_was_free_is_problematic() -> None:
-    found = option(stand_at("A", "E").view(), "E")
-    assert found.kind is OptionKind.PROBLEMATIC
-    assert found.why[0].startswith("blocked here before (")
-    assert 0 < found.severity < 0.5
-
-
-def test_an_option_begins_where_what_is_on_its_way_leads() -> None:
-    view = stand_at("A").give(Drive("E"), Drive("E"), Drive("E")).view()
-    assert view.start[0].sign == ("at:B",)
-    assert option(view, "N").why == ("a rock is there on the chart",)
-    back = option(view, "W")
-    assert (back.kind, back.why) == (
-        OptionKind.PROBLEMATIC,
-        ("command 3, on its way, goes E",),
-    )
-
-
-def test_a_mode_on_its_way_speaks_against_driving() -> None:
-    found = option(stand_at("A").give(SetMode(Mode.SHARED)).view(), "E")
-    assert found.why == ("command 1, on its way, brings mode shared",)
-
-
-@pytest.mark.parametrize(
-    ("happened", "kind", "why"),
-    [
-        ([BatteryChanged(BatteryState.FLAT, 0.0)], OptionKind.INVALID, "the battery is flat"),
-        (
-            [FailsafeChanged(Failsafe.SAFE, "the rover tilts too much", 0)],
-            OptionKind.INVALID,
-            "the rover tilts too much",
-        ),
-        (
-            [FailsafeChanged(Failsafe.SAFE, "the rover is stuck", 0), StuckChanged(True, 10)],
-            OptionKind.PROBLEMATIC,
-            "the rover is stuck",
-        ),
-    ],
-)
-def test_what_is_wrong_with_the_rover_speaks_against_every_action(
-    happened: Sequence[Happening], kind: OptionKind, why: str
-) -> None:
-    found = option(stand_at("A").tell(*happened, at_s=9.5).view(), "E")
-    assert (found.kind, found.why) == (kind, (why,))
-
-
-@pytest.mark.parametrize(
-    ("stage", "why"),
-    [
-        (CommandStage.FAILED, "blocked here just now"),
-        (CommandStage.REFUSED, "refused here just now: too little charge"),
-    ],
-)
-def test_what_the_gate_would_refuse_again_is_invalid(stage: CommandStage, why: str) -> None:
-    stand = stand_at("A").give(Drive("E"))
-    stand.tell(CommandReached(1, stage, "too little charge"), at_s=9.5)
-    found = option(stand.view(), "E")
-    assert (found.kind, found.why) == (OptionKind.INVALID, (why,))
-
-
-def test_what_may_leave_too_little_charge_for_the_way_to_the_dock_is_problematic() -> None:
-    model = DynamicExpectancyModel(
-        dict.fromkeys(ACTIONS, 2.0), Parameters(), rng=np.random.default_rng(1)
-    )
-    model.record_changes()
-    dock, rest = (
-        ["at:D", "on_charge"],
-        ["at:2,1"],
-    )
-    model.sense(dock)
-    for _ in range(6):
-        for action, tokens in (("E", rest), ("E", ["at:3,1"]), ("W", rest), ("W", dock)):
-            model.perform(action)
-            model.sense(tokens)
-    shadow = ShadowModel(dict.fromkeys(ACTIONS, 2.0), Parameters())
-    shadow.apply(model.take_delta())
-    for battery, kind in ((1.0, OptionKind.FREE), (0.002, OptionKind.PROBLEMATIC)):
-        stand = Stand(telemetry(9.0, "2,1", battery=battery), model=shadow)
-        stand.sources = stand.sources._replace(chart=Chart(("#####", "#D..#", "#####"), 1.0))
-        assert option(stand.view(), "E").kind is kind
-        assert option(stand.view(), "W").kind is OptionKind.FREE, "it leads there"
-
+from farside.node import to_ns
+from farside.places import ACTIONS
+from tests.ground.conftest import telemetry
 
 # --- the proposal ----------------------------------------------------------------------------
 
