@@ -36,6 +36,10 @@ def if_nothing(
         said = f"nothing has been heard of the rover yet: it {said.removeprefix('the rover ')}"
     elif silence.state.expected:
         said = f"nothing is heard, as planned: {said}"
+    held = sum(len(one.acts) for one in known.sources.desk.held.values())
+    if held:
+        orders = "the order" if held == 1 else f"the {held} orders"
+        said = f"{said}; {orders} held here will be sent once the link is up"
     return said
 
 
@@ -81,6 +85,7 @@ def _before(known: Knowledge) -> Iterator[str]:
     orders = [
         f"{one.command.number} ({one.action})" if one.action else f"{one.command.number}"
         for one in known.coming
+        if one.command.expires_ns >= known.now_ns  # else it has begun, or never will
     ]
     if len(orders) == 1:
         yield f"carries out command {orders[0]}"

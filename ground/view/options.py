@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator
 from typing import NamedTuple
 
-from farside.control import CommandStage, Failsafe
+from farside.control import CommandStage, Failsafe, Mode
 from farside.ground.commands.life import Life
 from farside.ground.foresight import Outcome
 from farside.ground.view.knowledge import Knowledge, sign_words
@@ -58,6 +58,8 @@ def _option(known: Knowledge, action: str) -> Option:
         kind = OptionKind.FREE
         if not outcomes and place is not None and known.sources.shadow is not None:
             why.append("not tried here yet")
+    if known.mode_then is Mode.AUTONOMOUS and kind is not OptionKind.INVALID:
+        why.append("you take over by it: the mode will be guided")
     likely = tuple(Likely((one.place,), round(one.probability, 4)) for one in outcomes)
     unknown = max(0.0, round(1 - sum(one.probability for one in likely), 4))
     return Option(action, kind, round(severity, 3), tuple(why), likely, unknown)

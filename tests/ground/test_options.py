@@ -89,6 +89,14 @@ def test_an_option_begins_where_what_is_on_its_way_leads() -> None:
     )
 
 
+def test_an_order_in_autonomous_mode_says_that_it_takes_over() -> None:
+    found = option(stand_at("A", mode=Mode.AUTONOMOUS).view(), "E")
+    assert (found.kind, found.why) == (
+        OptionKind.FREE,
+        ("you take over by it: the mode will be guided",),
+    )
+
+
 def test_a_mode_on_its_way_speaks_against_driving() -> None:
     found = option(stand_at("A").give(SetMode(Mode.SHARED)).view(), "E")
     assert found.why == ("command 1, on its way, brings mode shared",)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from view_stand import CORRIDOR, Stand, option, proposal, stand_at
 
-from farside.acts import Act
+from farside.acts import Act, Planned
 from farside.control import (
     BatteryState,
     Failsafe,
@@ -31,7 +31,7 @@ from farside.messages import (
     Veto,
     WithdrawGoal,
 )
-from farside.node import to_ns
+from farside.node import NS_PER_S, to_ns
 from farside.places import ACTIONS
 from tests.ground.conftest import telemetry
 
@@ -180,6 +180,25 @@ def test_if_the_operator_does_nothing_while_something_is_wrong(
 ) -> None:
     stand = stand_at("A", mode=Mode.AUTONOMOUS, goals=(B,), alone_goals=(B,))
     assert stand.tell(happened, at_s=9.5).view().if_nothing == f"the rover {sentence}"
+
+
+def test_what_is_held_here_goes_out_by_itself() -> None:
+    closed = Blackout(start_s=5.0, end_s=112.0, reason=OutageReason.PASS)
+    link = LinkConfig(up=OneWay(delay_s=1.0), down=OneWay(delay_s=1.0), blackouts=(closed,))
+    stand = Stand(telemetry(4.0, "A"), link=link).give(Planned(Drive("E"), link_up=True))
+    assert stand.view().if_nothing == (
+        "the rover stands and waits for your orders; "
+        "the order held here will be sent once the link is up"
+    )
+
+
+def test_what_has_expired_is_not_carried_out() -> None:
+    stand = stand_at("A").give(Drive("E"))
+    expires_ns = stand.desk.live[0].command.expires_ns
+    for after_ns, said in ((0, "carries out command 1 (E), then"), (1, "stands")):
+        stand.belief.heard_ns = expires_ns + after_ns
+        after_s = (expires_ns + after_ns - stand.now_ns) / NS_PER_S
+        assert stand.view(after_s=after_s).if_nothing.startswith(f"the rover {said}")
 
 
 def test_before_anything_is_heard_nothing_is_claimed() -> None:
