@@ -12,11 +12,15 @@ class Source(Protocol):
     """What a player plays: a `LogFile`, whole, as the ground had it, or still growing.
 
     Attributes:
-        end_ns: log time up to which every record is there. It may grow, and nothing comes later
-            with a time up to it.
+        end_ns: where it ends; it may grow.
     """
 
     end_ns: int
+
+    @property
+    def there_until_ns(self) -> int:
+        """Log time up to which every record is there: nothing comes later with a time up to it."""
+        ...
 
     def records(
         self, topics: Collection[Topic[Any]] | None = None, *, start_ns: int = 0, end_ns: int = ...
@@ -168,7 +172,7 @@ class Player:
             self._pass(wall_s)
         jumped, self._jumped = self._jumped, False
         if jumped:
-            self._read_from(self.now_ns + 1)
+            self._read_from(min(self.now_ns, self.log.there_until_ns) + 1)
         return Played(jumped, self._due(self.now_ns))
 
     def _pass(self, wall_s: float) -> None:
@@ -207,7 +211,7 @@ class Player:
     # --- what is due ---------------------------------------------------------------------------
 
     def _read_from(self, start_ns: int) -> None:
-        self._read_to_ns = self.log.end_ns
+        self._read_to_ns = self.log.there_until_ns
         self._coming = self.log.records(self._topics, start_ns=start_ns, end_ns=self._read_to_ns)
         self._next: Record | None = None
 
@@ -215,7 +219,7 @@ class Player:
         """The next record, if it is due by `until_ns`."""
         if self._next is None:
             self._next = next(self._coming, None)
-            while self._next is None and self.log.end_ns > self._read_to_ns:
+            while self._next is None and self.log.there_until_ns > self._read_to_ns:
                 self._read_from(self._read_to_ns + 1)
                 self._next = next(self._coming, None)
         record = self._next

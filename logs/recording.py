@@ -7,11 +7,13 @@ memory nor the index grows with the number of windows.
 """
 
 import os
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from functools import cache, partial
 from importlib.metadata import PackageNotFoundError, version
 from itertools import count
+from operator import attrgetter
 from pathlib import Path
 from types import TracebackType
 from typing import NamedTuple, Self
@@ -22,6 +24,7 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from farside.logs.file.digest import Digest
 from farside.logs.file.mcap_bytes import (
+    GREATEST_RECORD_BYTE,
     MAGIC,
     PICTURE,
     chunk_bytes,
@@ -45,6 +48,7 @@ except PackageNotFoundError:  # run from a source tree that nobody installed
 
 _END_MARKS = end_marks()
 _CHUNK_BYTE = 1 << 20
+_log_time_ns = attrgetter("log_time_ns")
 
 
 class _Tail:
@@ -173,6 +177,9 @@ class Recorder:
     def write(self, records: Iterable[Record]) -> None:
         """Add records, which must come in log order, and their pictures.
 
+        Whoever reads the log meanwhile takes it that nothing comes later with a time that is there
+        already. So records of one time belong between two flushes, and are in one chunk.
+
         Raises:
             KeyError: if a record's topic is not in `TOPICS`.
         """
@@ -182,10 +189,9 @@ class Recorder:
         if not records:
             return
         data = message_bytes(records, self._channels)
-        if len(data) > _CHUNK_BYTE and len(records) > 1:
-            half = len(records) // 2
-            self._add(records[:half])
-            self._add(records[half:])
+        if len(data) > _CHUNK_BYTE and (cut := _cut(records, len(data))):
+            self._add(records[:cut])
+            self._add(records[cut:])
             return
         self._digest.add(records)
         times_ns = [record.log_time_ns for record in records]
@@ -263,6 +269,18 @@ class Recorder:
                 self.close(packed=False)
         else:
             self.close()
+
+
+def _cut(records: Sequence[Record], size_byte: int) -> int:
+    """Where to cut records that are too long for a chunk: between two times; 0 for nowhere."""
+    half = len(records) // 2
+    time_ns = records[half].log_time_ns
+    begin = bisect_left(records, time_ns, key=_log_time_ns)
+    cut = begin or bisect_right(records, time_ns, key=_log_time_ns)
+    if cut < len(records):
+        return cut
+    # A chunk that is too long could not be read at all.
+    return half if size_byte > GREATEST_RECORD_BYTE // 2 else 0
 
 
 class _Declared(NamedTuple):

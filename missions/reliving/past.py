@@ -90,14 +90,14 @@ class Past(NamedTuple):
         )
 
 
-def read_past(path: Path) -> Past:
-    """The run in a log.
+def read_past(log: LogFile | Path | str) -> Past:
+    """The run in a log, which may be open.
 
     Raises:
         LogError: if the log cannot be read.
         RelivingError: if it holds no mission, or one that this Farside cannot read.
     """
-    log = LogFile(path)
+    log = log if isinstance(log, LogFile) else LogFile(Path(log))
     mission = _attached(log, _MISSION, MissionFile)
     changes = _attached(log, _CHANGES, tuple[Change, ...], _NO_CHANGES)
     # A log that nobody finished: what it tells of last happened in a tick that it holds in part.

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import msgspec
 
+from farside.logs import LogFile
 from farside.missions.assignments import Assignment, read_assignments
 from farside.missions.conductor import Watcher
 from farside.missions.extensions.kinds import (
@@ -49,7 +50,7 @@ class _Stage(NamedTuple):
 
 
 def load_again(
-    log: Path | str,
+    log: LogFile | Path | str,
     assignments: Sequence[str] | Mapping[str, object] = (),
     seed: int | None = None,
     *,
@@ -65,7 +66,7 @@ def load_again(
     it names are in the log; others, which a change names, are looked for in the current folder.
 
     Args:
-        log: the log.
+        log: the log, open or by its path.
         assignments: as in `farside.missions.load_mission`.
         seed: in place of the run's.
         from_s: the changes act from this moment on, in simulated seconds, to the next tick; the run
@@ -80,11 +81,11 @@ def load_again(
         RelivingError: if the run cannot be lived again up to `from_s`, or does not come out as it
             is in the log; or a key cannot change then.
     """
-    past = read_past(Path(log))
+    past = read_past(log)
     try:
         made = read_assignments(assignments)
     except ValueError as error:
-        raise MissionError(f"{log}: {error}") from error
+        raise MissionError(f"{past.log.path}: {error}") from error
     if seed is not None:
         made.append(Assignment(("seed",), seed, f"--seed {seed}"))
     classes = _Classes(controller, operator)
@@ -114,7 +115,7 @@ def load_again(
 
 
 def rerun(
-    log: Path | str,
+    log: LogFile | Path | str,
     assignments: Sequence[str] | Mapping[str, object] = (),
     seed: int | None = None,
     *,

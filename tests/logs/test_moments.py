@@ -175,7 +175,7 @@ class Repeated:
 
     def __init__(self, log: LogFile, times: int) -> None:
         self._log, self.read = log, 0
-        self.end_ns = times * log.end_ns
+        self.end_ns = self.there_until_ns = times * log.end_ns
 
     def records(
         self, topics: Collection[Topic[Any]] | None = None, *, start_ns: int = 0, end_ns: int = 0

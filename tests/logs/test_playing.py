@@ -171,6 +171,10 @@ class _Growing:
         self._log = log
         self.end_ns = to_ns(end_s)
 
+    @property
+    def there_until_ns(self) -> int:
+        return self.end_ns
+
     def records(
         self, topics: Any = None, *, start_ns: int = 0, end_ns: int = to_ns(END_S)
     ) -> Iterator[Record]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from farside.missions.commands.display.patience import patience
-from farside.missions.commands.logs.finding import tell_damage
+from farside.missions.commands.logs.finding import damage_told
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -18,6 +18,7 @@ DIFF_STATUS = "Exit status: 0 the runs are equal, record by record; 1 they diffe
 
 
 def diff_logs(
+    context: typer.Context,
     first: Annotated[Path, typer.Argument(metavar="A", help="Log of a run.")],
     second: Annotated[Path, typer.Argument(metavar="B", help="Log of another run.")],
     json: Annotated[
@@ -41,10 +42,8 @@ def diff_logs(
     from farside.logs.diff.comparing import compare
 
     with patience("comparing the logs"):
-        logs = LogFile(first), LogFile(second)
+        logs = damage_told(context, LogFile(first)), damage_told(context, LogFile(second))
         difference = compare(*logs)
-    for log in logs:
-        tell_damage(log)
     if json:
         print(msgspec.json.encode(difference).decode())  # noqa: T201
     else:

@@ -8,7 +8,7 @@ import typer
 from farside.escaping import printable
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.live.address import Listen, Live, Port, address_of, live_speed
-from farside.missions.commands.logs.finding import log_named, tell_damage
+from farside.missions.commands.logs.finding import damage_told, log_named
 from farside.missions.commands.values import As, pace_of
 from farside.node import to_ns
 
@@ -16,6 +16,7 @@ _SPEED = 20.0
 
 
 def replay_log(
+    context: typer.Context,
     log: Annotated[
         Path | None, typer.Argument(metavar="[LOG]", help="Log of a run; by default the newest.")
     ] = None,
@@ -82,8 +83,7 @@ def replay_log(
         raise typer.BadParameter("expected it without --zenoh and --follow", param_hint="--live")
     with patience("reading the log"):
         file = LogFile(log_named(log))
-    if as_ is not None:
-        file = file.as_ground()
+    file = damage_told(context, file if as_ is None else file.as_ground())
     pace = (1.0 if zenoh is not None else _SPEED) if speed is None else speed
     try:
         if (address := address_of(live=live, listen=listen, port=port)) is not None:
@@ -98,11 +98,10 @@ def replay_log(
             replay(file, Console(), speed=pace, start_s=start, follow=follow, waiting=patience)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--start") from error
-    finally:
-        tell_damage(file)
 
 
 def recover_log(
+    context: typer.Context,
     log: Annotated[Path, typer.Argument(metavar="LOG", help="A log that nobody finished.")],
 ) -> None:
     """Make a whole log of one that is unfinished or damaged.
@@ -115,7 +114,5 @@ def recover_log(
     from farside.logs import LogFile, recover
 
     with patience("making a whole log"):
-        file = LogFile(log)
-        recovered = recover(file)
+        recovered = recover(damage_told(context, LogFile(log)))
     print(f"{printable(str(recovered.path))}: {recovered.messages} messages")  # noqa: T201
-    tell_damage(file)

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from farside.missions.commands.display.patience import patience
-from farside.missions.commands.logs.finding import log_named
+from farside.missions.commands.logs.finding import damage_told, log_named
 from farside.missions.commands.values import As
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ def _complete(incomplete: str) -> list[tuple[str, str]]:
 
 
 def tell_story(
+    context: typer.Context,
     log_or_subject: Annotated[
         str,
         typer.Argument(
@@ -82,9 +83,9 @@ def tell_story(
     path = None if subject is None else Path(log_or_subject)
     try:
         wanted = subject_of(log_or_subject if subject is None else subject)
-        log = LogFile(log_named(path))
         with patience("reading the log"):
-            told = story(log if as_ is None else log.as_ground(), wanted)
+            log = LogFile(log_named(path))
+            told = story(damage_told(context, log if as_ is None else log.as_ground()), wanted)
     except SubjectError as error:
         raise typer.BadParameter(str(error), param_hint="SUBJECT") from error
     if json:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from farside.missions.commands.display.patience import patience
-from farside.missions.commands.logs.finding import log_named
+from farside.missions.commands.logs.finding import damage_told, log_named
 from farside.missions.commands.values import As
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ def _complete(incomplete: str) -> list[tuple[str, str]]:
 
 
 def tell_why(
+    context: typer.Context,
     log_or_aspect: Annotated[
         str | None,
         typer.Argument(
@@ -81,10 +82,10 @@ def tell_why(
     from farside.logs.story import why
 
     path, asked = _told_apart(log_or_aspect, aspect)
-    log = LogFile(log_named(path))
+    with patience("reading the log"):
+        log = LogFile(log_named(path))
     t_ns = _moment(log, at)
-    if as_ is not None:
-        log = log.as_ground(t_ns)
+    log = damage_told(context, log if as_ is None else log.as_ground(t_ns))
     with patience("looking for the reasons"):
         reasons = why(log, t_ns, asked, None if as_ is not None else lambda: _mind(log, t_ns))
     if json:
@@ -128,7 +129,7 @@ def _mind(log: "LogFile", t_ns: int) -> Iterator[str]:
     from farside.node import to_s
 
     try:
-        yield from mind_of(relive(log.path, to_s(t_ns)).rover)
+        yield from mind_of(relive(log, to_s(t_ns)).rover)
     except RelivingError as error:
         yield f"not known: {error}"
 
