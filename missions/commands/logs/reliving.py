@@ -50,7 +50,9 @@ def verify_log(log: Log = None, json: Json = False) -> None:
         past = read_past(log)
     with going_through("living it again", to_s(past.end_ns), Console(stderr=True)) as come_to:
         verdict = verify(log, come_to)
-    tell_damage(past.log)
+    # What lies in a damaged part shows only as the log is read to its end.
+    for text in verdict.damage:
+        print_error(f"{log}: {text}")
     for one in verdict.other_versions:
         print_error(f"{log}: recorded with {one.name} {one.then}, lived again with {one.now}")
     if json:
