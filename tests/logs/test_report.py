@@ -322,3 +322,14 @@ def test_the_command_writes_what_the_ground_knew(run: Handmade, path: Path) -> N
     heard = data_of(out.read_text(encoding="utf-8"))["ground"]["heard"]
     assert heard["so"] == [2000]
     assert heard["words"][0] == Mode.GUIDED
+
+
+def test_the_command_does_not_write_the_page_over_the_log(run: Handmade, path: Path) -> None:
+    held = run.start().log(path).read_bytes()
+    (path.parent / "link.html").symlink_to(path)
+    for out in (path, path.parent / "link.html"):
+        done = CliRunner().invoke(app, ["report", str(path), "--out", str(out)])
+
+        assert done.exit_code == 2
+        assert "another file than the log" in done.output
+        assert path.read_bytes() == held
