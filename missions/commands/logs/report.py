@@ -10,6 +10,7 @@ from farside.escaping import printable
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.logs.opening import At, run_of
 from farside.missions.commands.values import As
+from farside.validation import shown
 
 
 def report_log(
@@ -41,6 +42,10 @@ def report_log(
     from farside.logs.report import report_page
 
     run = run_of(context, log, as_, at)
+    target = run.path.with_suffix(".html") if out is None else out
+    if target.exists() and target.samefile(run.path):
+        expected = f"expected another file than the log, found {shown(str(target))}"
+        raise typer.BadParameter(expected, param_hint="--out")
     # What is gathered from a day's log has no circles, and looking for some takes an eighth more.
     gc.disable()
     try:
@@ -48,7 +53,6 @@ def report_log(
             page = report_page(run.file)
     finally:
         gc.enable()
-    target = run.path.with_suffix(".html") if out is None else out
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_text(page, encoding="utf-8")
     print(printable(str(target)))  # noqa: T201
