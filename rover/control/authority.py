@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
+from farside import reasons
 from farside.control import Cause, CommandStage, Failsafe, Mode, ModeCause, OnLoss, Signal
 from farside.messages import LinkBack, ModeChanged, Tokens
 from farside.node import Journal
@@ -163,7 +164,7 @@ class Authority:
         parts = self._parts
         if self._away is None:
             self._away = _Away(parts.silence.heard_ns)
-        parts.commands.drop_all(CommandStage.SUPERSEDED, "the link was lost before it began")
+        parts.commands.drop_all(CommandStage.SUPERSEDED, reasons.LINK_LOST.of())
         if self._is_alone and self.mode is not Mode.AUTONOMOUS:
             self._switch(Mode.AUTONOMOUS, ModeCause.LINK_LOST)
 

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
+from farside import reasons
 from farside.control import BatteryState, CommandStage, Failsafe, Mode
 from farside.logs.events import order_text, sign_text, time_text, when_text
 from farside.logs.story.lives.proposals import behind
@@ -164,7 +165,7 @@ def _proposed(search: Search, t_ns: int) -> _Reason | None:
 def _no_way(search: Search, t_ns: int) -> _Reason | None:
     goals = ", ".join(map(sign_text, goals_at(search, t_ns)))
     vetoed = search.last(ROVER_PROPOSAL_ENDED, t_ns)
-    if vetoed is not None and "vetoed" in vetoed.message.why:
+    if vetoed is not None and reasons.VETOED.is_in(vetoed.message.why):
         return f"it has goals ({goals}), and the operator vetoed what it proposed", vetoed
     text = f"it has goals ({goals}), and knows no way to them from here, or may not explore"
     return text, search.last(ROVER_GOAL, t_ns)
