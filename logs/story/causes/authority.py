@@ -111,7 +111,7 @@ def failsafe(search: Search, found: Found[FailsafeEntry]) -> Finds:
         if cause in come | gone:
             told += _CHANGED[cause](search, found, cause in now)
     yield from told
-    if before is not None and (not told or Cause.LOST in now - was):
+    if before is not None and (not told or (Cause.LOST in come and Cause.SILENCE in was)):
         yield before
 
 

@@ -159,17 +159,17 @@ def _refused(search: Search, entry: CommandEntry, t_ns: int) -> Iterator[_Any]:
             search.last(ROVER_PROPOSAL_ENDED, t_ns, lambda ended: ended.number == number)
         )
     yield from some(search.last(ROVER_FAILSAFE, t_ns, lambda state: state.why == why))
-    for reason, finder in _REASONS.items():
+    for reason, finder in REFUSALS.items():
         if reason.is_in(why):
             yield from some(finder(search, t_ns))
     for follows in (reasons.NEVER_AFTER, reasons.NOT_AFTER):
-        if (number := follows.number_in(why)) is not None:
-            yield from _stage(search, number, t_ns, *_ENDS)
+        if (after := follows.number_in(why)) is not None:
+            yield from _stage(search, after, t_ns, *_ENDS)
 
 
 _ENDS = tuple(stage for stage in CommandStage if stage.is_last)
 
-_REASONS: Mapping[reasons.Reason, Callable[[Search, int], _Any | None]] = {
+REFUSALS: Mapping[reasons.Reason, Callable[[Search, int], _Any | None]] = {
     reasons.OTHER_MODE: lambda search, t_ns: search.last(ROVER_MODE, t_ns),
     reasons.BLOCKED_HERE: lambda search, t_ns: search.last(
         ROVER_ACTION_ENDED, t_ns, lambda ended: ended.blocked

@@ -9,9 +9,10 @@ from farside.logs.story.lives.commands import command_story
 from farside.logs.story.lives.journey import Line, learned_text
 from farside.logs.story.search import Found, Search
 from farside.logs.story.sentences import sentence
-from farside.logs.story.subjects import SubjectError, as_token
+from farside.logs.story.subjects import SubjectError
 from farside.messages import GoalAside, GoalReached, SetGoal, Tokens, WithdrawGoal
 from farside.node import Role
+from farside.places import place_token
 from farside.topics import (
     GROUND_COMMAND,
     GROUND_EVENT,
@@ -73,7 +74,7 @@ def _goal_named(search: Search, wanted: Tokens) -> Tokens:
         what = learned.message.event.what
         if isinstance(what, GoalReached | GoalAside):
             known[what.tokens] = None
-    places = tuple(sorted(as_token(name) for name in wanted))
+    places = tuple(sorted(place_token(name) for name in wanted))
     for tokens in (wanted, places):
         if tokens in known:
             return tokens

@@ -97,7 +97,7 @@ def test_an_event_that_waits_for_those_before_it(blackout: LogFile) -> None:
 def test_a_proposal_with_its_grounds_and_what_the_operator_made_of_it(blackout: LogFile) -> None:
     found = told(blackout, "proposal:3")
     assert found.title == (
-        "proposal 3: W, towards at:A - ended at 481.6 s: command 81 came in between"
+        "proposal 3: W, towards at:A - ended at 481.6 s: overridden by command 81"
     )
     told_lines = lines(found)
     assert told_lines[:5] == [
