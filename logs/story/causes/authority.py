@@ -1,17 +1,18 @@
 """What led to a mode, or to a state of the failsafe: finders for the table of causes."""
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import msgspec
 
 from farside.control import Cause, CommandStage, Failsafe, ModeCause
 from farside.logs.events import time_text
+from farside.logs.file.parts import LogError
 from farside.logs.story import silence
 from farside.logs.story.causes.crossing import came
 from farside.logs.story.search import Found, Search
 from farside.messages import Drive, SetMode, SetOnLoss
-from farside.node import Direction, to_ns
+from farside.node import NEVER_NS, Direction, to_ns, to_s
 from farside.topics import (
     LINK_OUTAGE,
     ROVER_ACTION_ENDED,
@@ -198,10 +199,13 @@ def _stuck(search: Search, found: Found[FailsafeEntry], so: bool) -> Finds:  # n
     yield from some(search.last(ROVER_STUCK, found.t_ns, lambda entry: entry.stuck is so))
 
 
+_Time = Annotated[float, msgspec.Meta(ge=0)]
+
+
 class _MissionFault(msgspec.Struct):
     what: str
-    start_s: float
-    end_s: float | None = None
+    start_s: _Time
+    end_s: _Time | None = None
 
 
 class _MissionRover(msgspec.Struct):
@@ -217,11 +221,18 @@ def _fault(what: str) -> "_Changed":
         attachment = search.log.attachments.get("mission.json")
         if attachment is None:
             return
-        for fault in msgspec.json.decode(attachment.data, type=_Mission).rover.faults:
+        try:
+            faults = msgspec.json.decode(attachment.data, type=_Mission).rover.faults
+        except msgspec.MsgspecError as error:
+            message = f"{search.log.path}: the mission in it, mission.json, cannot be read: {error}"
+            raise LogError(message) from error
+        for fault in faults:
             at_s = fault.start_s if so else fault.end_s
-            if fault.what == what and at_s is not None and to_ns(at_s) <= found.t_ns:
+            if fault.what != what or at_s is None:
+                continue
+            t_ns = to_ns(min(at_s, to_s(NEVER_NS)))
+            if t_ns <= found.t_ns:
                 verb = "begins" if so else "ends"
-                t_ns = to_ns(at_s)
                 yield Given(t_ns, f"the mission's fault of {what} {verb} at {time_text(t_ns)}")
 
     return find

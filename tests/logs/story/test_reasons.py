@@ -4,6 +4,7 @@ import ast
 import inspect
 from collections.abc import Iterator
 from itertools import chain, combinations
+from pathlib import Path
 from types import ModuleType
 
 import pytest
@@ -13,10 +14,12 @@ from noting import log_of, records_of
 
 from farside import reasons
 from farside.control import Cause, CommandStage, Failsafe, Mode, ModeCause
+from farside.logs import LogError, LogFile, Recorder
 from farside.logs.story import causes
 from farside.logs.story.causes import on_board
 from farside.logs.story.causes.authority import rests_on
 from farside.messages import Drive, SetMode
+from farside.node import Record
 from farside.reasons import Reason
 from farside.rover import commands, pilot
 from farside.rover.control import authority, orders, proposals
@@ -95,6 +98,36 @@ def test_what_a_state_rests_on_is_what_the_failsafes_table_decided_by() -> None:
 def test_a_state_that_its_causes_do_not_justify_rests_on_nothing() -> None:
     """As another version's failsafe may have it."""
     assert rests_on(FailsafeEntry(Failsafe.SAFE, "a reason", (), 0.0, 0.0)) == frozenset()
+
+
+def _tilted(path: Path, mission: bytes) -> tuple[LogFile, Record]:
+    """A log in which the rover tilts too much at 5 s, with this mission in it."""
+    records = records_of(
+        [(5.0, FailsafeEntry(Failsafe.SAFE, "the rover tilts too much", (Cause.TILT,), 0.0, 30.0))]
+    )
+    with Recorder(path / "run.mcap") as recorder:
+        recorder.attach("mission.json", "application/json", mission)
+        recorder.write(records)
+    return LogFile(recorder.path), records[0]
+
+
+@pytest.mark.parametrize("fault", ["3", '{"what": "tilt", "start_s": -1e300}', '{"what": "tilt"}'])
+def test_a_mission_in_the_log_that_cannot_be_read_is_refused(tmp_path: Path, fault: str) -> None:
+    log, tilted = _tilted(tmp_path, f'{{"rover": {{"faults": [{fault}]}}}}'.encode())
+    with pytest.raises(LogError, match=r"run.mcap: the mission in it, mission.json, cannot be"):
+        causes(log, tilted)
+
+
+@pytest.mark.parametrize(
+    ("start_s", "so"), [("4.5", True), ("5", True), ("6", False), ("1e300", False)]
+)
+def test_a_fault_of_the_mission_is_a_cause_from_its_start(
+    tmp_path: Path, start_s: str, so: bool
+) -> None:
+    fault = f'{{"what": "tilt", "start_s": {start_s}}}'
+    log, tilted = _tilted(tmp_path, f'{{"rover": {{"faults": [{fault}]}}}}'.encode())
+    told = [one.sentence for one in causes(log, tilted) if "the mission's fault" in one.sentence]
+    assert told == [f"the mission's fault of tilt begins at {float(start_s):.1f} s"] * so
 
 
 # --- commands ---------------------------------------------------------------------------------
