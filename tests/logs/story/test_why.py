@@ -21,10 +21,13 @@ from farside.node import Direction, Journal, to_ns
 from farside.topics import (
     ROVER_FRAME,
     BatteryEntry,
+    BeliefEntry,
     CommandEntry,
     GoalChange,
     GoalEntry,
     GoalSource,
+    Known,
+    LearnedBy,
     ModeEntry,
     ProposalEnded,
 )
@@ -139,6 +142,17 @@ def test_an_outage_that_the_plan_knows_is_told_as_such() -> None:
     planned = "the gap between passes of 10.0 s stands in the contact plan: both sides expect it"
     assert planned in found
     assert found[0] == "the rover has heard nothing by 50.0 s"
+
+
+def test_what_the_ground_thought_before_it_knew_where_the_rover_is() -> None:
+    """It may have heard of something else first, such as by an event."""
+    charge = Known(0.4, to_ns(3), to_ns(10), LearnedBy.EVENT)
+    with log_of(records_of([GUIDED, (10.0, BeliefEntry((), battery=charge))])) as log:
+        thought = [asked(log, t_s, Aspect.MODE)["what the ground thought then"] for t_s in (9, 10)]
+    assert thought == [
+        ["it has heard nothing of the rover yet"],
+        ["it does not know yet where the rover is or what it does"],
+    ]
 
 
 # --- standing still ---------------------------------------------------------------------------
