@@ -36,7 +36,8 @@ def frame_story(search: Search, direction: Direction, number: int) -> tuple[str,
             (one for one in sent if (one.direction, one.frame) == (direction, number)), None
         )
     if first is None or found is None:
-        raise SubjectError(f"there is no frame {direction}:{number}: {_there(search, direction)}")
+        none = "the ground knows of no" if search.log.is_as_ground else "there is no"
+        raise SubjectError(f"{none} frame {direction}:{number}: {_there(search, direction)}")
     lines = list(word_lines(found, _name(found)))
     lines += _message(search, found, first)
     lines += _used(search, found)
@@ -49,8 +50,9 @@ def _there(search: Search, direction: Direction) -> str:
     end = GROUND_FRAME if search.log.is_as_ground else SENDER[direction]
     last = search.last(end, NEVER_NS, lambda one: one.direction is direction)
     if last is None:
-        return "the log has none of that direction"
-    return f"those of the log are up to {direction}:{last.message.sequence}"
+        return "it knows of none" if search.log.is_as_ground else "the log has none"
+    known = "those that it knows of" if search.log.is_as_ground else "those of the log"
+    return f"{known} are up to {direction}:{last.message.sequence}"
 
 
 def _message(search: Search, word: Word, made: Found[FrameEvent]) -> Iterator[Line]:
