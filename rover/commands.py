@@ -3,12 +3,11 @@
 from collections import OrderedDict
 from typing import NamedTuple
 
-from farside import reasons
 from farside.control import Chooser, CommandStage
 from farside.messages import Command, CommandReached, CommandsMissing, Tokens
 from farside.node import NS_PER_S, Journal
 from farside.rover.events import EventQueue
-from farside.topics import ROVER_COMMAND, CommandEntry
+from farside.topics import ROVER_COMMAND, CommandEntry, reasons
 
 _MISSING_NS = 30 * NS_PER_S  # beside a round trip: what a lossy link may well take
 _ENDS_KEPT = 1000  # how commands ended: more than any sequence reaches back (project default)

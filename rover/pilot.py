@@ -6,7 +6,6 @@ still, what to begin. It decides from what is so at that moment, and not from ho
 
 from typing import NamedTuple
 
-from farside import reasons
 from farside.control import Chooser, CommandStage, Failsafe, Mode
 from farside.dem import Choice
 from farside.messages import Command, CommandForced, Proposal, Tokens
@@ -17,7 +16,7 @@ from farside.rover.control.authority import Authority, Conditions, Parts
 from farside.rover.control.orders import Orders
 from farside.rover.control.proposals import Situation
 from farside.rover.failsafe.table import OrdersThen
-from farside.topics import GoalSource
+from farside.topics import GoalSource, reasons
 from farside.validation import one_line
 
 

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from farside import reasons
 from farside.control import Cause, CommandStage, Failsafe, Mode, ModeCause, OnLoss, Signal
 from farside.messages import LinkBack, ModeChanged, Tokens
 from farside.node import Journal
@@ -19,7 +18,7 @@ from farside.rover.failsafe.silence import Silence
 from farside.rover.failsafe.track import Track
 from farside.rover.failsafe.watch import FailsafeWatch
 from farside.rover.goals import Goals
-from farside.topics import ROVER_MODE, ModeEntry
+from farside.topics import ROVER_MODE, ModeEntry, reasons
 
 
 class Conditions(NamedTuple):

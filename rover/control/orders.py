@@ -2,7 +2,6 @@
 
 import math
 
-from farside import reasons
 from farside.control import CommandStage, Mode
 from farside.messages import (
     ACTS,
@@ -21,7 +20,7 @@ from farside.messages import (
 from farside.places import ACTIONS
 from farside.rover.commands import Assignment
 from farside.rover.control.authority import Authority, Parts
-from farside.topics import GoalSource
+from farside.topics import GoalSource, reasons
 from farside.validation import shown
 
 

@@ -1,11 +1,10 @@
 """The one owner of proposals: which stands, for what situation, and whether it has consent."""
 
-from farside import reasons
 from farside.control import Chooser
 from farside.messages import Proposal, ProposedStep, Tokens
 from farside.node import NS_PER_S, Journal, to_s
 from farside.rover.config import Consent, ConsentConfig
-from farside.topics import ROVER_PROPOSAL, ROVER_PROPOSAL_ENDED, ProposalEnded
+from farside.topics import ROVER_PROPOSAL, ROVER_PROPOSAL_ENDED, ProposalEnded, reasons
 
 _MARGIN_NS = 4 * NS_PER_S  # what a lost frame may take on top of a round trip
 

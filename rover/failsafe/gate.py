@@ -2,12 +2,12 @@
 
 import math
 
-from farside import reasons
 from farside.places import ON_CHARGE
 from farside.rover.battery import Battery
 from farside.rover.config import DriveConfig
 from farside.rover.controller import Controller
 from farside.rover.failsafe.track import Track
+from farside.topics import reasons
 
 _REMEMBERED = 8  # moves that the mean duration of a move reaches back over
 

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
-from farside import reasons
 from farside.control import CommandStage
 from farside.logs.events import sign_text
 from farside.logs.story.causes.authority import Finds, Given, charge_at, ordered_at, some
@@ -47,6 +46,7 @@ from farside.topics import (
     PolicyMapEntry,
     ProposalEnded,
     StuckEntry,
+    reasons,
 )
 
 _Any = Found[Any]

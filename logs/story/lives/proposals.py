@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 
-from farside import reasons
 from farside.control import Chooser
 from farside.logs.events import sign_text, time_text
 from farside.logs.story.causes.crossing import happened
@@ -24,6 +23,7 @@ from farside.topics import (
     ROVER_PROPOSAL_ENDED,
     Decision,
     ProposalEnded,
+    reasons,
 )
 
 

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
-from farside import reasons
 from farside.control import BatteryState, CommandStage, Failsafe, Mode
 from farside.logs.events import order_text, sign_text, time_text, when_text
 from farside.logs.story.lives.proposals import behind
@@ -29,6 +28,7 @@ from farside.topics import (
     Decision,
     GoalChange,
     GoalSource,
+    reasons,
 )
 
 

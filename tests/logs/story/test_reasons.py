@@ -12,7 +12,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from noting import log_of, records_of
 
-from farside import reasons
 from farside.control import Cause, CommandStage, Failsafe, Mode, ModeCause
 from farside.logs import LogError, LogFile, Recorder
 from farside.logs.story import causes
@@ -20,7 +19,6 @@ from farside.logs.story.causes import on_board
 from farside.logs.story.causes.authority import rests_on
 from farside.messages import Drive, SetMode
 from farside.node import Record
-from farside.reasons import Reason
 from farside.rover import commands, pilot
 from farside.rover.control import authority, orders, proposals
 from farside.rover.failsafe import gate
@@ -30,7 +28,9 @@ from farside.topics import (
     CommandEntry,
     FailsafeEntry,
     ModeEntry,
+    reasons,
 )
+from farside.topics.reasons import Reason
 
 ROVER = (authority, commands, gate, orders, pilot, proposals)
 ALL = {name: one for name, one in vars(reasons).items() if isinstance(one, Reason)}

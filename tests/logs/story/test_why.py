@@ -5,7 +5,6 @@ import numpy as np
 import pytest
 from noting import failsafe_entry, log_of, records_of
 
-from farside import reasons
 from farside.control import (
     BatteryState,
     CommandStage,
@@ -30,6 +29,7 @@ from farside.topics import (
     LearnedBy,
     ModeEntry,
     ProposalEnded,
+    reasons,
 )
 
 
