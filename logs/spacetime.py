@@ -236,8 +236,8 @@ def _made(
 
 def lost_to(fate: FrameFate) -> str | None:
     """What the channel lost a frame to, in words; `None` if it was delivered."""
-    if fate.fate is Fate.OUTAGE and fate.outage is not None:
-        return f"lost to the {OUTAGES[fate.outage]}"
+    if fate.fate is Fate.OUTAGE:
+        return "lost to an outage" if fate.outage is None else f"lost to the {OUTAGES[fate.outage]}"
     return _LOST.get(fate.fate)
 
 

@@ -1,6 +1,7 @@
 """Values of options that several commands take, read from the command line."""
 
 import math
+from collections.abc import Callable, Mapping
 from enum import StrEnum
 from typing import Annotated
 
@@ -18,6 +19,18 @@ As = Annotated[
     typer.Option("--as", metavar="WHO", help="'ground': only what the ground had learned."),
 ]
 """The option `--as ground`."""
+
+Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
+"""The option `--json`."""
+
+
+def completing(words: Mapping[str, str]) -> Callable[[str], list[tuple[str, str]]]:
+    """Completes, in a shell, to one of these words; each is shown with what it means."""
+
+    def complete(incomplete: str) -> list[tuple[str, str]]:
+        return [(word, text) for word, text in words.items() if word.startswith(incomplete)]
+
+    return complete
 
 
 def pace_of(text: str) -> float:

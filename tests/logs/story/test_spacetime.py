@@ -10,7 +10,7 @@ from farside.control import Mode, ModeCause, OnLoss
 from farside.frames import Carried, Fate, FrameEvent, FrameFate, FrameStage, OutageReason
 from farside.link.endpoint.services import carried, part_of
 from farside.logs import LogFile, RunView
-from farside.logs.spacetime import Word, words
+from farside.logs.spacetime import Word, lost_to, words
 from farside.messages import Command, Event, ModeChanged, SetOnLoss, Shown
 from farside.node import Direction, Journal, Topic, to_ns
 from farside.topics import GROUND_FRAME, LINK_FRAME, ROVER_FRAME
@@ -232,6 +232,11 @@ def test_in_a_real_run_a_resend_names_the_message_it_repeats(blackout: LogFile) 
     assert all(row == list(range(1, len(row) + 1)) for row in attempts.values())
     assert max(map(len, attempts.values())) > 10, "a blackout in which nothing is repeated"
     assert {key for key, row in attempts.items() if len(row) > 1} <= arrived
+
+
+def test_an_outage_without_a_reason_loses_frames_all_the_same() -> None:
+    fate = FrameFate(UP, 0, 9, 0, 0, 1, None, Fate.OUTAGE)
+    assert lost_to(fate) == "lost to an outage"
 
 
 def test_records_of_older_logs_still_say_what_became_of_a_frame() -> None:
