@@ -57,6 +57,12 @@ class Cell(NamedTuple):
         return Cell(self.east + east, self.north + north)
 
 
+def cell_named(place: str) -> Cell | None:
+    """The cell, on a map or not, that a place is named by, as in `3,4`; `None` if by none."""
+    pair = _COORDINATES.fullmatch(place)
+    return None if pair is None else Cell(int(pair[1]), int(pair[2]))
+
+
 class Chart:
     """A walled yard drawn with one character a cell, northernmost row first.
 
@@ -163,8 +169,7 @@ class Chart:
 
     def like(self, place: str) -> str:
         """A suggestion of the place that somebody may have meant by a name not on the map."""
-        if self.places and (pair := _COORDINATES.fullmatch(place)):
-            cell = Cell(int(pair[1]), int(pair[2]))
+        if self.places and (cell := cell_named(place)) is not None:
             return f"; did you mean {place_name(self.tokens[self.cell_at(*self.centre_m(cell))])}?"
         return did_you_mean(place, self.named)
 
