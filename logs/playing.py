@@ -1,10 +1,9 @@
 """Playing a log: where playback is, and what is due as wall time passes."""
 
-import math
 from collections.abc import Collection, Iterator
 from typing import Any, NamedTuple, Protocol
 
-from farside.node import NEVER_NS, Record, Topic, to_ns
+from farside.node import NEVER_NS, Record, Topic, to_ns, to_s
 from farside.topics import TOPICS
 
 
@@ -181,9 +180,9 @@ class Player:
             self.now_ns = max(self.now_ns, min(end_ns, self.now_ns + self._passed_ns(wall_s)))
 
     def _passed_ns(self, wall_s: float) -> int:
-        if math.isinf(self.speed):
-            return NEVER_NS if wall_s > 0 else 0
-        return to_ns(wall_s * self.speed)
+        if wall_s <= 0:
+            return 0
+        return to_ns(min(wall_s * self.speed, to_s(NEVER_NS)))
 
     def _limits_ns(self) -> tuple[int, int]:
         """How far it plays before it waits, or wraps."""

@@ -79,9 +79,11 @@ def test_a_seek_beyond_the_log_ends_where_the_log_does(
     assert player.now_ns == to_ns(reached_s)
 
 
-def test_at_any_speed_it_stops_at_the_end(log: LogFile) -> None:
-    player = Player(log, [TRUTH_POSE], speed=math.inf)
+@pytest.mark.parametrize("speed", [1e5, 1e308, math.inf])
+def test_at_any_speed_it_stops_at_the_end(log: LogFile, speed: float) -> None:
+    player = Player(log, [TRUTH_POSE], speed=speed)
     player.advance(0)
+    assert _seconds(player.advance(0)) == []
     assert _seconds(player.advance(0.001)) == list(range(1, END_S + 1))
     assert player.at_end
     assert _seconds(player.advance(1.0)) == []

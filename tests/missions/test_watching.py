@@ -97,6 +97,24 @@ def test_a_watched_run_waits_for_who_watches_it_and_is_the_same(
     assert finished.result.outcome is Outcome.SUCCESS
 
 
+@pytest.mark.parametrize("speed", [0.01, 1.0])
+def test_however_slowly_it_is_played_a_run_goes_on_once_all_of_it_was_seen(
+    watched: Watched, speed: float
+) -> None:
+    async def does(seat: Seat[WatchApp]) -> None:
+        seat.app.player.set_speed(speed)
+        for _ in range(2000):  # the run is a thread: it comes when it comes
+            await seat.wait(1 / speed)
+            await asyncio.sleep(0.005)
+            if seat.now_s > 5:
+                break
+        assert 5 < seat.now_s < 12
+
+    seated(watched.app, does)
+    watched.gate.open()
+    watched.run.finish(watched.interrupts)
+
+
 def test_who_leaves_lets_the_run_go_on(watched: Watched) -> None:
     async def does(seat: Seat[WatchApp]) -> None:
         await seat.press("space", "q")

@@ -193,6 +193,10 @@ class WatchApp(ReplayApp):
         until_ns: float = player.now_ns
         if player.playing and not player.backwards:
             until_ns += player.speed * to_ns(_AHEAD_S)
+            if player.at_end:
+                # All that was recorded is seen, if not up to the window's end: nothing has the
+                # time of that.
+                until_ns = max(until_ns, self._gate.now_ns + 1)
         self._gate.let(until_ns)
 
     def _look(self) -> str:

@@ -10,7 +10,6 @@ from farside.missions.commands.display.patience import patience
 from farside.missions.commands.live.address import Listen, Live, Port, address_of, live_speed
 from farside.missions.commands.logs.finding import log_named, tell_damage
 from farside.missions.commands.values import As, pace_of
-from farside.node import to_ns
 
 _SPEED = 20.0
 
@@ -77,6 +76,7 @@ def replay_log(
     from rich.console import Console
 
     from farside.logs import LogFile, replay
+    from farside.logs.file.following import start_of
 
     if sum((live, zenoh is not None)) + (live and follow) > 1:
         raise typer.BadParameter("expected it without --zenoh and --follow", param_hint="--live")
@@ -84,20 +84,22 @@ def replay_log(
         file = LogFile(log_named(log))
     if as_ is not None:
         file = file.as_ground()
+    try:
+        start_of(file, start, follow=follow)
+    except ValueError as error:
+        raise typer.BadParameter(str(error), param_hint="--start") from error
     pace = (1.0 if zenoh is not None else _SPEED) if speed is None else speed
     try:
         if (address := address_of(live=live, listen=listen, port=port)) is not None:
             from farside.missions.commands.live.serving import serve_log
 
-            serve_log(file, address, speed=live_speed(pace), start_ns=to_ns(start or 0))
+            serve_log(file, address, speed=live_speed(pace), start_s=start)
         elif zenoh is not None:
             from farside.missions.commands.logs.republishing import republish_log
 
             republish_log(file, zenoh, speed=pace, start_s=start, follow=follow)
         else:
             replay(file, Console(), speed=pace, start_s=start, follow=follow, waiting=patience)
-    except ValueError as error:
-        raise typer.BadParameter(str(error), param_hint="--start") from error
     finally:
         tell_damage(file)
 
