@@ -19,6 +19,15 @@ As = Annotated[
 ]
 """The option `--as ground`."""
 
+Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Set a value of the mission file."),
+]
+"""The option `--set` of commands that run or check a mission."""
+
+Json = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
+"""The option `--json` of commands that come to a result."""
+
 
 def pace_of(text: str) -> float:
     """Simulated seconds per wall second: a number above 0, or `max`.

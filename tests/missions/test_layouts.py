@@ -119,7 +119,7 @@ def test_rerun_finds_everything_of_its_blueprint_in_a_log(
 
     views = list(_views(blueprint().root_container))
     assert {str(view.name) for view in views} == {
-        "Yard", "Modes", "Battery", "Link, s", "Learning", "Counts", "Events",
+        "Yard", "Modes", "Battery, 0 to 1", "Link, s", "Learning, 0 to 1", "Counts", "Events",
     }  # fmt: skip
     for view in views:
         assert schemas.keys() >= set(view.contents)

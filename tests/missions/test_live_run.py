@@ -148,9 +148,7 @@ def test_a_log_of_any_name_can_be_served(tmp_path: Path) -> None:
         raise Ended
 
     with pytest.raises(Ended):
-        serve_log(
-            LogFile(recorder.path), Address(port=0), speed=1.0, clock=WallClock(sleep=sleep)
-        )
+        serve_log(LogFile(recorder.path), Address(port=0), speed=1.0, clock=WallClock(sleep=sleep))
 
 
 @pytest.mark.parametrize(
