@@ -36,7 +36,7 @@ class Watched:
         self.interrupts = Interrupts()
         self.gate = Gate(ProgressDisplay(LOADED.mission, Console(quiet=True)), self.interrupts)
         self.run = RunInThread(lambda: self._run(out), self.gate)
-        assert self.run.begun()
+        assert self.run.begun(self.interrupts)
 
     def _run(self, out: Path) -> FinishedRun:
         return run_mission(
@@ -163,6 +163,28 @@ def test_a_second_ctrl_c_does_not_wait_for_the_run(
     goes_on.set()
 
 
+def test_a_second_ctrl_c_does_not_wait_for_a_run_that_does_not_begin(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    goes_on, interrupts = threading.Event(), Interrupts()
+
+    def run() -> FinishedRun:
+        goes_on.wait(30)  # as if a process did not start
+        raise OSError("no space left")
+
+    gate = Gate(ProgressDisplay(LOADED.mission, Console(quiet=True)), interrupts)
+    going = RunInThread(run, gate)
+    interrupts.request()
+    interrupts.request()
+    monkeypatch.setattr(os, "_exit", sys.exit)
+
+    assert not going.begun(interrupts)
+    with pytest.raises(SystemExit, match="130"):
+        going.finish(interrupts)
+    goes_on.set()
+    assert "cut off before anything was recorded" in capsys.readouterr().err
+
+
 def test_what_a_run_raises_comes_out_where_it_is_waited_for() -> None:
     def run() -> FinishedRun:
         raise OSError("no space left")
@@ -170,7 +192,7 @@ def test_what_a_run_raises_comes_out_where_it_is_waited_for() -> None:
     gate = Gate(ProgressDisplay(LOADED.mission, Console(quiet=True)), Interrupts())
     going = RunInThread(run, gate)
 
-    assert not going.begun()
+    assert not going.begun(Interrupts())
     with pytest.raises(OSError, match="no space left"):
         going.finish(Interrupts())
 
