@@ -27,7 +27,8 @@ default)."""
 
 _PLACE = "at:"
 _DOCK = "D"
-_COORDINATES = re.compile(r"([0-9]{1,4}),([0-9]{1,4})")
+# No map of `MAX_CELLS` is 100,000 cells long.
+_COORDINATES = re.compile(r"([0-9]{1,5}),([0-9]{1,5})")
 
 
 def place_token(place: str) -> str:
