@@ -1,6 +1,6 @@
 """The failsafe at work: the rule that applies now, noted and told whenever it is another one."""
 
-from itertools import compress
+from collections.abc import KeysView
 
 from farside.control import Cause, Failsafe
 from farside.messages import FailsafeChanged
@@ -34,8 +34,10 @@ class FailsafeWatch:
         self.orders = orders_for(self._causes)
 
     @property
-    def _causes(self) -> frozenset[Cause]:
-        return frozenset(compress(CAUSES, self._so))
+    def _causes(self) -> KeysView[Cause]:
+        """All that is so, as a set that keeps the order of `CAUSES`."""
+        so = zip(CAUSES, self._so, strict=True)
+        return dict.fromkeys(cause for cause, is_so in so if is_so).keys()
 
     @property
     def state(self) -> Failsafe:
@@ -62,7 +64,7 @@ class FailsafeWatch:
         return True
 
     def _note(self) -> None:
-        causes = tuple(compress(CAUSES, self._so))
+        causes = tuple(self._causes)
         silence_s = to_s(self._silence.quiet_ns)
         countdown_s = to_s(self._silence.countdown_ns)
         self._journal.note(
