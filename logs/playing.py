@@ -4,7 +4,6 @@ from collections.abc import Collection, Iterator
 from typing import Any, NamedTuple, Protocol
 
 from farside.node import NEVER_NS, Record, Topic, to_ns, to_s
-from farside.topics import TOPICS
 
 
 class Source(Protocol):
@@ -21,10 +20,6 @@ class Source(Protocol):
         self, topics: Collection[Topic[Any]] | None = None, *, start_ns: int = 0, end_ns: int = ...
     ) -> Iterator[Record]:
         """See `LogFile.records`."""
-        ...
-
-    def latest(self, topic: Topic[Any], time_ns: int) -> Record | None:
-        """See `LogFile.latest`."""
         ...
 
 
@@ -116,27 +111,6 @@ class Player:
         """Jump to a time, or to the nearest one within the log."""
         self.now_ns = max(0, min(time_ns, self.log.end_ns))
         self._jumped = True
-
-    def step(self, *, backwards: bool = False) -> None:
-        """Pause, and go to the time of the next record, or of the last before now.
-
-        Without one it stays where it is.
-        """
-        self.pause()
-        if backwards:
-            topics = TOPICS.values() if self._topics is None else self._topics
-            before = (self.log.latest(topic, self.now_ns - 1) for topic in topics)
-            times_ns = [record.log_time_ns for record in before if record is not None]
-            if times_ns:
-                self.seek(max(times_ns))
-            return
-        if self._jumped:
-            later = self.log.records(self._topics, start_ns=self.now_ns + 1)
-            upcoming = next(later, None)
-        else:
-            upcoming = self._peek(NEVER_NS)
-        if upcoming is not None:
-            self.now_ns = max(self.now_ns, upcoming.log_time_ns)
 
     def loop(self, begin_ns: int, end_ns: int) -> None:
         """Play one stretch over and over: from its end, or the log's, on to its beginning.

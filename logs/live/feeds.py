@@ -35,10 +35,6 @@ class LogFeed:
         """See `LogFile.records`."""
         return self._log.records(topics, start_ns=start_ns, end_ns=end_ns, pictures=True)
 
-    def latest(self, topic: Topic[Any], time_ns: int) -> Record | None:
-        """See `LogFile.latest`."""
-        return self._log.latest(topic, time_ns)
-
     def latest_each(self, time_ns: int, names: Iterable[str] | None = None) -> list[Record]:
         """See `LogFile.latest_each`."""
         return self._log.latest_each(time_ns, names)
@@ -100,10 +96,6 @@ class RunFeed:
             return window
         before_ns = min(end_ns, self._window_begin_ns)
         return chain(self._log.records(topics, start_ns=start_ns, end_ns=before_ns), window)
-
-    def latest(self, topic: Topic[Any], time_ns: int) -> Record | None:
-        """See `LogFile.latest`."""
-        return self._log.latest(topic, time_ns)
 
     def latest_each(self, time_ns: int, names: Iterable[str] | None = None) -> list[Record]:
         """See `LogFile.latest_each`."""
