@@ -1,11 +1,9 @@
 """Playing a log: where playback is, and what is due as wall time passes."""
 
-import math
 from collections.abc import Collection, Iterator
 from typing import Any, NamedTuple, Protocol
 
-from farside.node import NEVER_NS, Record, Topic, to_ns
-from farside.topics import TOPICS
+from farside.node import NEVER_NS, Record, Topic, to_ns, to_s
 
 
 class Source(Protocol):
@@ -26,10 +24,6 @@ class Source(Protocol):
         self, topics: Collection[Topic[Any]] | None = None, *, start_ns: int = 0, end_ns: int = ...
     ) -> Iterator[Record]:
         """See `LogFile.records`."""
-        ...
-
-    def latest(self, topic: Topic[Any], time_ns: int) -> Record | None:
-        """See `LogFile.latest`."""
         ...
 
 
@@ -122,27 +116,6 @@ class Player:
         self.now_ns = max(0, min(time_ns, self.log.end_ns))
         self._jumped = True
 
-    def step(self, *, backwards: bool = False) -> None:
-        """Pause, and go to the time of the next record, or of the last before now.
-
-        Without one it stays where it is.
-        """
-        self.pause()
-        if backwards:
-            topics = TOPICS.values() if self._topics is None else self._topics
-            before = (self.log.latest(topic, self.now_ns - 1) for topic in topics)
-            times_ns = [record.log_time_ns for record in before if record is not None]
-            if times_ns:
-                self.seek(max(times_ns))
-            return
-        if self._jumped:
-            later = self.log.records(self._topics, start_ns=self.now_ns + 1)
-            upcoming = next(later, None)
-        else:
-            upcoming = self._peek(NEVER_NS)
-        if upcoming is not None:
-            self.now_ns = max(self.now_ns, upcoming.log_time_ns)
-
     def loop(self, begin_ns: int, end_ns: int) -> None:
         """Play one stretch over and over: from its end, or the log's, on to its beginning.
 
@@ -185,9 +158,9 @@ class Player:
             self.now_ns = max(self.now_ns, min(end_ns, self.now_ns + self._passed_ns(wall_s)))
 
     def _passed_ns(self, wall_s: float) -> int:
-        if math.isinf(self.speed):
-            return NEVER_NS if wall_s > 0 else 0
-        return to_ns(wall_s * self.speed)
+        if wall_s <= 0:
+            return 0
+        return to_ns(min(wall_s * self.speed, to_s(NEVER_NS)))
 
     def _limits_ns(self) -> tuple[int, int]:
         """How far it plays before it waits, or wraps."""

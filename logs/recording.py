@@ -15,7 +15,6 @@ from importlib.metadata import PackageNotFoundError, version
 from itertools import count
 from operator import attrgetter
 from pathlib import Path
-from types import TracebackType
 from typing import NamedTuple, Self
 
 import msgspec
@@ -257,12 +256,7 @@ class Recorder:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, _kind: object, error: object, _traceback: object) -> None:
         if isinstance(error, LogError):
             # The file cannot be written; what it holds stays as it is.
             with suppress(LogError):

@@ -250,9 +250,9 @@ def cargo_text(event: FrameEvent) -> str:
 
 def carried_text(carried: Carried, *, stored: bool = False) -> str:
     """A message, or the part of one, in a frame; see `cargo_text`."""
-    text = _NAMES.get(carried.kind, carried.kind)
-    if carried.number is not None:
-        text = text.format(carried.number)
+    text, name = carried.kind, _NAMES.get(carried.kind)
+    if name is not None and carried.number is not None:
+        text = name.format(carried.number)
     if stored and carried.kind == "telemetry" and carried.time_ns is not None:
         text = f"stored telemetry of {time_text(carried.time_ns)}"
     if carried.parts > 1:

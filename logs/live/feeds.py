@@ -40,10 +40,6 @@ class LogFeed:
         """See `LogFile.records`."""
         return self._log.records(topics, start_ns=start_ns, end_ns=end_ns, pictures=True)
 
-    def latest(self, topic: Topic[Any], time_ns: int) -> Record | None:
-        """See `LogFile.latest`."""
-        return self._log.latest(topic, time_ns)
-
     def latest_each(self, time_ns: int, names: Iterable[str] | None = None) -> list[Record]:
         """See `LogFile.latest_each`."""
         return self._log.latest_each(time_ns, names)
@@ -110,10 +106,6 @@ class RunFeed:
             return window
         before_ns = min(end_ns, self._window_begin_ns - 1)
         return chain(self._log.records(topics, start_ns=start_ns, end_ns=before_ns), window)
-
-    def latest(self, topic: Topic[Any], time_ns: int) -> Record | None:
-        """See `LogFile.latest`."""
-        return self._log.latest(topic, time_ns)
 
     def latest_each(self, time_ns: int, names: Iterable[str] | None = None) -> list[Record]:
         """See `LogFile.latest_each`."""

@@ -20,8 +20,14 @@ As = Annotated[
 ]
 """The option `--as ground`."""
 
-Json = Annotated[bool, typer.Option("--json", help="Print one JSON object.")]
-"""The option `--json`."""
+Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Set a value of the mission file."),
+]
+"""The option `--set` of commands that run or check a mission."""
+
+Json = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
+"""The option `--json` of commands that come to a result."""
 
 
 def completing(words: Mapping[str, str]) -> Callable[[str], list[tuple[str, str]]]:

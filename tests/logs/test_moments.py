@@ -189,7 +189,3 @@ class Repeated:
             ):
                 self.read += 1
                 yield msgspec.structs.replace(record, log_time_ns=record.log_time_ns + since_ns)
-
-    def latest(self, topic: Topic[Any], time_ns: int) -> Record | None:
-        """See `LogFile.latest`."""
-        raise NotImplementedError

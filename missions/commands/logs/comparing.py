@@ -7,6 +7,7 @@ import typer
 
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.logs.finding import damage_told
+from farside.missions.commands.values import Json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -21,9 +22,7 @@ def diff_logs(
     context: typer.Context,
     first: Annotated[Path, typer.Argument(metavar="A", help="Log of a run.")],
     second: Annotated[Path, typer.Argument(metavar="B", help="Log of another run.")],
-    json: Annotated[
-        bool, typer.Option("--json", help="Print the result as one JSON object.")
-    ] = False,
+    json: Json = False,
 ) -> None:
     """Say where two runs part for the first time, and what came of it.
 

@@ -8,6 +8,7 @@ import typer
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.failures import print_error, status_of
 from farside.missions.commands.logs.finding import damage_told, log_named
+from farside.missions.commands.values import Json, Set
 from farside.node import to_s
 
 if TYPE_CHECKING:
@@ -25,7 +26,6 @@ Log = Annotated[
     Path | None,
     typer.Argument(metavar="LOG", help="Log of a run; the newest by default.", show_default=False),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
 
 
 def verify_log(context: typer.Context, log: Log = None, json: Json = False) -> None:
@@ -84,10 +84,7 @@ def _show_verdict(verdict: "Verdict", console: "Console") -> None:
 def rerun_log(
     context: typer.Context,
     log: Log = None,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Set a value of the mission."),
-    ] = None,
+    set_: Set = None,
     seed: Annotated[
         int | None, typer.Option(min=0, metavar="N", help="Seed, in place of the run's.")
     ] = None,

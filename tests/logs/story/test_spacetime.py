@@ -245,6 +245,12 @@ def test_records_of_older_logs_still_say_what_became_of_a_frame() -> None:
     assert (word.what, word.carries) == ("part of a message", None)
 
 
+def test_what_a_log_calls_a_message_is_no_format() -> None:
+    carries = (Carried("{0.__class__} {1:>999999999999}", 7), Carried("}", 7))
+    (word,) = _words_of((1, FrameEvent(UP, 0, FrameStage.MADE, 9, "segment", carries=carries)))
+    assert word.what == "{0.__class__} {1:>999999999999}, }"
+
+
 def _words_of(*noted: tuple[float, FrameEvent]) -> list[Word]:
     with log_of(records_of(noted)) as log:
         return list(words(log))
