@@ -13,8 +13,11 @@ from numpy.random import Generator
 
 from farside.ground.view.view import Focus, GroundView, OptionKind
 from farside.missions import load_mission, run_mission
+from farside.missions.build import build_node
 from farside.missions.conductor import Watcher
+from farside.missions.crew.crew import InProcessCrew
 from farside.missions.loading import LoadedMission
+from farside.missions.reliving.crew import RelivedCrew
 from farside.node import Record, Role, to_ns
 
 TAUGHT_S, BRIEF_S = 490.0, 30.0
@@ -88,3 +91,14 @@ def test_windows_of_any_length_and_looks_at_any_time_leave_the_log_as_it_is(
     seed: int, name: str, out: Path
 ) -> None:
     assert looked_at(name, BRIEF_S, seed, out).views
+
+
+def test_a_run_that_is_lived_again_can_be_looked_at_as_it_was_then() -> None:
+    mission = shortened("blackout", BRIEF_S).mission
+    live = InProcessCrew(*(build_node(role, mission) for role in Role))
+    for until_s in range(1, 21):
+        live.advance(to_ns(until_s))
+    again = RelivedCrew(mission)
+    again.advance(to_ns(20.0))
+    assert again.look(Focus()) == live.look(Focus())
+    assert again.look(Focus()) is not None
