@@ -151,7 +151,7 @@ def _card(card: ProposalCard | None) -> Iterator[tuple[Text, int]]:
     """What is said of the proposal, each with the most rows that it may take."""
     if card is None:
         return
-    answer = "  ⏎ approves" if card.can_answer else ""
+    answer = "  ⏎" if card.can_answer else ""
     yield told(card.title + answer, Tone.WORD if card.can_answer else Tone.PLAIN), 1
     if card.answered:
         yield told(card.answered, style=DIM), 1
