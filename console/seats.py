@@ -6,10 +6,11 @@ a short loss of the connection keeps it."""
 
 
 class Seats:
-    """Who of the pages that look has the stick. A page may be open more than once, in a reload.
+    """Who of those that look has the stick. A page may be open more than once, in a reload.
 
-    The first page gets the stick. Another one asks for it, and the holder hands it over. Of a
-    holder whose page is gone for `GONE_S` it is taken at once. Times are seconds of wall time.
+    The first page gets the stick. Another one asks for it, and the holder hands it over. It is free
+    when its holder has been gone for `GONE_S`: who comes or asks then gets it at once. Times are
+    seconds of wall time, from any origin.
 
     Attributes:
         asks: the page that asks for the stick; `None` if none does.
@@ -31,7 +32,7 @@ class Seats:
         return page == self._holder
 
     def free(self, now_s: float) -> bool:
-        """Whether whoever asks gets the stick at once."""
+        """Whether whoever comes or asks gets the stick at once."""
         if self._holder is None:
             return True
         return self._gone_s is not None and now_s - self._gone_s >= GONE_S
@@ -41,7 +42,7 @@ class Seats:
         self._open[page] = self._open.get(page, 0) + 1
         if self.holds(page):
             self._gone_s = None
-        elif self._holder is None:
+        elif self.free(now_s):
             self._give(page)
 
     def close(self, page: str, now_s: float) -> None:
@@ -73,13 +74,6 @@ class Seats:
         if not self.holds(page) or self.asks is None:
             return False
         self._give(self.asks)
-        return True
-
-    def keep(self, page: str) -> bool:
-        """The holder says no to the page that asks; whether there was one."""
-        if not self.holds(page) or self.asks is None:
-            return False
-        self.asks = None
         return True
 
     def _give(self, page: str) -> None:

@@ -114,7 +114,7 @@ class Session:
             entry = LogEntry.of(record)
             line = self._picture.apply(entry)
             self._events.take(entry, line)
-            self._alarms.take(entry, now_ns)
+            self._alarms.take(entry)
             self._strip.take(entry)
             self._decisions.take(entry, self._picture)
             if self._exercise is not None:
@@ -381,7 +381,7 @@ class Session:
     def acknowledge(self, alarm: int | None = None) -> str:
         """Acknowledge an alarm, or all."""
         count = self._alarms.acknowledge(alarm)
-        if count and self._exercise is not None:
+        if count and not self._alarms.left and self._exercise is not None:
             self._exercise.acknowledged()
         return f"{count} acknowledged" if count else "not acknowledged: no alarm stands"
 

@@ -60,7 +60,9 @@ def mode_dialog(press: Callable[[Press], None]) -> ui.dialog:
 
     with _dialog("Mode") as dialog:
         for mode, does in MODES.items():
-            button = ui.button(color=None, on_click=order(mode)).props(f'no-caps align=left data-key="{mode[0]}"')
+            button = ui.button(color=None, on_click=order(mode)).props(
+                f'no-caps align=left data-key="{mode[0]}"'
+            )
             with button.classes("choice"):
                 ui.label(f"{mode} ({mode[0].upper()})").classes("title")
                 ui.label(does)
@@ -92,7 +94,9 @@ class GoalDialog:
         if place:
             self._dialog.close()
             priority = self._priority.value
-            self._press(Press(What.GOAL, place, amount=None if priority is None else float(priority)))
+            self._press(
+                Press(What.GOAL, place, amount=None if priority is None else float(priority))
+            )
 
 
 class Listing:

@@ -8,7 +8,9 @@ from starlette.datastructures import Headers, MutableHeaders
 from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-_NO_TOKEN = "This address lacks the token: open the whole address that `farside console` printed.\n"
+_INCOMPLETE = (
+    "This address lacks the token: open the whole address that `farside console` printed.\n"
+)
 _FOREIGN = "Refused: asked for by the page of another site.\n"
 
 
@@ -26,6 +28,7 @@ class Guard:
         self._app, self._token, self._cookie = app, token, f"farside-{port}"
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass on a request, or refuse it."""
         if scope["type"] not in {"http", "websocket"}:
             await self._app(scope, receive, send)
             return
@@ -33,7 +36,7 @@ class Guard:
         brought = parse_qs(scope["query_string"].decode("latin-1")).get("token", [""])[0]
         in_address = self._is_token(brought)
         if not (in_address or self._is_token(self._kept(headers))):
-            await _refuse(scope, receive, send, _NO_TOKEN)
+            await _refuse(scope, receive, send, _INCOMPLETE)
         elif not _is_own(headers):
             await _refuse(scope, receive, send, _FOREIGN)
         else:

@@ -1,4 +1,4 @@
-"""The hand of a person at a page: what was pressed there becomes an order, or is refused in words."""
+"""The hand of a person at a page: what was pressed becomes an order, or is refused in words."""
 
 import time
 from collections.abc import Callable
@@ -6,9 +6,10 @@ from enum import StrEnum
 
 import msgspec
 
+from farside.console.pacing import Until
 from farside.console.page.shown import Shown
 from farside.console.seats import Seats
-from farside.console.session import Session, Until
+from farside.console.session import Session
 from farside.control import Mode
 from farside.messages import Tokens
 
@@ -28,6 +29,7 @@ class What(StrEnum):
     WITHDRAW = "withdraw"
     MODE = "mode"
     PAUSE = "pause"
+    PLAY = "play"
     SPEED = "speed"
     SLOWER = "slower"
     FASTER = "faster"
@@ -76,14 +78,14 @@ class Hand:
 
     @property
     def has_stick(self) -> bool:
-        """Whether this page may order."""
+        """Whether this page commands."""
         return self.page is not None and self._seats.holds(self.page)
 
     def order(self, press: Press) -> str:
         """Do what was pressed; what to tell the person, empty for nothing."""
         if not self.has_stick:
             quiet = press.what is What.LOOK
-            return "" if quiet else "not done: another page has the stick; ask for it above"
+            return "" if quiet else "not done: another page commands; ask for command at the top"
         if press.shown_ms is not None and press.shown_ms < SETTLED_MS:
             return "not done: what this does has just changed; look, and press again"
         return self._station.do(_does(press))
@@ -91,70 +93,71 @@ class Hand:
     def ask(self) -> str:
         """Ask for the stick; what to tell the person."""
         if self.page is not None and self._seats.ask(self.page, time.monotonic()):
-            return "this page has the stick"
-        return "asked for the stick: whoever has it is to hand it over"
+            return "this page commands now"
+        return "asked for command: whoever has it is to hand it over"
 
     def hand_over(self) -> str:
         """Give the stick to the page that asks; what to tell the person."""
         given = self.page is not None and self._seats.hand_over(self.page)
-        return "the stick is handed over" if given else "not handed over: no page asks for the stick"
-
-    def keep(self) -> str:
-        """Say no to the page that asks; what to tell the person."""
-        kept = self.page is not None and self._seats.keep(self.page)
-        return "the stick stays here" if kept else ""
+        return "command is handed over" if given else "not handed over: nobody asks for command"
 
 
 def _does(press: Press) -> Callable[[Session], str]:
-    return lambda session: _do(session, press) or ""
+    return lambda session: _DOES[press.what](session, press)
 
 
-def _do(session: Session, press: Press) -> str | None:
-    match press.what:
-        case What.CHOOSE:
-            return session.choose(press.word, insist=press.insist)
-        case What.APPROVE if press.number:
-            return session.approve(press.number)
-        case What.VETO if press.number:
-            return session.veto(press.number)
-        case What.APPROVE | What.VETO:
-            return "not ordered: no proposal waits for an answer"
-        case What.TAKE_BACK if press.number:
-            return session.take_back(press.number)
-        case What.TAKE_BACK:
-            return "not ordered: nothing on its way can be taken back"
-        case What.DISCARD:
-            return session.discard(press.number)
-        case What.GOAL:
-            return session.set_goal(press.word, press.amount)
-        case What.WITHDRAW:
-            return session.withdraw_goal(press.tokens)
-        case What.MODE:
-            return session.set_mode(Mode(press.word))
-        case What.ACKNOWLEDGE:
-            return session.acknowledge(press.number or None)
-        case _:
-            return _look(session, press)
+def _answer(session: Session, press: Press) -> str:
+    if not press.number:
+        return "not ordered: no proposal waits for an answer"
+    answer = session.approve if press.what is What.APPROVE else session.veto
+    return answer(press.number)
 
 
-def _look(session: Session, press: Press) -> str | None:
-    """Time, and what is looked at."""
-    match press.what:
-        case What.PAUSE:
-            return session.play() if press.word == "play" else session.pause()
-        case What.SPEED:
-            return session.set_speed(press.amount or 1.0)
-        case What.SLOWER:
-            return session.slower()
-        case What.FASTER:
-            return session.faster()
-        case What.ARRIVAL:
-            return session.warp(Until.ARRIVAL)
-        case What.CONTACT:
-            return session.warp(Until.CONTACT)
-        case What.HEAT:
-            return session.show_heat(press.word == "shown")
-        case What.LOOK:
-            return session.look_at(press.word or None)
-        case _:
-            return session.read()
+def _take_back(session: Session, press: Press) -> str:
+    if not press.number:
+        return "not taken back: nothing is on its way that can be"
+    return session.take_back(press.number)
+
+
+def _pause(session: Session, press: Press) -> str:
+    """Pause and go on are one switch of the session; two pages must not undo each other."""
+    wants = press.what is What.PAUSE
+    return session.pause() if session.pacing.paused != wants else ""
+
+
+def _set_heat(session: Session, press: Press) -> str:
+    session.show_heat(press.word == "shown")
+    return ""
+
+
+def _look(session: Session, press: Press) -> str:
+    session.look_at(press.word or None)
+    return ""
+
+
+def _read(session: Session, _: Press) -> str:
+    session.read()
+    return ""
+
+
+_DOES: dict[What, Callable[[Session, Press], str]] = {
+    What.CHOOSE: lambda session, press: session.choose(press.word, insist=press.insist),
+    What.APPROVE: _answer,
+    What.VETO: _answer,
+    What.TAKE_BACK: _take_back,
+    What.DISCARD: lambda session, press: session.discard(press.number),
+    What.GOAL: lambda session, press: session.set_goal(press.word, press.amount),
+    What.WITHDRAW: lambda session, press: session.withdraw_goal(press.tokens),
+    What.MODE: lambda session, press: session.set_mode(Mode(press.word)),
+    What.PAUSE: _pause,
+    What.PLAY: _pause,
+    What.SPEED: lambda session, press: session.set_speed(press.amount or 1.0),
+    What.SLOWER: lambda session, _: session.slower(),
+    What.FASTER: lambda session, _: session.faster(),
+    What.ARRIVAL: lambda session, _: session.warp(Until.ARRIVAL),
+    What.CONTACT: lambda session, _: session.warp(Until.CONTACT),
+    What.HEAT: _set_heat,
+    What.LOOK: _look,
+    What.ACKNOWLEDGE: lambda session, press: session.acknowledge(press.number or None),
+    What.READ: _read,
+}

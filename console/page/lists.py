@@ -32,7 +32,9 @@ class _Command:
                 self._text = ui.label().classes("text")
                 self._words = Words("soft")
             self._until = Words("until")
-            self._back = _small(button, f"{button[:-2]}: {row.number or ''} {row.text}", lambda: press(order))
+            self._back = _small(
+                button, f"{button[:-2]}: {row.number or ''} {row.text}", lambda: press(order)
+            )
 
     def show(self, item: CommandRow, now_ns: int) -> None:
         self._text.set_text(item.text)
@@ -43,7 +45,9 @@ class _Command:
             words.append(f"seen in {left(item.seen_ns, now_ns)}")
         self._words.say(" · ".join(words))
         until = item.take_back_until_ns
-        self._until.say(f"{left(until, now_ns)} left" if until is not None and until > now_ns else "")
+        self._until.say(
+            f"{left(until, now_ns)} left" if until is not None and until > now_ns else ""
+        )
         self._back.set_visibility(item.can_take_back or item.held is not None)
         toned(self.root, item.tone)
         self.root.classes(add="over" if item.is_over else "", remove="" if item.is_over else "over")
@@ -54,13 +58,17 @@ class _Goal:
 
     def __init__(self, press: Presses, row: GoalRow) -> None:
         place = next(map(place_name, filter(is_place_token, row.tokens)), "")
-        with ui.element("span").classes("goal") as self.root:
+        with ui.element("span").classes("goal-row") as self.root:
             self._text = ui.label()
-            _small("✕", f"withdraw the goal {row.text}", lambda: press(Press(What.WITHDRAW, tokens=row.tokens)))
+            _small(
+                "✕",
+                f"withdraw the goal {row.text}",
+                lambda: press(Press(What.WITHDRAW, tokens=row.tokens)),
+            )
         self.root.on("mouseenter", lambda: press(Press(What.LOOK, place)), args=[])
         self.root.on("mouseleave", lambda: press(Press(What.LOOK)), args=[])
 
-    def show(self, item: GoalRow, now_ns: int) -> None:
+    def show(self, item: GoalRow, _: int) -> None:
         self._text.set_text(item.text)
         toned(self.root, item.tone)
 
@@ -75,7 +83,7 @@ class _Event:
             ui.label(row.text)
         toned(self.root, row.tone)
 
-    def show(self, item: EventRow, now_ns: int) -> None:
+    def show(self, item: EventRow, _: int) -> None:
         """An event stays as it is."""
 
 
@@ -87,10 +95,12 @@ class _Alarm:
             self._text = ui.label().classes("text")
             self._times = ui.label().classes("soft")
             self._button = _small(
-                "ack.", f"acknowledge: {row.text}", lambda: press(Press(What.ACKNOWLEDGE, number=row.number))
+                "ack.",
+                f"acknowledge: {row.text}",
+                lambda: press(Press(What.ACKNOWLEDGE, number=row.number)),
             )
 
-    def show(self, item: AlarmRow, now_ns: int) -> None:
+    def show(self, item: AlarmRow, _: int) -> None:
         self._text.set_text(item.text + (f" ({item.count} times)" if item.count > 1 else ""))
         self._times.set_text(f"{clock(item.so_ns)} so, {clock(item.learned_ns)} learned")
         self._button.set_visibility(not item.acknowledged)
@@ -104,7 +114,7 @@ class Way:
         with ui.element("section").classes("way-block").props('aria-label="on the way"'):
             ui.label("ON THE WAY").classes("head")
             self._rows = Rows[CommandRow](
-                lambda row: (row.number, row.held),
+                lambda row: (row.number, row.held, row.text if row.held else None),
                 lambda row: _Command(press, row),
                 label="commands",
                 empty="nothing is on the way",
@@ -123,7 +133,10 @@ class Blocks:
             ui.label("GOALS").classes("head")
             with ui.element("div").classes("goals"):
                 self._goals = Rows[GoalRow](
-                    lambda row: row.tokens, lambda row: _Goal(press, row), label="goals", empty="none"
+                    lambda row: row.tokens,
+                    lambda row: _Goal(press, row),
+                    label="goals",
+                    empty="none",
                 )
                 _small("+ goal", "set a goal at a place", asks_goal)
             self._facts = {}
@@ -148,16 +161,28 @@ class Foot:
         with ui.element("footer"):
             with ui.element("section").classes("events").props('aria-label="events"'):
                 self._events = Rows[EventRow](
-                    lambda row: row.number, _Event, label="events, newest first", empty="nothing has happened"
+                    lambda row: row.number,
+                    _Event,
+                    label="events, newest first",
+                    empty="nothing has happened",
                 )
             with ui.element("section").classes("alarms").props('aria-label="alarms"'):
                 with ui.element("div").classes("head"):
                     self._count = ui.label()
-                    _small("ack. all (X)", "acknowledge all alarms", lambda: press(Press(What.ACKNOWLEDGE)))
-                    ui.switch("all events", on_change=lambda event: self._show_all(all_=event.value)).props("dense")
+                    _small(
+                        "ack. all (X)",
+                        "acknowledge all alarms",
+                        lambda: press(Press(What.ACKNOWLEDGE)),
+                    )
+                    ui.switch(
+                        "all events", on_change=lambda event: self._show_all(all_=event.value)
+                    ).props("dense")
                     self.meanwhile = _small("meanwhile", "what it did meanwhile", asks_meanwhile)
                 self._alarms = Rows[AlarmRow](
-                    lambda row: row.number, lambda row: _Alarm(press, row), label="alarms", empty="none"
+                    lambda row: row.number,
+                    lambda row: _Alarm(press, row),
+                    label="alarms",
+                    empty="none",
                 )
 
     def _show_all(self, *, all_: bool) -> None:

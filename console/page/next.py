@@ -1,9 +1,10 @@
-"""NEXT: what happens if the operator does nothing, the proposal, and the actions with their cues."""
+"""NEXT: what happens if nobody does anything, the proposal, and the actions with their cues."""
 
 from nicegui import ui
 
 from farside.console.page.parts import Facts, Words, toned
 from farside.console.screen.screen import OptionRow, ProposalCard, Screen, Tone
+from farside.console.stick.cues import Edge, cue_of, edge_of
 
 _PLACES = {"N": "2 / 3", "W": "3 / 2", "E": "3 / 4", "S": "4 / 3"}
 _ARROWS = {"N": "▲", "W": "◀", "E": "▶", "S": "▼"}
@@ -20,15 +21,19 @@ class Next:
             with ui.element("div").classes("card"):
                 self._title = Words("title")
                 self._facts = Facts()
-                self._conflicts = Words("tone-caution")
+                self._conflicts = Words("conflicts tone-caution")
                 self._runner_up = Words("soft")
                 self._answered = Words("answered")
                 with ui.element("div").classes("veto") as self._veto:
-                    self._bar = ui.linear_progress(show_value=False, color=None).props("instant-feedback")
+                    self._bar = ui.linear_progress(show_value=False, color=None).props(
+                        "instant-feedback"
+                    )
                     self._bar.props('aria-label="veto window"')
                     self._left = ui.label()
             with ui.element("div").classes("answer"):
-                self._pad = ui.element("div").classes("pad").props('role=group aria-label="actions"')
+                self._pad = (
+                    ui.element("div").classes("pad").props('role=group aria-label="actions"')
+                )
                 with ui.element("div").classes("buttons"):
                     with ui.element("div").classes("pair"):
                         self._approve = _button("Approve ⏎", "approve")
@@ -65,15 +70,18 @@ class Next:
                 button = ui.button(color=None).props(f'no-caps data-option="{action}"')
                 if action in _PLACES:
                     button.style(f"grid-area: {_PLACES[action]}")
-                button.on("click", js_handler=f"(event) => farside.choose('{action}', event.shiftKey)")
+                button.on(
+                    "click", js_handler=f"(event) => farside.choose('{action}', event.shiftKey)"
+                )
                 self._options[action] = button, None
         button, shown = self._options[action]
         if option == shown:
             return
         self._options[action] = button, option
         button.set_text(f"{_ARROWS.get(action, '')} {action}".strip())
-        kinds = [f"kind-{kind}" for kind in ("free", "proposed", "problematic", "invalid")]
-        button.classes(add=f"kind-{option.kind}", remove=" ".join(k for k in kinds if k != f"kind-{option.kind}"))
+        edge = edge_of(cue_of(option))
+        others = " ".join(f"edge-{other}" for other in Edge if other is not edge)
+        button.classes(add=f"edge-{edge}", remove=others)
         told = ": ".join(filter(None, [action, option.does, option.why]))
         if button.props.get("aria-label") != told:
             button.props["aria-label"] = told

@@ -1,6 +1,7 @@
 """The page as one visitor has it: five places, kept as the station is."""
 
 import time
+from collections.abc import Callable
 
 import msgspec
 from nicegui import events, ui
@@ -20,13 +21,13 @@ from farside.console.page.next import Next
 from farside.console.page.parts import Words, toned
 from farside.console.page.shown import Picture, Visits, as_json
 from farside.console.page.top import Top
-from farside.console.screen.screen import Chart, EventRow, Screen, Spot, Tone
+from farside.console.screen.screen import Chart, EventRow, MapView, Screen, Spot, Tone
+from farside.console.stick.cues import TABLE
 from farside.places import Chart as Places
 
 _TICK_S = 0.1
 _HEAD = (
-    '<link rel="stylesheet" href="/farside/page.css">'
-    '<script defer src="/farside/page.js"></script>'
+    '<link rel="stylesheet" href="/farside/page.css"><script defer src="/farside/page.js"></script>'
 )
 
 
@@ -60,17 +61,26 @@ class Page:
         goal = self._goal = GoalDialog(self._press, self._named)
         help_, mode = help_dialog(), mode_dialog(self._press)
         self._meanwhile, self._steps = Listing("What it did meanwhile"), Listing("Exercise")
-        self._opens = {"help": help_.open, "mode": mode.open, "goal": goal.open}
+        self._opens: dict[str, Callable[[], object]] = {
+            "help": help_.open,
+            "mode": mode.open,
+            "goal": goal.open,
+        }
         with ui.element("div").classes("console"):
             self._top = Top(
-                self._press, ask=self._ask, asks_mode=mode.open, asks_help=help_.open
+                self._press,
+                ask=self._ask,
+                asks_mode=self._opens["mode"],
+                asks_help=self._opens["help"],
             )
             with ui.element("main"):
                 with ui.element("div").classes("left"):
                     self._exercise = ui.button(color=None, on_click=self._open_steps)
                     self._exercise.classes("exercise").props("no-caps align=left")
                     self._map()
-                    ui.element("div").classes("farside-strip").props('role=img aria-label="light strip"')
+                    ui.element("div").classes("farside-strip").props(
+                        'role=img aria-label="light strip"'
+                    )
                 with ui.element("div").classes("right"):
                     self._next = Next()
                     self._way = Way(self._press)
@@ -89,7 +99,7 @@ class Page:
                 views.props("no-caps unelevated dense").classes("farside-views")
                 views.on_value_change(self._viewed)
                 self._views = views
-            self._policy = Words("policy-label")
+            self._legend = Words("legend")
 
     # --- what the person does ---
 
@@ -106,6 +116,8 @@ class Page:
 
     def _opened(self, event: events.GenericEventArguments) -> None:
         match event.args["detail"]:
+            case "seat":
+                self._ask()
             case "view":
                 order = list(self._views.options)
                 place = order.index(self._views.value)
@@ -113,7 +125,7 @@ class Page:
             case str(name) if name in self._opens:
                 self._opens[name]()
 
-    def _viewed(self, event: events.ValueChangeEventArguments) -> None:
+    def _viewed(self, event: events.ValueChangeEventArguments[str]) -> None:
         view = str(event.value)
         wants, has = view != "map", bool(self._screen and self._screen.map.heat)
         if wants != has:
@@ -175,6 +187,7 @@ class Page:
         chart = self._visits.station.chart
         if chart is not None and chart != self._chart:
             self._chart = chart
+            self._run(f"farside.cues({as_json(TABLE)})")
             self._run(f"farside.chart({as_json(chart)})")
         if picture.heat != self._heat:
             self._heat = picture.heat
@@ -187,7 +200,7 @@ class Page:
         self._way.show(screen)
         self._blocks.show(screen)
         self._foot.show(screen)
-        self._policy.say(" · ".join(filter(None, [screen.map.heard_label, screen.map.policy_label])))
+        self._legend.say(_legend(screen.map))
         new = [row for row in self._late() if row.number > self._read_until]
         toned(self._foot.meanwhile, Tone.WORD if new else Tone.PLAIN)
         done = sum(step.done for step in screen.exercise)
@@ -211,15 +224,17 @@ class Page:
 
     def _show_seat(self) -> None:
         seats = self._visits.seats
+        if seats.asks is not None and seats.asks == self._hand.page:
+            seats.ask(seats.asks, time.monotonic())  # whoever has it may be gone by now
         seat = (self._hand.has_stick, seats.asks is not None)
         if seat == self._seat:
             return
         self._seat = seat
         has, asked = seat
         if has:
-            self._top.seat("hand over the stick" if asked else "you have the stick", asked=asked)
+            self._top.seat("hand over command" if asked else "you command", asked=asked)
         else:
-            self._top.seat("asked for the stick" if asked else "ask for the stick", asked=False)
+            self._top.seat("asked for command" if asked else "ask for command", asked=False)
 
     # --- small things ---
 
@@ -233,3 +248,13 @@ class Page:
 
     def _run(self, code: str) -> None:
         self._client.run_javascript(code)
+
+
+def _legend(shown: MapView) -> str:
+    """What stands on the map, each with the mark that it has there."""
+    marks = (
+        ("●", shown.heard_label),
+        ("◌", shown.now.label if shown.now else ""),
+        ("──", shown.policy_label),
+    )
+    return "    ".join(f"{mark} {label}" for mark, label in marks if label)

@@ -1,4 +1,4 @@
-"""Parts that the page is made of: values with their tone, and lists whose rows stay where they are."""
+"""Parts that the page is made of: values with their tone, and lists that keep their rows in place."""
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from typing import Generic, Protocol, TypeVar
@@ -8,8 +8,8 @@ from nicegui import ui
 from farside.console.screen.screen import Said, Tone
 from farside.node import to_s
 
-I_contra = TypeVar("I_contra", contravariant=True)
-I = TypeVar("I")
+Item_contra = TypeVar("Item_contra", contravariant=True)
+Item = TypeVar("Item")
 _TONES = tuple(Tone)
 
 
@@ -79,16 +79,16 @@ class Facts:
                 toned(fact, new.tone, stale=new.stale)
 
 
-class Row(Protocol[I_contra]):
+class Row(Protocol[Item_contra]):
     """A row of a list."""
 
     root: ui.element
 
-    def show(self, item: I_contra, now_ns: int) -> None:
+    def show(self, item: Item_contra, now_ns: int, /) -> None:
         """Show what is so of its item now."""
 
 
-class Rows(Generic[I]):
+class Rows(Generic[Item]):
     """A list that grows away from the pointer: while the pointer is in it, no row comes or goes.
 
     Args:
@@ -100,14 +100,14 @@ class Rows(Generic[I]):
 
     def __init__(
         self,
-        key: Callable[[I], Hashable],
-        make: Callable[[I], Row[I]],
+        key: Callable[[Item], Hashable],
+        make: Callable[[Item], Row[Item]],
         *,
         label: str,
         empty: str = "",
     ) -> None:
         self._key, self._make = key, make
-        self._rows: dict[Hashable, Row[I]] = {}
+        self._rows: dict[Hashable, Row[Item]] = {}
         self._is_held = False
         self.root = ui.element("div").classes("rows").props(f'role=list aria-label="{label}"')
         self.root.on("mouseenter", lambda: self._hold(held=True), args=[])
@@ -118,7 +118,7 @@ class Rows(Generic[I]):
     def _hold(self, *, held: bool) -> None:
         self._is_held = held
 
-    def show(self, items: Iterable[I], now_ns: int) -> None:
+    def show(self, items: Iterable[Item], now_ns: int) -> None:
         """Show these, the first above."""
         new = {self._key(item): item for item in items}
         if not self._is_held and list(new) != list(self._rows):
@@ -127,7 +127,7 @@ class Rows(Generic[I]):
             if key in new:
                 row.show(new[key], now_ns)
 
-    def _arrange(self, new: dict[Hashable, I]) -> None:
+    def _arrange(self, new: dict[Hashable, Item]) -> None:
         for key in [key for key in self._rows if key not in new]:
             self._rows.pop(key).root.delete()
         for index, (key, item) in enumerate(new.items()):

@@ -6,6 +6,9 @@ import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
+from ipaddress import ip_address
+from secrets import token_urlsafe
+from typing import NamedTuple
 
 import uvicorn
 from fastapi import FastAPI
@@ -15,10 +18,14 @@ from farside.console.page.guard import Guard
 from farside.console.page.page import Page
 from farside.console.page.shown import Shown, Visits
 from farside.console.page.static import script, style
+from farside.console.seats import Seats
+
+LOOPBACK = "127.0.0.1"
+"""Where only this machine reaches the page."""
 
 
 class PageError(Exception):
-    """The page cannot be served; the message says why, and what to do."""
+    """The page cannot be served; the message says why."""
 
 
 class _Served:
@@ -46,18 +53,34 @@ class _Server(uvicorn.Server):
             self.is_ready.set()
 
 
+class Serving(NamedTuple):
+    """A page that is served.
+
+    Attributes:
+        address: what to open, with the token in it.
+        lines: what to tell the person.
+        seats: who commands; a stick of this host takes part like a page.
+    """
+
+    address: str
+    lines: tuple[str, ...]
+    seats: Seats
+
+
 @contextmanager
-def serve(station: Shown, *, host: str, port: int, token: str) -> Iterator[str]:
+def serving(
+    station: Shown, *, host: str = LOOPBACK, port: int = 0, token: str | None = None
+) -> Iterator[Serving]:
     """Serve the page of a station for as long as the context lasts.
 
     Args:
         station: what it shows.
         host: where to listen, such as `127.0.0.1`.
         port: at which port; 0 for any that is free.
-        token: what every request has to bring.
+        token: what every request has to bring; by default a new one.
 
     Yields:
-        The address to open, with the token in it.
+        Where it is served.
 
     Raises:
         PageError: if it cannot listen there.
@@ -65,9 +88,13 @@ def serve(station: Shown, *, host: str, port: int, token: str) -> Iterator[str]:
     with _listening(host, port) as sock:
         real = sock.getsockname()[1]
         app, served = _app()
-        served.visits = Visits(station)
+        token = token or token_urlsafe(18)
+        visits = served.visits = Visits(station)
         config = uvicorn.Config(
-            Guard(app, token, real), log_level="error", access_log=False, ws="websockets-sansio",
+            Guard(app, token, real),
+            log_level="error",
+            access_log=False,
+            ws="websockets-sansio",
             timeout_graceful_shutdown=1,
         )
         server = _Server(config)
@@ -76,12 +103,25 @@ def serve(station: Shown, *, host: str, port: int, token: str) -> Iterator[str]:
         try:
             server.is_ready.wait()
             if not server.started:
-                raise PageError("The page's server did not start; its own message stands above.")
-            named = f"[{host}]" if ":" in host else host
-            yield f"http://{named}:{real}/?token={token}"
+                raise PageError("the server of the page did not start")
+            yield _serving(sock, host, token, visits.seats)
         finally:
             server.should_exit = True
             thread.join()
+
+
+def _serving(sock: socket.socket, host: str, token: str, seats: Seats) -> Serving:
+    number, port = sock.getsockname()[:2]
+    where = ip_address(number)
+    named = socket.gethostname() if where.is_unspecified else host
+    address = f"http://{f'[{named}]' if ':' in named else named}:{port}/?token={token}"
+    lines = [f"The page is at {address}"]
+    if not where.is_loopback:
+        lines.append(
+            f"It listens on {host}, not on this machine alone: whoever reaches it there and has "
+            "that address sees the run, and may ask for command. Nothing is encrypted."
+        )
+    return Serving(address, tuple(lines), seats)
 
 
 @contextmanager
@@ -91,7 +131,7 @@ def _listening(host: str, port: int) -> Iterator[socket.socket]:
             host, port, type=socket.SOCK_STREAM, flags=socket.AI_PASSIVE
         )[0]
     except socket.gaierror as error:
-        raise PageError(f"Cannot listen at {host}: no such address here.") from error
+        raise PageError(f"cannot listen at {host}: this machine has no such address") from error
     with socket.socket(family, kind, proto) as sock:
         sock.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
@@ -104,11 +144,11 @@ def _listening(host: str, port: int) -> Iterator[socket.socket]:
 def _why(error: OSError, host: str, port: int) -> str:
     match error.errno:
         case errno.EADDRINUSE:
-            return f"Port {port} is taken on {host}: name another one, or 0 for any that is free."
+            return f"port {port} of {host} is taken"
         case errno.EACCES:
-            return f"Port {port} needs rights that this user lacks: name one above 1023, or 0."
+            return f"port {port} is only for an administrator"
         case _:
-            return f"Cannot listen at {host}, port {port}: {error.strerror}."
+            return f"cannot listen at {host}, port {port}: {error.strerror}"
 
 
 @cache

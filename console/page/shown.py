@@ -13,9 +13,8 @@ from farside.console.session import Session
 class Shown(Protocol):
     """A station, as the page sees it."""
 
-    @property
-    def version(self) -> int:
-        """Grows with every change."""
+    version: int
+    """Grows with every change."""
 
     @property
     def chart(self) -> Chart | None:
@@ -24,8 +23,16 @@ class Shown(Protocol):
     def screen(self) -> Screen:
         """All that is shown now."""
 
-    def do(self, f: Callable[[Session], str]) -> str:
+    def do(self, what: Callable[[Session], str], /) -> str:
         """Ask something of the session; what to tell the person."""
+
+
+class Newest(msgspec.Struct, frozen=True):
+    """What Esc takes back: a command by its number, or what is held under its number of holding."""
+
+    number: int
+    held: int | None
+    text: str
 
 
 class Drawing(msgspec.Struct, frozen=True):
@@ -39,7 +46,7 @@ class Drawing(msgspec.Struct, frozen=True):
         options: the actions with their cues.
         proposal: the number of the proposal that can be answered; 0 without one.
         proposed: its action.
-        newest: the newest command that can be taken back; 0 without one.
+        newest: what can be taken back, the newest of it; `None` without one.
     """
 
     now_ns: int
@@ -49,7 +56,7 @@ class Drawing(msgspec.Struct, frozen=True):
     options: tuple[OptionRow, ...]
     proposal: int
     proposed: str
-    newest: int
+    newest: Newest | None
 
 
 class Picture(msgspec.Struct, frozen=True):
@@ -82,7 +89,7 @@ class Visits:
     Attributes:
         station: the station.
         pictures: what it shows.
-        seats: who has the stick.
+        seats: who commands.
     """
 
     def __init__(self, station: Shown) -> None:
@@ -102,7 +109,14 @@ def _picture(version: int, screen: Screen) -> Picture:
         screen.options,
         proposal.number if proposal and answerable else 0,
         proposal.action if proposal and answerable else "",
-        next((row.number for row in screen.commands if row.can_take_back), 0),
+        next(
+            (
+                Newest(row.number, row.held, row.text)
+                for row in screen.commands
+                if row.can_take_back
+            ),
+            None,
+        ),
     )
     return Picture(version, screen, as_json(drawing), screen.map.heat)
 

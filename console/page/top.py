@@ -16,7 +16,7 @@ class Top:
 
     Args:
         press: orders something.
-        ask: asks for the stick, or hands it over.
+        ask: asks for command, or hands it over.
         asks_mode: opens the choice of the mode.
         asks_help: opens the help.
     """
@@ -26,8 +26,8 @@ class Top:
         press: Callable[[Press], None],
         *,
         ask: Callable[[], None],
-        asks_mode: Callable[[], None],
-        asks_help: Callable[[], None],
+        asks_mode: Callable[[], object],
+        asks_help: Callable[[], object],
     ) -> None:
         self._press = press
         with ui.element("header"):
@@ -35,7 +35,6 @@ class Top:
                 self._mission = ui.label().classes("mission")
                 self._here = _clock("here")
                 self._rover = _clock("rover, as far as light goes")
-                self._pace = Words("pace")
                 ui.element("span").classes("grow")
                 self._paces()
                 self._seat = ui.button(color=None, on_click=ask).props("no-caps")
@@ -47,6 +46,8 @@ class Top:
                 self._facts = Facts()
                 self._way = Words("way")
                 self._state = Words("state")
+                ui.element("span").classes("grow")
+                self._pace = Words("pace")
 
     def _paces(self) -> None:
         with ui.element("div").classes("paces").props('role=group aria-label="pace of time"'):
@@ -82,7 +83,7 @@ class Top:
         self._state.say(screen.over or screen.standing)
 
     def seat(self, text: str, *, asked: bool) -> None:
-        """Say who has the stick; `asked`: whether another page asks for it."""
+        """Say who commands; `asked`: whether another page asks for it."""
         self._seat.set_text(text)
         toned(self._seat, Tone.WORD if asked else Tone.PLAIN)
 

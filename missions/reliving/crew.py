@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 
 from farside.acts import Act
 from farside.ground.config import QUEUED
+from farside.ground.view.view import Focus, GroundView
 from farside.missions.build import build_channel, build_ground, build_operator, build_rover
 from farside.missions.crew.crew import Crew, CrewError, InProcessCrew, LostProcess
 from farside.missions.extensions.kinds import NONE, ExtensionError, Extensions
@@ -75,6 +76,10 @@ class RelivedCrew(Crew):
             records += self._crew.advance(end_ns, given)
             self.now_ns = end_ns
         return records
+
+    def look(self, focus: Focus) -> GroundView | None:
+        """See `Crew.look`."""
+        return self._crew.look(focus)
 
     def close(self) -> None:
         """Does nothing: nothing was started."""

@@ -1,4 +1,4 @@
-"""A station without a run behind it: a rover walks through blackout's yard, and everything is shown.
+"""A station without a run behind it: a rover walks through blackout's yard; everything is shown.
 
 For trying out what draws a screen. Orders are noted and answered, and change nothing but what a
 person would see at once: the proposal answered, the goal set, the alarm acknowledged, the pace.
@@ -7,6 +7,7 @@ person would see at once: the proposal answered, the goal set, the alarm acknowl
 import threading
 from collections.abc import Callable
 
+from farside.console.pacing import Until
 from farside.console.screen.screen import (
     AlarmRow,
     Chart,
@@ -27,7 +28,7 @@ from farside.console.screen.screen import (
     StripWord,
     Tone,
 )
-from farside.console.session import Session, Until
+from farside.console.session import Session
 from farside.control import Mode, OnLoss
 from farside.ground.view.view import OptionKind
 from farside.messages import Tokens
@@ -64,9 +65,6 @@ class FakeSession(Session):
         super().__init__("blackout", to_ns(1200.0))
         self.asked: list[str] = []
         self.now_ns = START_NS + to_ns(10.5)
-        self.speed = 1.0
-        self.paused = False
-        self.warp_words = ""
         self.mode = Mode.SHARED
         self.number = 14
         self.answers: dict[int, str] = {}
@@ -123,27 +121,19 @@ class FakeSession(Session):
         return self._ask(f"on loss {on_loss}")
 
     def pause(self) -> str:
-        self.paused = True
-        return self._ask("pause")
-
-    def play(self) -> str:
-        self.paused = False
-        return self._ask("play")
+        return self._ask("pause", super().pause())
 
     def set_speed(self, speed: float) -> str:
-        self.paused, self.speed, self.warp_words = False, speed, ""
-        return self._ask(f"speed {speed:g}")
+        return self._ask(f"speed {speed:g}", super().set_speed(speed))
 
     def faster(self) -> str:
-        self.speed *= 2
-        return self._ask("faster")
+        return self._ask("faster", super().faster())
 
     def slower(self) -> str:
-        self.speed /= 2
-        return self._ask("slower")
+        return self._ask("slower", super().slower())
 
     def warp(self, until: Until) -> str:
-        self.paused, self.warp_words = False, f"until {until}"
+        self.pacing.warp(until)
         return self._ask(f"warp until {until}")
 
     def look_at(self, place: str | None) -> None:
@@ -178,9 +168,9 @@ class FakeStation:
         self.version = 1
         self._lock = threading.Lock()
 
-    def do(self, f: Callable[[Session], str]) -> str:
+    def do(self, what: Callable[[Session], str]) -> str:
         with self._lock:
-            said = f(self.session)
+            said = what(self.session)
             self.version += 1
         return said
 
@@ -230,10 +220,10 @@ def _screen(session: FakeSession) -> Screen:
         now_ns=now,
         rover_ns=rover,
         end_ns=to_ns(1200.0),
-        speed=session.speed,
-        paused=session.paused,
-        warp=session.warp_words,
-        slowed="1x: proposal 14 has come" if session.speed == 1 else "",
+        speed=session.pacing.speed,
+        paused=session.pacing.paused,
+        warp="" if session.pacing.until is None else f"until {session.pacing.until}",
+        slowed="" if session.pacing.until else "proposal 14 has come",
         over=session.over,
         mode=Said("", session.mode.upper()),
         status=(
@@ -372,11 +362,13 @@ def _map(session: FakeSession, step: int) -> MapView:
             None,
             "now, as predicted 83 %",
         ),
-        after=tuple(
-            Ghost((spot,), 88 + step + n, f"after {88 + step + n}")
-            for n, spot in enumerate(spots[1:], 1)
-        )
-        + (Ghost((Spot(8, 6, 0.3), Spot(8, 7, 0.25), Spot(9, 7, 0.2)), 99, "after 99"),),
+        after=(
+            *(
+                Ghost((spot,), 88 + step + n, f"after {88 + step + n}")
+                for n, spot in enumerate(spots[1:], 1)
+            ),
+            Ghost((Spot(8, 6, 0.3), Spot(8, 7, 0.25), Spot(9, 7, 0.2)), 99, "after 99"),
+        ),
         track=tuple(Spot(*place, 4.0 * (step - n)) for n, place in enumerate(WALK[: step + 1])),
         committed=tuple(Spot(*place, 0.8) for place in WALK[step : step + 3]),
         policy=tuple(
@@ -406,14 +398,10 @@ def _heat() -> tuple[Spot, ...]:
 def _strip(session: FakeSession, commands: tuple[CommandRow, ...]) -> Strip:
     now = session.now_ns
     second = to_ns(1.0)
-    words = []
-    for n in range((now - to_ns(30.0)) // second, (now + to_ns(3.0)) // second):
-        if n * second - LIGHT_NS < now - LIGHT_NS:
-            words.append(
-                StripWord(
-                    Direction.DOWN, "telemetry", n * second - LIGHT_NS, n * second, routine=True
-                )
-            )
+    words = [
+        StripWord(Direction.DOWN, "telemetry", n * second - LIGHT_NS, n * second, routine=True)
+        for n in range((now - to_ns(30.0)) // second, now // second + 2)
+    ]
     for row in commands:
         if row.number:
             begins = START_NS + (row.number - 88) * STEP_NS

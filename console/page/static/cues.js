@@ -1,6 +1,6 @@
-// An option's cue on the screen, and what a pad does of it.
+// An option's cue on the screen.
 
-let patterns = {};
+let table = null;  // of the cues, as the server has it
 
 const optionOf = (action) => seen.frame?.options.find((option) => option.action === action);
 const buttonOf = (action) => document.querySelector(`[data-option="${CSS.escape(action)}"]`);
@@ -8,7 +8,7 @@ const buttonOf = (action) => document.querySelector(`[data-option="${CSS.escape(
 // Show what an action would do: its ghost on the map and its words. `near`: how near a stick is.
 function showCue(action, near = 0) {
   document.querySelectorAll("[data-near]").forEach((button) => { if (button.dataset.option !== action) delete button.dataset.near; });
-  if (action && near) buttonOf(action)?.setAttribute("data-near", near >= CHOSEN ? "there" : "near");
+  if (action && near) buttonOf(action)?.setAttribute("data-near", near >= 1 ? "there" : "near");
   if (seen.ghost !== action) {
     seen.ghost = action;
     drawSoon();

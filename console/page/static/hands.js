@@ -8,7 +8,7 @@ function means(control, meaning) {
 
 function learnMeanings(frame) {
   means("proposal", frame.proposal);
-  means("newest", frame.newest);
+  means("newest", JSON.stringify(frame.newest));
   means("paused", frame.paused);
   for (const { action, does } of frame.options) means(`choose ${action}`, does);
 }
@@ -22,8 +22,12 @@ function press(what, fields = {}, control = null) {
 
 const answer = (what) => press(what, { number: seen.frame?.proposal ?? 0 }, "proposal");
 const choose = (action, insist) => press("choose", { word: action, insist }, `choose ${action}`);
-const pause = () => press("pause", { word: seen.frame?.paused ? "play" : "pause" }, "paused");
-const takeBack = () => press("take_back", { number: seen.frame?.newest ?? 0 }, "newest");
+const pause = () => press(seen.frame?.paused ? "play" : "pause", {}, "paused");
+const takeBack = () => {
+  const { number = 0, held = null } = seen.frame?.newest ?? {};
+  if (held === null) press("take_back", { number }, "newest");
+  else press("discard", { number: held }, "newest");
+};
 
 function goalHere() {
   if (seen.hover) press("goal", { word: seen.hover.place });

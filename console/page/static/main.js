@@ -33,8 +33,8 @@ const farside = window.farside = {
     if (drawings.map) drawings.map.drawn = "";
     drawSoon();
   },
-  cues(table) { patterns = table; },
+  cues(cues) { table = cues; },
 };
 
 listen();
-poll(performance.now());
+poll();

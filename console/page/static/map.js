@@ -12,6 +12,8 @@ function placeAt(east, north) {
   return character === "." || character === "~" ? `${east},${north}` : character;
 }
 
+const cellOf = ([east, north]) => `${east},${north}`;
+
 class MapDrawing {
   constructor(root) {
     this.root = root;
@@ -84,7 +86,9 @@ class MapDrawing {
     line(map.track, "track");
     line(map.policy, "policy");
     if (unit >= 34) {
-      for (const spot of map.policy ?? []) {
+      const taken = new Set([map.now, ...map.after ?? []].filter(Boolean).flatMap(({ spots }) => spots).map(cellOf));
+      for (const goal of map.goals ?? []) taken.add(`${goal.east},${goal.north}`);
+      for (const spot of (map.policy ?? []).filter((one) => !taken.has(cellOf(one)))) {
         const [x, y] = this.laid.at(spot[0] + 0.94, spot[1] + 0.1);
         nodes.push(text(x, y, String(Math.round(spot[2])), { class: "cost halo", "text-anchor": "end" }));
       }

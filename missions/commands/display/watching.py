@@ -11,6 +11,7 @@ from typing import ClassVar, Protocol
 from textual.binding import BindingType
 
 from farside.acts import Act
+from farside.ground.view.view import Focus, GroundView
 from farside.logs import LogError, LogFile
 from farside.logs.terminal.app import ReplayApp
 from farside.logs.terminal.transport import Key
@@ -72,6 +73,14 @@ class Gate(Watcher):
         """See `Watcher.opened`."""
         self._path = log
         self._beside.opened(log)
+
+    def seeing(self, look: Callable[[Focus], GroundView | None]) -> None:
+        """See `Watcher.seeing`."""
+        self._beside.seeing(look)
+
+    def window_ns(self, now_ns: int) -> int | None:
+        """See `Watcher.window_ns`."""
+        return self._beside.window_ns(now_ns)
 
     def orders(self, now_s: float) -> Sequence[Act]:
         """See `Watcher.orders`."""

@@ -9,6 +9,7 @@ from typing import Self
 
 from farside.acts import Act
 from farside.escaping import printable
+from farside.ground.view.view import Focus, GroundView
 from farside.logs import LogFile
 from farside.logs.live.feeds import LogFeed, RunFeed
 from farside.logs.live.playbar import PlayBar
@@ -103,6 +104,14 @@ class LiveRun(Watcher):
         """See `Watcher.opened`."""
         self._feed.path = log
         self._beside.opened(log)
+
+    def seeing(self, look: Callable[[Focus], GroundView | None]) -> None:
+        """See `Watcher.seeing`."""
+        self._beside.seeing(look)
+
+    def window_ns(self, now_ns: int) -> int | None:
+        """See `Watcher.window_ns`."""
+        return self._beside.window_ns(now_ns)
 
     def orders(self, now_s: float) -> Sequence[Act]:
         """See `Watcher.orders`."""
