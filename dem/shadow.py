@@ -51,7 +51,8 @@ class ShadowModel:
 
     def __init__(self, action_costs: Mapping[str, float], parameters: Parameters) -> None:
         self._actions = ActionList(action_costs)
-        self._parameters = self._coming = parameters
+        self._parameters = parameters
+        self._agreed = [parameters]
         self._goals: tuple[Goal, ...] = ()
         self._number = 0
         self._check: int | None = None
@@ -89,8 +90,11 @@ class ShadowModel:
             self._planner.refresh()
 
     def agree(self, parameters: Parameters) -> None:
-        """The model has these by now: they hold from the first whole that comes with them."""
-        self._coming = parameters
+        """The model has these by now: they hold from the first whole that comes with them.
+
+        Until then its wholes may come with any that were agreed on before.
+        """
+        self._agreed.append(parameters)
 
     def lists_check(self) -> int:
         """CRC-32 of the lists; equal to that of the model when this holds what that held."""
@@ -273,13 +277,13 @@ class ShadowModel:
     def _restore(self, packed: bytes) -> None:
         whole = decompress(packed, Whole)
         costs = dict(zip(self._actions.names, self._actions.costs, strict=True))
-        if same(whole.parameters, self._coming):
-            self._parameters = self._coming
-        if whole.action_costs != costs or not same(whole.parameters, self._parameters):
+        agreed = next((one for one in self._agreed if same(whole.parameters, one)), None)
+        if whole.action_costs != costs or agreed is None:
             raise DeltaError(
                 f"the lists of another model: expected action costs {costs} and "
                 f"{self._parameters}, found {whole.action_costs} and {whole.parameters}"
             )
+        self._parameters = agreed
         try:
             CheckedLists(self._actions, self._parameters, whole.signs, whole.hypotheses)
         except ValueError as error:

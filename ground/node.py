@@ -305,5 +305,6 @@ class Ground:
 
 def _orders(config: GroundConfig) -> tuple[object, ...]:
     """What the `[ground]` table says of who orders, and how."""
-    own = config.operator, config.operator_options, config.steps, config.rules
-    return (*own, config.recorded if config.operator == "recorded" else None)
+    script = None if config.steps is None else (config.steps, config.rules)
+    recorded = config.recorded if config.operator == "recorded" else None
+    return config.operator, config.operator_options, script, recorded

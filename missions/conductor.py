@@ -187,6 +187,7 @@ def _window_ns(mission: MissionFile, pace: float, longest_ns: int | None) -> int
     length_ns = mission.window_ns
     if longest_ns is not None:
         length_ns = min(length_ns, longest_ns)
-    if math.isfinite(pace):
-        length_ns = min(length_ns, to_ns(pace * _PACED_WINDOW_WALL_S))
+    paced_s = pace * _PACED_WINDOW_WALL_S
+    if paced_s < to_s(length_ns):
+        length_ns = to_ns(paced_s)
     return max(1, length_ns // mission.tick_ns) * mission.tick_ns

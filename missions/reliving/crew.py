@@ -35,6 +35,7 @@ class RelivedCrew(Crew):
 
     Raises:
         ExtensionError: if code of one's own is not found.
+        LogError, RelivingError: as `Past.orders`, where they are asked for.
     """
 
     def __init__(
@@ -53,7 +54,9 @@ class RelivedCrew(Crew):
         self.now_ns = 0
         self._crew = InProcessCrew(*self.live)
         self._changes = list(changes)
-        self._orders = iter(orders)
+        missions = (mission, *(change.mission for change in changes))
+        asked = any(one.ground.operator == QUEUED for one in missions)
+        self._orders = iter(orders) if asked else iter(())
         self._next = next(self._orders, _NOTHING)
         self._extensions = extensions
 
