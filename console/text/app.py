@@ -240,12 +240,11 @@ class ConsoleApp(WholeTerminal):
             self._say("")
             return
         newest = newest_open(self._shown)
-        if newest is not None and newest.held is not None:
-            held = newest.held
+        held = None if newest is None else newest.held
+        if held is not None and held > 0:
             self._order(lambda session: session.discard(held))
-            return
-        number = None if newest is None else newest.number
-        self._order(lambda session: session.take_back(number))
+        else:  # the session knows best what is newest by now
+            self._order(lambda session: session.take_back())
 
     def action_mode(self) -> None:
         """Ask who is to drive, or what the rover does when the link is lost."""

@@ -120,7 +120,7 @@ def next_rows(screen: Screen, width: int, height: int) -> list[Text]:
     nothing = _nothing(screen)
     card = [row for text, most in _card(screen.proposal) for row in wrapped(text, width, most)]
     options = [_option(option, width) for option in screen.options]
-    above = wrapped(nothing.copy(), width, 3)
+    above = wrapped(nothing.copy(), width, 3 if card else 4)
     free = height - len(above) - len(card) - len(options)
     if free < 0 and height - len(options) < len(above) + min(len(card), 2):
         rows = flowing((_button(option) for option in screen.options), width)
@@ -151,7 +151,7 @@ def _card(card: ProposalCard | None) -> Iterator[tuple[Text, int]]:
     """What is said of the proposal, each with the most rows that it may take."""
     if card is None:
         return
-    answer = "  ⏎ approves" if card.can_answer else ""
+    answer = "  ⏎" if card.can_answer else ""
     yield told(card.title + answer, Tone.WORD if card.can_answer else Tone.PLAIN), 1
     if card.answered:
         yield told(card.answered, style=DIM), 1
@@ -203,14 +203,15 @@ def way_title(screen: Screen) -> str:
 
 
 def way_rows(screen: Screen, width: int, height: int) -> list[Text]:
-    """The commands, newest first: one row of those that are over, two of the others if need be."""
+    """The commands, newest first: a row each, two of those on the way where there is room."""
     rows: list[Text] = []
+    spare = height - sum(not row.is_over for row in screen.commands)
     for row, text in _commands(screen):
-        most = min(1 if row.is_over else 2, height - len(rows))
-        if most < 1:
-            break
-        rows += wrapped(text, width, most, hang=_WAY_HANG)
-    return rows
+        most = 1 if row.is_over or spare < 1 else 2
+        needs = wrapped(text, width, most, hang=_WAY_HANG)
+        spare -= len(needs) - 1
+        rows += needs
+    return rows[:height]
 
 
 def way_in_full(screen: Screen, width: int) -> list[Text]:

@@ -26,9 +26,11 @@ from farside.places import Chart
 LEAST_WIDTH, LEAST_HEIGHT = 40, 10
 """Columns and rows that `board` needs."""
 
+_NEXT, _WAY, _MAP, _REST, _STATE, _STRIP = range(6)  # the ranks, see `Block`
 _TWO_COLUMNS = 78, 18  # columns and rows from which the map has others beside it
 _FRAMED = 30  # rows from which a single column has frames
-_ROOMY = 26  # rows of the columns from which the state stands in the right one
+_ROOMY = 33  # rows from which all but the events stands in the columns
+_STATE_SPARE = 3  # rows that the state can do without
 _RIGHT_LEAST, _RIGHT_SHARE, _RIGHT_MOST = 40, 0.46, 64
 _NEXT_ROWS, _WAY_ROWS, _STATE_ROWS, _EVENT_ROWS = 10, 4, 8, 5
 _FRAME_WIDTH, _FRAME_HEIGHT = 4, 2
@@ -72,7 +74,7 @@ def board(screen: Screen, chart: Chart | None, width: int, height: int) -> Rende
     if width >= _TWO_COLUMNS[0] and height >= _TWO_COLUMNS[1]:
         return Group(*status, *_columns(drawn, width, room))
     framed = height >= _FRAMED
-    exercise = [drawn.exercise(width)] if screen.exercise and framed else []
+    exercise = drawn.exercise(width) if framed else []
     blocks = [
         *exercise,
         drawn.next(width, framed=framed),
@@ -87,25 +89,32 @@ def board(screen: Screen, chart: Chart | None, width: int, height: int) -> Rende
 
 
 def _columns(drawn: "_Blocks", width: int, height: int) -> Sequence[RenderableType]:
-    roomy = height >= _ROOMY + _EVENT_ROWS + _FRAME_HEIGHT
-    below = _EVENT_ROWS + _FRAME_HEIGHT if roomy else 3 if height >= _TWO_COLUMNS[1] + 2 else 2
+    """The map beside what is next; all else below them, or where there is room beside them too."""
     right = min(max(_RIGHT_LEAST, int(width * _RIGHT_SHARE)), _RIGHT_MOST)
     left = width - right
-    rows = height - below
-    state = drawn.state(left, framed=roomy)
-    west = [drawn.map(left), *([drawn.strip(left)] if roomy else [])]
-    is_west = not roomy or rows - sum(block.most for block in west) >= 5 + _FRAME_HEIGHT
-    west += [state] if is_west else []
-    east = [drawn.exercise(right)] if drawn.screen.exercise else []
-    east += [drawn.next(right), drawn.way(right)]
-    elastic = len(east) - 1
-    east += [] if is_west else [drawn.state(right)]
+    west, east = [drawn.map(left)], [drawn.next(right)]
+    if height >= _ROOMY:
+        east = [*drawn.exercise(right), *east, drawn.way(right)]
+        below = [drawn.events(width)]
+        rows = height - below[0].most
+        west.append(drawn.strip(left))
+        state = drawn.state(left)
+        free = rows - sum(block.most for block in west)
+        (west if free >= state.most - _STATE_SPARE else east).append(state)
+    else:
+        below = [
+            *drawn.exercise(width),
+            drawn.way(width, framed=False)._replace(least=2, most=3),
+            drawn.state(width, framed=False)._replace(least=3),
+            drawn.events(width, framed=False),
+        ]
+        rows = min(max(west[0].most, east[0].most), height - sum(block.least for block in below))
     body = Table.grid()
     body.add_column(width=left)
     body.add_column(width=right)
+    elastic = next((i for i, block in enumerate(east) if block.rank == _WAY), 0)
     body.add_row(_stack(west, rows, elastic=0), _stack(east, rows, elastic=elastic))
-    events = drawn.events(width, framed=roomy)
-    return [body, events.draw(below)]
+    return [body, _stack(below, height - rows, elastic=len(below) - 1)]
 
 
 def _stack(blocks: Sequence[Block], height: int, *, elastic: int) -> RenderableType:
@@ -124,7 +133,7 @@ def _stack(blocks: Sequence[Block], height: int, *, elastic: int) -> RenderableT
     for index in _turns(blocks, ranked):
         if given[index] and sum(given) < height and given[index] < blocks[index].most:
             given[index] += 1
-    given[elastic] += height - sum(given)
+    given[elastic if given[elastic] else ranked[0]] += height - sum(given)
     return Group(*(block.draw(rows) for block, rows in zip(blocks, given, strict=True) if rows > 0))
 
 
@@ -140,34 +149,36 @@ class _Blocks:
     def __init__(self, screen: Screen, chart: Chart | None) -> None:
         self.screen, self._chart = screen, chart
 
-    def exercise(self, width: int) -> Block:
+    def exercise(self, width: int) -> list[Block]:
+        """It, if there is one."""
+
         def rows(height: int) -> list[Text]:
             shown = exercise_rows(self.screen, width - _FRAME_WIDTH, height)
             for row in shown:
                 row.pad_left(_FRAME_WIDTH // 2)  # in line with what has a frame
             return shown
 
-        return _bare(3, 1, 2, rows)
+        return [_bare(_REST, 1, 2, rows)] if self.screen.exercise else []
 
     def next(self, width: int, *, framed: bool = True) -> Block:
         if not framed:
-            return _bare(0, 4, _NEXT_ROWS, lambda rows: next_rows(self.screen, width, rows))
+            return _bare(_NEXT, 4, _NEXT_ROWS, lambda rows: next_rows(self.screen, width, rows))
         inside = width - _FRAME_WIDTH
         rows: Rows = lambda rows: next_rows(self.screen, inside, rows)  # noqa: E731
-        return _framed(0, 4, _NEXT_ROWS, "NEXT", rows)
+        return _framed(_NEXT, 4, _NEXT_ROWS, "NEXT", rows)
 
     def way(self, width: int, *, framed: bool = True) -> Block:
         if not framed:
-            return _bare(1, 1, _WAY_ROWS, lambda rows: way_rows(self.screen, width, rows))
+            return _bare(_WAY, 1, _WAY_ROWS, lambda rows: way_rows(self.screen, width, rows))
         inside = width - _FRAME_WIDTH
         rows: Rows = lambda rows: way_rows(self.screen, inside, rows)  # noqa: E731
-        return _framed(1, 3, _WAY_ROWS, way_title(self.screen).upper(), rows)
+        return _framed(_WAY, 3, _WAY_ROWS, way_title(self.screen).upper(), rows)
 
     def map(self, width: int, *, framed: bool = True) -> Block:
         view, chart = self.screen.map, self._chart
         high = len(chart.rows) if chart is not None else 1
         if not framed:
-            return _bare(2, 3, high, lambda rows: draw_map(view, chart, width, rows).rows)
+            return _bare(_MAP, 3, high, lambda rows: draw_map(view, chart, width, rows).rows)
 
         def draw(rows: int) -> RenderableType:
             drawn = draw_map(view, chart, width - _FRAME_WIDTH, rows - _FRAME_HEIGHT)
@@ -175,27 +186,27 @@ class _Blocks:
             title = line(told(view.policy_label or "map"), max(width - 6 - arrows, 8))
             return map_panel(drawn, rows, title=title, legend=legend(view, width - 6))
 
-        return Block(2, min(high, 5) + _FRAME_HEIGHT, high + _FRAME_HEIGHT, draw)
+        return Block(_MAP, min(high, 5) + _FRAME_HEIGHT, high + _FRAME_HEIGHT, draw)
 
     def state(self, width: int, *, framed: bool = True) -> Block:
         if not framed:
-            return _bare(4, 1, _STATE_ROWS, lambda rows: state_rows(self.screen, width, rows))
+            return _bare(_STATE, 1, _STATE_ROWS, lambda rows: state_rows(self.screen, width, rows))
         inside = width - _FRAME_WIDTH
         rows: Rows = lambda rows: state_rows(self.screen, inside, rows)  # noqa: E731
-        return _framed(4, 3, _STATE_ROWS, "STATE", rows)
+        return _framed(_STATE, 3, _STATE_ROWS, "STATE", rows)
 
     def events(self, width: int, *, framed: bool = True) -> Block:
         if not framed:
-            return _bare(3, 1, _EVENT_ROWS, lambda rows: event_rows(self.screen, width, rows))
+            return _bare(_REST, 1, _EVENT_ROWS, lambda rows: event_rows(self.screen, width, rows))
         inside = width - _FRAME_WIDTH
         rows: Rows = lambda rows: event_rows(self.screen, inside, rows)  # noqa: E731
-        return _framed(3, 2, _EVENT_ROWS, "EVENTS", rows)
+        return _framed(_REST, 2, _EVENT_ROWS, "EVENTS", rows)
 
     def strip(self, width: int) -> Block:
         strip, now_ns = self.screen.strip, self.screen.now_ns
         inside = width - _FRAME_WIDTH
         rows: Rows = lambda _: strip_rows(strip, now_ns, inside)  # noqa: E731
-        return _framed(5, STRIP_ROWS, STRIP_ROWS, strip_title(strip), rows)
+        return _framed(_STRIP, STRIP_ROWS, STRIP_ROWS, strip_title(strip), rows)
 
 
 def _bare(rank: int, least: int, most: int, rows: Rows) -> Block:

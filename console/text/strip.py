@@ -3,7 +3,7 @@
 from rich.text import Text
 
 from farside.console.screen.screen import Strip
-from farside.logs.terminal.strip import NAMES_WIDTH, SLOPE, Drawing
+from farside.logs.terminal.strip import LEAST_NS, NAMES_WIDTH, SLOPE, Drawing
 from farside.node import Role, to_s
 
 STRIP_ROWS = 5
@@ -15,7 +15,7 @@ _TAKE_BACK = "✕"
 
 def strip_title(strip: Strip) -> str:
     """What the strip shows, and how long light takes, which is how long a word is on its way."""
-    light = f" {to_s(light_ns(strip)):.1f} s" if strip.words else ""
+    light = f" {to_s(light_ns(strip)):.2f} s" if strip.words else ""
     return f"light{light}: ╲ up  ╱ down  ┄ not known  {_TAKE_BACK} last take-back"
 
 
@@ -30,7 +30,7 @@ def strip_rows(strip: Strip, now_ns: int, width: int) -> list[Text]:
     columns = max(width - NAMES_WIDTH, _AFTER)
     span_ns = max(strip.until_ns - strip.from_ns, columns)
     # So that the slope of a word is seen, if that leaves the strip as long as its place is.
-    per_ns = max(min(light_ns(strip) // SLOPE, span_ns // columns), 1)
+    per_ns = max(min(max(light_ns(strip), LEAST_NS) // SLOPE, span_ns // columns), 1)
     # In whole columns, so that what is drawn moves and does not flicker.
     first_ns = (now_ns // per_ns - columns * (_AFTER - 1) // _AFTER) * per_ns
     drawing = Drawing(first_ns, per_ns, columns, now_ns)

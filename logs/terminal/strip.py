@@ -19,13 +19,15 @@ STRIP_HEIGHT = 7
 SLOPE = 6
 """Columns that a word takes on its way: enough for one to see that it takes time."""
 
+LEAST_NS = NS_PER_S // 2
+"""The light time below which the scale stays as it is."""
+
 NAMES_WIDTH = 7
 """Columns of the names of the rails."""
 
 _ROWS = 5  # the ground's rail, the way, the rover's rail
 _AHEAD = 8  # columns after now, into which the words on their way go on
 _FRAME = 4
-_LEAST_NS = NS_PER_S // 2
 _KEPT = 16  # stretches
 
 _DIM, _NEWS, _LOST = "bright_black", "bold", "bold red"
@@ -61,7 +63,7 @@ class LightStrip:
         """
         columns = max(width - _FRAME - NAMES_WIDTH, _AHEAD + 1)
         light_ns = self._light_ns(now_ns)
-        per_ns = max(light_ns, _LEAST_NS) // SLOPE
+        per_ns = max(light_ns, LEAST_NS) // SLOPE
         # In whole columns, so that what is drawn moves and does not flicker.
         first = now_ns // per_ns - (columns - _AHEAD)
         drawing = Drawing(first * per_ns, per_ns, columns, now_ns)

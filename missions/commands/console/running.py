@@ -101,7 +101,7 @@ def text_run(run: RunMission, station: Station, interrupts: Interrupts) -> Finis
     going = RunInThread(lambda: _run(run, station, watcher), watcher)
     try:
         with patience("starting the run"):
-            begun = going.begun()
+            begun = going.begun(interrupts)
         if begun:
             ConsoleApp(station).show()
     finally:
