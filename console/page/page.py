@@ -49,6 +49,7 @@ class Page:
         self._seat: tuple[bool, bool] | None = None
         self._announced: tuple[int, frozenset[int]] = (0, frozenset())
         self._read_until = 0
+        self._wants_heat = False
         ui.add_head_html(_HEAD)
         self._build()
         self._client.on_connect(self._connected)
@@ -127,8 +128,10 @@ class Page:
 
     def _viewed(self, event: events.ValueChangeEventArguments[str]) -> None:
         view = str(event.value)
-        wants, has = view != "map", bool(self._screen and self._screen.map.heat)
-        if wants != has:
+        wants = view != "map"
+        has = self._wants_heat if self._hand.has_stick else bool(self._heat)
+        if (wants and not has) or (has and not wants and self._hand.has_stick):
+            self._wants_heat = wants and self._hand.has_stick
             self._press(Press(What.HEAT, "shown" if wants else ""))
         self._run(f"farside.view({as_json(view)})")
 

@@ -1,4 +1,4 @@
-"""Parts that the page is made of: values with their tone, and lists that keep their rows in place."""
+"""Parts of the page: values with their tone, and lists that keep their rows in their places."""
 
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from typing import Generic, Protocol, TypeVar

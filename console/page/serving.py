@@ -10,9 +10,10 @@ from ipaddress import ip_address
 from secrets import token_urlsafe
 from typing import NamedTuple
 
+import nicegui
 import uvicorn
 from fastapi import FastAPI
-from nicegui import ui
+from nicegui import Client, ui
 
 from farside.console.page.guard import Guard
 from farside.console.page.page import Page
@@ -157,6 +158,13 @@ def _app() -> tuple[FastAPI, _Served]:
     app, served = FastAPI(docs_url=None, redoc_url=None, openapi_url=None), _Served()
     app.get("/farside/page.css")(style)
     app.get("/farside/page.js")(script)
+
+    def forget() -> None:
+        """No visitor outlives the server: who comes back to another one is given a new page."""
+        for client in list(Client.instances.values()):
+            client.delete()
+
+    nicegui.app.on_shutdown(forget)
 
     @ui.page("/")
     def page() -> None:

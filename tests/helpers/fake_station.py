@@ -166,13 +166,26 @@ class FakeStation:
     def __init__(self) -> None:
         self.session = FakeSession()
         self.version = 1
-        self._lock = threading.Lock()
+        self._lock = threading.Condition()
 
     def do(self, what: Callable[[Session], str]) -> str:
         with self._lock:
             said = what(self.session)
             self.version += 1
+            self._lock.notify_all()
         return said
+
+    def wait_for(self, *asked: str) -> None:
+        """Wait until the last that was asked for is this."""
+        with self._lock:
+            self._lock.wait_for(lambda: self.session.asked[-len(asked) :] == list(asked), 5.0)
+            assert self.session.asked[-len(asked) :] == list(asked), self.session.asked
+
+    def reset(self) -> None:
+        """Begin anew."""
+        with self._lock:
+            self.session = FakeSession()
+            self.version += 1
 
     def advance(self, seconds: float) -> None:
         """Let simulated time pass."""
@@ -347,7 +360,8 @@ def _commands(session: FakeSession, step: int) -> tuple[CommandRow, ...]:
                     name, text, words, Tone.PLAIN, False, begins, seen, until if can else None, can
                 )
             )
-    held = CommandRow(0, "mode autonomous", ("held until the link is up",), held=3)
+    words = ("held until the link is up",)
+    held = CommandRow(0, "mode autonomous", words, can_take_back=True, held=3)
     return (held, *rows)
 
 

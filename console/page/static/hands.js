@@ -30,15 +30,38 @@ const takeBack = () => {
   else press("discard", { number: held }, "newest");
 };
 
+// A dialog takes a moment to open: what is typed meanwhile is meant for it, and for nothing else.
+const OPENING_MS = 1500;
+let opening = null;
+
+function open(name) {
+  opening = { key: null, until: performance.now() + OPENING_MS };
+  send("opens", name);
+  const look = () => {
+    const dialog = opened();
+    if (!dialog && performance.now() < opening.until) { requestAnimationFrame(look); return; }
+    const { key } = opening;
+    opening = null;
+    if (dialog && key) chooseIn(dialog, key);
+  };
+  requestAnimationFrame(look);
+}
+
+const chooseIn = (dialog, key) => {
+  const choice = dialog.querySelector(`[data-key="${CSS.escape(key)}"]`);
+  choice?.click();
+  return Boolean(choice);
+};
+
 function goalHere() {
   if (seen.hover) press("goal", { word: seen.hover.place });
-  else send("opens", "goal");
+  else open("goal");
 }
 
 const TURNS = { ArrowUp: "N", ArrowRight: "E", ArrowDown: "S", ArrowLeft: "W", w: "N", d: "E", s: "S", a: "W" };
 const KEYS = {
   Enter: () => answer("approve"), Backspace: () => answer("veto"), Escape: takeBack, " ": pause,
-  g: goalHere, m: () => send("opens", "mode"), h: () => send("opens", "view"), "?": () => send("opens", "help"),
+  g: goalHere, m: () => open("mode"), h: () => send("opens", "view"), "?": () => open("help"),
   ",": () => press("slower"), ".": () => press("faster"), n: () => press("arrival"), c: () => press("contact"),
   x: () => press("acknowledge"),
 };
@@ -51,8 +74,12 @@ function onKey(event) {
   const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
   const dialog = opened();
   if (dialog) {
-    const choice = event.repeat ? null : dialog.querySelector(`[data-key="${CSS.escape(key)}"]`);
-    if (choice) { event.preventDefault(); choice.click(); }
+    if (!event.repeat && chooseIn(dialog, key)) event.preventDefault();
+    return;
+  }
+  if (opening) {
+    event.preventDefault();
+    if (!event.repeat) opening.key ??= key;
     return;
   }
   // A button in focus takes these keys for itself.

@@ -18,7 +18,7 @@ function drawSoon() {
 }
 
 const farside = window.farside = {
-  frames: 0,
+  frames: 0, meanings,
   answer, choose, pause,
   draw(frame) {
     seen.frame = frame;

@@ -1,0 +1,265 @@
+"""The page of the console, in a browser, as a person uses it."""
+
+from collections.abc import Iterator
+from pathlib import Path
+from urllib.parse import urlsplit
+
+import pytest
+from browsing import CHROMIUM, chromium
+from console_page import Visitor, visiting
+from fake_station import FakeStation
+from playwright.sync_api import Browser
+
+from farside.console.page.serving import Serving, serving
+
+TOKEN = "a-token"
+
+pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="needs chromium")
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    with chromium() as browser:
+        yield browser
+
+
+@pytest.fixture(scope="module")
+def stand() -> FakeStation:
+    return FakeStation()
+
+
+@pytest.fixture(scope="module")
+def served(stand: FakeStation) -> Iterator[Serving]:
+    with serving(stand, token=TOKEN) as page:
+        yield page
+
+
+@pytest.fixture(scope="module")
+def first(browser: Browser, served: Serving) -> Iterator[Visitor]:
+    with visiting(browser, served.address) as visitor:
+        yield visitor
+
+
+@pytest.fixture
+def station(stand: FakeStation) -> FakeStation:
+    """A station as it was at first; to load the page anew for each test would take long."""
+    stand.reset()
+    return stand
+
+
+@pytest.fixture
+def visitor(first: Visitor, station: FakeStation) -> Iterator[Visitor]:
+    """The first visitor, who commands."""
+    first.page.mouse.move(5, 5)
+    first.settle()
+    yield first
+    assert first.said == []
+
+
+def test_the_page_shows_the_screen_and_loads_nothing_from_elsewhere(
+    visitor: Visitor, served: Serving
+) -> None:
+    for words in (
+        "SHARED",
+        "4 ON THE WAY",
+        "If you do nothing: the rover stands",
+        "Proposal 14",
+        "runner-up N",
+        "B, priority 2, yours",
+        "48 Signs",
+        "battery below the reserve (2 times)",
+        "Exercise 2/4",
+        "0:10:10.5",
+    ):
+        visitor.sees(words)
+
+    hosts = {urlsplit(address).netloc for address in visitor.requests}
+    assert hosts == {urlsplit(served.address).netloc}
+    assert not Path(".nicegui").exists()
+
+
+def test_every_key_does_what_the_help_says(visitor: Visitor, station: FakeStation) -> None:
+    visitor.settle()
+    visitor.press("ArrowUp", "w", "Shift+ArrowDown", "Enter")
+    station.wait_for("choose N", "choose N", "choose S insist", "approve 14")
+    visitor.press("Escape", "n", "c", ".", ",", "x")
+    station.wait_for(
+        "discard 3",
+        "warp until something arrives",
+        "warp until the next contact",
+        "faster",
+        "slower",
+        "acknowledge None",
+    )
+    visitor.press("h", "h", "h")
+    station.wait_for("heat True", "heat False")
+    visitor.press("m", "a")
+    station.wait_for("mode autonomous")
+    visitor.press("?")
+    visitor.sees("veto the proposal")
+    visitor.press("Escape")
+    visitor.page.locator(".q-dialog").wait_for(state="detached")
+    assert station.session.asked[-1] == "mode autonomous", "Esc closed the help, and nothing else"
+
+
+def test_a_goal_is_set_at_the_pointer_by_key_and_by_click(
+    visitor: Visitor, station: FakeStation
+) -> None:
+    box = visitor.page.locator(".farside-map").bounding_box()
+    assert box is not None
+    cell = min(box["width"] / 17, box["height"] / 10)
+    x = box["x"] + box["width"] / 2 + (10.5 - 8.5) * cell
+    y = box["y"] + box["height"] / 2 + (5.0 - 4.5) * cell
+    visitor.page.mouse.move(x, y)
+    visitor.page.keyboard.press("g")
+    station.wait_for("goal 10,4 None")
+    visitor.page.mouse.click(x, y)
+    station.wait_for("goal 10,4 None", "goal 10,4 None")
+
+
+def test_a_goal_is_set_by_its_name_and_what_is_typed_there_orders_nothing(
+    visitor: Visitor, station: FakeStation
+) -> None:
+    visitor.press("g")
+    visitor.page.get_by_label("place, such as B or 7,4").wait_for()
+    visitor.page.keyboard.type("nowhere ")
+    visitor.press("Enter")
+    visitor.hears("not ordered: no place is called nowhere")
+
+    assert station.session.asked == ["goal nowhere"]
+
+
+def test_a_key_held_down_orders_once(visitor: Visitor, station: FakeStation) -> None:
+    visitor.settle()
+    for _ in range(3):
+        visitor.page.keyboard.down("ArrowUp")
+    visitor.page.keyboard.up("ArrowUp")
+    visitor.press("n")
+    station.wait_for("choose N", "warp until something arrives")
+
+
+def test_a_late_approve_never_hits_another_proposal(visitor: Visitor, station: FakeStation) -> None:
+    """The person means 14; the page has just come to show 15."""
+    visitor.settle()
+    station.propose(15)
+    visitor.sees("Proposal 15")
+    visitor.press("Enter", "Backspace")
+    visitor.hears("has just changed")
+    visitor.press("n")
+    station.wait_for("warp until something arrives")
+    assert not {"approve 14", "approve 15", "veto 15"} & set(station.session.asked)
+
+    visitor.settle()
+    visitor.page.get_by_role("button", name="Approve").click()
+    station.wait_for("approve 15")
+
+
+def test_an_action_shows_what_it_will_do_before_it_is_done(
+    visitor: Visitor, station: FakeStation
+) -> None:
+    visitor.page.locator("[data-option=W]").hover()
+    visitor.sees("C_m 0.31; blocked here once before")
+    visitor.page.wait_for_function("() => document.querySelectorAll('.meant').length === 2")
+    visitor.page.locator("[data-option=E]").focus()
+    visitor.sees("approves proposal 14")
+    assert station.session.asked == []
+
+
+def test_the_goal_in_focus_is_the_one_under_the_pointer(
+    visitor: Visitor, station: FakeStation
+) -> None:
+    visitor.page.get_by_text("C, priority 1").hover()
+    visitor.sees("to C: 24.1 s to go")
+    assert station.session.looked_at == "C"
+
+
+def test_lists_do_not_move_under_the_pointer(visitor: Visitor, station: FakeStation) -> None:
+    visitor.page.get_by_label("take back: 92").hover()
+    station.advance(4.0)
+    visitor.sees("0:10:14.5")
+    assert visitor.page.get_by_label("take back: 93").count() == 0
+    visitor.page.mouse.move(10, 10)
+    visitor.page.get_by_label("take back: 93").wait_for()
+
+
+PAD = """
+window.pad = {connected: true, axes: [0, 0], buttons: [...Array(17)].map(() => ({pressed: false})),
+  vibrationActuator: {playEffect: (kind, effect) => { effects.push(effect.strongMagnitude); }}};
+window.effects = [];
+navigator.getGamepads = () => [pad];
+"""
+
+
+def test_a_gamepad_chooses_as_the_keys_do_and_is_felt_at_once(
+    browser: Browser, served: Serving, station: FakeStation
+) -> None:
+    with visiting(browser, served.address, script=PAD) as visitor:
+        visitor.settle()
+        page = visitor.page
+        page.wait_for_function("() => effects.length")
+        near = page.evaluate(
+            """() => new Promise((tell) => { effects.length = 0; pad.axes = [-0.5, 0];
+            requestAnimationFrame(() => requestAnimationFrame(() => tell(
+              [effects.length > 0, document.querySelector('[data-near]').dataset.option])));})"""
+        )
+        assert near == [True, "W"]
+        assert station.session.asked == []
+
+        page.evaluate("() => { pad.axes = [0, -1]; }")
+        station.wait_for("choose N")
+        page.evaluate("() => { pad.axes = [0, 0]; }")
+        page.wait_for_function("() => !document.querySelector('[data-near]')")
+        page.evaluate("() => { pad.axes = [0, 1]; }")
+        visitor.hears("insist with Shift")
+        station.wait_for("choose S", "choose S insist")
+        page.evaluate("() => { pad.axes = [0, 0]; pad.buttons[1].pressed = true; }")
+        station.wait_for("veto 14")
+        assert station.session.asked == ["choose N", "choose S", "choose S insist", "veto 14"]
+
+
+def test_two_pages_look_one_commands_and_hands_over(
+    browser: Browser, served: Serving, visitor: Visitor, station: FakeStation
+) -> None:
+    with visiting(browser, served.address) as second:
+        second.settle()
+        second.press("ArrowUp")
+        second.hears("another page commands")
+        second.page.get_by_role("button", name="ask for command").click()
+        visitor.page.reload()
+        visitor.here().page.get_by_role("button", name="hand over command").click()
+        second.sees("you command")
+        second.press("ArrowUp")
+        station.wait_for("choose N")
+        visitor.sees("ask for command")
+
+
+def test_a_page_whose_connection_is_lost_says_so_and_comes_back(
+    browser: Browser, station: FakeStation
+) -> None:
+    with serving(station, token=TOKEN) as before:
+        port = urlsplit(before.address).port or 0
+        context = browser.new_context()
+        visitor = Visitor(context.new_page()).go(before.address)
+    visitor.sees("Connection lost")
+    station.session.over = "The run is over: success."
+    with serving(station, port=port, token=TOKEN):
+        visitor.sees("The run is over: success.")
+        context.close()
+
+
+@pytest.mark.parametrize("width", [1280, 820])
+def test_the_page_is_readable_without_scrolling(
+    browser: Browser, served: Serving, width: int
+) -> None:
+    height = 800 if width == 1280 else 1180
+    with visiting(browser, served.address, width=width, height=height) as visitor:
+        page = visitor.page
+        assert page.evaluate("document.documentElement.scrollHeight") <= height
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
+        sizes = page.evaluate(
+            """() => [...document.querySelectorAll('.console *')]
+            .filter((node) => [...node.childNodes].some(
+              (one) => one.nodeType === 3 && one.data.trim()))
+            .map((node) => parseFloat(getComputedStyle(node).fontSize))"""
+        )
+        assert min(sizes) >= 14
