@@ -172,6 +172,10 @@ class ConsoleApp(WholeTerminal):
             return line(told(self._note, tone), width)
         return line(told(self._news or "? shows the keys"), width)
 
+    def tell(self, note: str) -> None:
+        """Have something told with the next drawing; from any thread."""
+        self._note, self._noted_s, self._drawn = note, self._wall_s(), None
+
     def _say(self, note: str) -> None:
         """Draw what a key brought about, and what there is to say of it."""
         self._note, self._noted_s = note, self._wall_s()
