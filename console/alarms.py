@@ -75,14 +75,9 @@ class Alarms:
 
     # --- from the run --------------------------------------------------------------------------
 
-    def take(self, entry: LogEntry, now_ns: int) -> None:
-        """Take the next entry of the ground's log, in order.
-
-        Args:
-            entry: the entry.
-            now_ns: simulated time at the ground, at which it is learned.
-        """
-        message = entry.message
+    def take(self, entry: LogEntry) -> None:
+        """Take the next entry of the ground's log, in order."""
+        message, now_ns = entry.message, entry.log_time_ns
         for alarm in self._not_over():
             if ends(message, alarm.trouble.kind):
                 alarm.over_ns = so_ns(entry)
@@ -175,6 +170,11 @@ class Alarms:
             self._open.remove(alarm)
             self._acknowledged.append(alarm)
         return len(chosen)
+
+    @property
+    def left(self) -> int:
+        """How many are not acknowledged."""
+        return len(self._open)
 
     def rows(self) -> tuple[AlarmRow, ...]:
         """Those not acknowledged, then the last 50 that are; in each part the newest first.

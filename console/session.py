@@ -114,7 +114,7 @@ class Session:
             entry = LogEntry.of(record)
             line = self._picture.apply(entry)
             self._events.take(entry, line)
-            self._alarms.take(entry, now_ns)
+            self._alarms.take(entry)
             self._strip.take(entry)
             self._decisions.take(entry, self._picture)
             if self._exercise is not None:
@@ -185,7 +185,7 @@ class Session:
             **{
                 **shown,
                 "rover_ns": max(0, now_ns - view.down.light_ns),
-                "if_nothing": self._over or view.if_nothing,
+                "if_nothing": self._over or f"If you do nothing: {view.if_nothing}.",
                 "map": map_view(picture, view, chart),
                 "strip": self._strip.strip(now_ns, view, picture.commands),
                 "status": tuple(self._status(view)),
@@ -266,22 +266,16 @@ class Session:
         """Take back a command: by default the newest that can be, what waits here first."""
         if number is None and self._queued:
             return f"given up here: {_text(self._queued.pop())}"
-        commands = self._picture.commands.open
+        known = self._picture.commands
         if number is None:
-            withdrawn = {
-                order.number
-                for order in (command.order for command in commands.values())
-                if isinstance(order, TakeBack)
-            }
             number = max(
-                (n for n, c in commands.items() if can_take_back(c) and n not in withdrawn),
-                default=None,
+                (n for n, c in known.open.items() if can_take_back(c, known)), default=None
             )
         if number is None:
             return "not taken back: nothing is on its way that can be"
-        command = commands.get(number)
-        if command is None or not can_take_back(command):
-            return f"not taken back: command {number} has begun, or is over"
+        command = known.open.get(number)
+        if command is None or not can_take_back(command, known):
+            return f"not taken back: command {number} has begun, is over, or is being taken back"
         sure = command.take_back is TakeBackChance.SURE
         hope = "in time, if nothing is lost" if sure else "maybe too late"
         return self._act(TakeBack(number), f"takes back command {number}: {hope}", insist=True)
@@ -381,7 +375,7 @@ class Session:
     def acknowledge(self, alarm: int | None = None) -> str:
         """Acknowledge an alarm, or all."""
         count = self._alarms.acknowledge(alarm)
-        if count and self._exercise is not None:
+        if count and not self._alarms.left and self._exercise is not None:
             self._exercise.acknowledged()
         return f"{count} acknowledged" if count else "not acknowledged: no alarm stands"
 

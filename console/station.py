@@ -5,6 +5,7 @@ import time
 from collections.abc import Callable, Sequence
 
 from farside.acts import Act
+from farside.console.pacing import LONGEST_WINDOW_NS
 from farside.console.screen.screen import Chart, Screen
 from farside.console.session import Session
 from farside.ground.view.view import Focus, GroundView
@@ -96,7 +97,8 @@ class Station:
     def window_ns(self, now_ns: int) -> int:
         """The longest window that is wanted from now on."""
         with self._moved:
-            return self._session.pacing.window_ns(now_ns)
+            pacing = self._session.pacing
+            return LONGEST_WINDOW_NS if self._is_left else pacing.window_ns(now_ns)
 
     def watch(self, now_ns: int, records: Sequence[Record], *, ending: Callable[[], bool]) -> None:
         """A window is over. Returns when the next one may begin, or the run is to end.

@@ -5,7 +5,8 @@ numbers. A shadow repeats the changes on its own lists and so computes the same 
 bit.
 """
 
-from collections.abc import Iterable, Mapping
+import math
+from collections.abc import Iterable, Iterator, Mapping
 
 from farside.dem.changes import (
     HypothesisAdded,
@@ -50,7 +51,8 @@ class ShadowModel:
 
     def __init__(self, action_costs: Mapping[str, float], parameters: Parameters) -> None:
         self._actions = ActionList(action_costs)
-        self._parameters = self._coming = parameters
+        self._parameters = parameters
+        self._agreed = [parameters]
         self._goals: tuple[Goal, ...] = ()
         self._number = 0
         self._check: int | None = None
@@ -88,8 +90,11 @@ class ShadowModel:
             self._planner.refresh()
 
     def agree(self, parameters: Parameters) -> None:
-        """The model has these by now: they hold from the first whole that comes with them."""
-        self._coming = parameters
+        """The model has these by now: they hold from the first whole that comes with them.
+
+        Until then its wholes may come with any that were agreed on before.
+        """
+        self._agreed.append(parameters)
 
     def lists_check(self) -> int:
         """CRC-32 of the lists; equal to that of the model when this holds what that held."""
@@ -217,6 +222,46 @@ class ShadowModel:
         """
         return self._hypotheses.track_record()
 
+    def came_true(self, delta: Delta) -> tuple[bool, ...]:
+        """Whether each of the most credible expectations that fall due in a delta came true.
+
+        Those of the next cycle that are the most credible of their context and action by the lists
+        as they are, before the delta is applied; none of a whole, of which it is not known.
+        """
+        if delta.whole is not None:
+            return ()
+        lists, true = self._hypotheses, []
+        for change in delta.changes:
+            if not isinstance(change, int):
+                continue
+            one, result = decoded_result(change)
+            if not lists.is_living(one) or lists.delay[one] != 1:
+                continue
+            rivals = lists.of_cause(lists.context[one], lists.action[one])
+            ranks = (
+                (lists.cm[rival], -lists.born[rival]) for rival in rivals if lists.delay[rival] == 1
+            )
+            if max(ranks) == (lists.cm[one], -lists.born[one]):
+                true.append(result is not PredictionResult.FAILED)
+        return tuple(true)
+
+    def costs_to(self, goal: Iterable[str]) -> Iterator[tuple[Sign, float]]:
+        """Every known Sign from which a way to `goal` is known, oldest first, with its P_v.
+
+        Raises:
+            TypeError: if `goal` is a string.
+        """
+        self._aim(goal)
+        for sign in self._signs.by_age():
+            value = self._planner.value(sign)
+            if value < math.inf:
+                yield self._signs.names[sign], value
+
+    @property
+    def mean_cm(self) -> float:
+        """Mean C_m of all hypotheses, 0 if there are none."""
+        return self._hypotheses.cm_sum / self._hypotheses.count if self._hypotheses.count else 0.0
+
     def _active(self, tokens: Iterable[str]) -> list[int]:
         return self._signs.active(to_sign(tokens))
 
@@ -232,13 +277,13 @@ class ShadowModel:
     def _restore(self, packed: bytes) -> None:
         whole = decompress(packed, Whole)
         costs = dict(zip(self._actions.names, self._actions.costs, strict=True))
-        if same(whole.parameters, self._coming):
-            self._parameters = self._coming
-        if whole.action_costs != costs or not same(whole.parameters, self._parameters):
+        agreed = next((one for one in self._agreed if same(whole.parameters, one)), None)
+        if whole.action_costs != costs or agreed is None:
             raise DeltaError(
                 f"the lists of another model: expected action costs {costs} and "
                 f"{self._parameters}, found {whole.action_costs} and {whole.parameters}"
             )
+        self._parameters = agreed
         try:
             CheckedLists(self._actions, self._parameters, whole.signs, whole.hypotheses)
         except ValueError as error:

@@ -27,7 +27,8 @@ default)."""
 
 _PLACE = "at:"
 _DOCK = "D"
-_COORDINATES = re.compile(r"([0-9]{1,4}),([0-9]{1,4})")
+# No map of `MAX_CELLS` is 100,000 cells long.
+_COORDINATES = re.compile(r"([0-9]{1,5}),([0-9]{1,5})")
 
 
 def place_token(place: str) -> str:
@@ -55,6 +56,12 @@ class Cell(NamedTuple):
         """The cell one `action` away."""
         east, north = ACTIONS[action]
         return Cell(self.east + east, self.north + north)
+
+
+def cell_named(place: str) -> Cell | None:
+    """The cell, on a map or not, that a place is named by, as in `3,4`; `None` if by none."""
+    pair = _COORDINATES.fullmatch(place)
+    return None if pair is None else Cell(int(pair[1]), int(pair[2]))
 
 
 class Chart:
@@ -163,8 +170,7 @@ class Chart:
 
     def like(self, place: str) -> str:
         """A suggestion of the place that somebody may have meant by a name not on the map."""
-        if self.places and (pair := _COORDINATES.fullmatch(place)):
-            cell = Cell(int(pair[1]), int(pair[2]))
+        if self.places and (cell := cell_named(place)) is not None:
             return f"; did you mean {place_name(self.tokens[self.cell_at(*self.centre_m(cell))])}?"
         return did_you_mean(place, self.named)
 

@@ -3,6 +3,7 @@
 from bisect import bisect_right, insort
 from collections import OrderedDict, deque
 from collections.abc import Iterator
+from itertools import pairwise
 from operator import attrgetter
 
 from msgspec.structs import replace
@@ -206,6 +207,12 @@ class Belief:
         """
         after = bisect_right(self._history, time_ns, key=_time_ns)
         return self._history[after - 1] if after else None
+
+    def gaps(self, usual_ns: int) -> Iterator[tuple[int, int]]:
+        """Where the telemetry of the last `HISTORY` messages has gaps longer than `usual_ns`."""
+        for before, after in pairwise(self._history):
+            if after.time_ns - before.time_ns > usual_ns:
+                yield before.time_ns, after.time_ns
 
     def proposal_numbered(self, number: int) -> Proposal | None:
         """The proposal with this number, if it has arrived."""

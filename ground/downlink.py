@@ -50,12 +50,12 @@ class DownlinkPlan:
         The next report follows after the interval that the rate allows, or that long after the
         contact in which it can be sent begins.
         """
-        made_ns = so_ns + self._interval_ns(so_ns)
+        made_ns = so_ns + self.interval_ns(so_ns)
         begin_ns, _ = self._schedule.sends_ns(Direction.DOWN, made_ns, self._size_byte)
         if begin_ns >= NEVER_NS:
             return NEVER_NS
         return self.due_ns(
-            made_ns if begin_ns == made_ns else begin_ns + self._interval_ns(begin_ns)
+            made_ns if begin_ns == made_ns else begin_ns + self.interval_ns(begin_ns)
         )
 
     def is_closed(self, now_ns: int) -> bool:
@@ -63,7 +63,8 @@ class DownlinkPlan:
         sent_ns = now_ns - self._schedule.delay_ns(Direction.DOWN, now_ns)
         return self._schedule.opens_ns(Direction.DOWN, sent_ns) > sent_ns
 
-    def _interval_ns(self, now_ns: int) -> int:
+    def interval_ns(self, now_ns: int) -> int:
+        """In which interval the rover reports at `now_ns`, if the rate allows no more often."""
         # As if stored telemetry waited, which the ground cannot know.
         rate_ns = telemetry_interval_ns(self._schedule, now_ns, self._size_byte, beside_stored=True)
         return max(REPORT_NS, rate_ns)
@@ -103,6 +104,11 @@ class GroundSilence:
         quiet = not silent and now_ns - heard_ns >= self.after_ns + self._light_time_ns
         before, self.state = self.state, Silence(silent, quiet and self._plan.is_closed(now_ns))
         return self.state != before
+
+    @property
+    def due_ns(self) -> int:
+        """When the next word is due, as of the last `look`; `NEVER_NS` if it is not."""
+        return self._due_ns
 
     @property
     def since_ns(self) -> int | None:

@@ -14,6 +14,10 @@ from farside.ground.operators.queued import QueuedOperator, as_logged
 from farside.ground.operators.scripted import ScriptedOperator
 from farside.ground.outlook import Outlook, RoverTerms
 from farside.ground.shadow import Shadow
+from farside.ground.view.knowledge import Sources
+from farside.ground.view.looking import look
+from farside.ground.view.memory import Memory
+from farside.ground.view.view import Focus, GroundView
 from farside.link.endpoint.endpoint import LinkTerms, ground_endpoint
 from farside.messages import (
     Approve,
@@ -112,17 +116,38 @@ class Ground:
             times=times,
             alone_after_ns=rover.alone_after_ns,
         )
+        self._memory = Memory(terms.schedule)
+        self._sources = Sources(
+            self._belief,
+            self._desk,
+            self._silence,
+            self._outlook,
+            self._memory,
+            shadow=self.shadow,
+            plan=plan,
+            schedule=terms.schedule,
+            rover=rover,
+            chart=chart,
+        )
         self._progress = operator.progress
         self._journal.note(GROUND_CHART, Yard(chart.rows, chart.cell_m))
 
     def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
         """Live tick by tick up to `until_ns`; see `farside.node.Node`."""
         self._endpoint.expect(arrivals)
+        self._memory.expect(arrivals)
         while self._now_ns < until_ns:
             self._tick()
             self._endpoint.pump(self._now_ns)
             self._now_ns += self._tick_ns
-        return Step(self._endpoint.take_sent(), self._journal.take())
+        sent = self._endpoint.take_sent()
+        self._memory.send(sent)
+        return Step(sent, self._journal.take())
+
+    def look(self, focus: Focus) -> GroundView:
+        """What a person at the ground can know at the present; looking changes nothing."""
+        now_ns = self._now_ns
+        return look(self._sources, focus, now_ns, self._endpoint.queued_until_ns(now_ns))
 
     def order(self, acts: Sequence[Act]) -> None:
         """Have these orders given on the first tick of the window that is advanced through next.
@@ -176,6 +201,7 @@ class Ground:
     def _give(self, act: Act) -> None:
         """Note an act as it was given, and do it."""
         self._journal.note(GROUND_ORDER, OrderGiven(act))
+        self._memory.give(act)
         self._note_review(act)
         for command in self._desk.give(act, self._now_ns):
             self._endpoint.send(command, self._now_ns)
@@ -216,6 +242,7 @@ class Ground:
                     learned = EventLearned(message)
                     self._journal.note(GROUND_EVENT, learned, publish_time_ns=message.time_ns)
                     self._belief.tell(message, self._now_ns)
+                    self._memory.tell(message)
                     if isinstance(message.what, CommandReached):
                         self._desk.learn_stage(message.what, message.time_ns, self._now_ns)
                 case Proposal():
@@ -223,6 +250,7 @@ class Ground:
                     self._belief.consider(message)
                     if message.veto_window_s is not None:
                         self._endpoint.send(Shown(message.number), self._now_ns)
+                        self._memory.show(message.number, self._now_ns)
                 case ModelUpdate() if self.shadow is not None:
                     self.shadow.apply(message)
         self._belief.heard_ns = self._endpoint.heard_ns or 0
@@ -277,5 +305,6 @@ class Ground:
 
 def _orders(config: GroundConfig) -> tuple[object, ...]:
     """What the `[ground]` table says of who orders, and how."""
-    own = config.operator, config.operator_options, config.steps, config.rules
-    return (*own, config.recorded if config.operator == "recorded" else None)
+    script = None if config.steps is None else (config.steps, config.rules)
+    recorded = config.recorded if config.operator == "recorded" else None
+    return config.operator, config.operator_options, script, recorded

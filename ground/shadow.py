@@ -1,7 +1,8 @@
 """The shadow at the ground: what it holds of the model on board, and whether that is so."""
 
-from collections import OrderedDict
+from collections import OrderedDict, deque
 from enum import StrEnum
+from typing import NamedTuple
 
 import msgspec
 
@@ -11,6 +12,7 @@ from farside.node import Journal
 from farside.topics import GROUND_SHADOW, ShadowEntry
 
 _REMEMBERED = 256  # lists that a proposal which is still on its way may come from
+_JUDGED = 50
 _SAID_EVERY = 5  # heartbeats; the rover counts on it
 
 _read = msgspec.msgpack.Decoder(Delta).decode
@@ -28,6 +30,13 @@ class Age(StrEnum):
     UNKNOWN = "unknown"
 
 
+class Judged(NamedTuple):
+    """An expectation of the model that fell due: by when on board, and whether it came true."""
+
+    by_ns: int
+    is_true: bool
+
+
 class Shadow:
     """Keeps a shadow of the model on board by the updates that arrive.
 
@@ -43,6 +52,7 @@ class Shadow:
         check: CRC-32 of its lists.
         made_ns: when the newest update applied was made on board; -1 before the first.
         cycles: how many cycles of the model the updates applied have covered.
+        judged: the newest of the model's most credible expectations that fell due.
         why: why the lists may not be those on board after that update; `None` if they are.
     """
 
@@ -53,6 +63,7 @@ class Shadow:
         self.made_ns = -1
         self.cycles = 0
         self.why: str | None = "no update has come yet"
+        self.judged: deque[Judged] = deque(maxlen=_JUDGED)
         self._numbers: OrderedDict[int, int] = OrderedDict()  # of the updates, by their check
         self._said: ModelHeld | None = None
         self._unsaid = 0  # heartbeats since
@@ -73,13 +84,16 @@ class Shadow:
         before, covered = self.why, 0
         self._has_heard = True
         try:
-            self.model.apply(_read(update.delta))
+            delta = _read(update.delta)
+            came_true = self.model.came_true(delta)
+            self.model.apply(delta)
         except (msgspec.MsgspecError, UnicodeDecodeError) as error:
             self.why = f"an update that cannot be read: {error}"
         except (DeltaError, UnreadableMemoryError) as error:
             self.why = str(error)
         else:
             self.why, covered = None, update.cycles
+            self.judged += (Judged(update.time_ns, is_true) for is_true in came_true)
             self.made_ns = update.time_ns
             self.cycles += covered
         self.check = self.model.lists_check()

@@ -94,20 +94,24 @@ class Moments:
         """
         near = [kept for kept in self._kept if time_ns - _BEFORE_NS <= kept <= time_ns]
         begin_ns = max(near, default=max(0, time_ns - _BEFORE_NS) // _APART_NS * _APART_NS)
-        if begin_ns not in self._kept:
-            self._keep(begin_ns, picture_at(self._log, begin_ns))
-        picture = self._kept[begin_ns].copy()
+        if begin_ns in self._kept:
+            picture = self._kept[begin_ns].copy()
+        else:
+            picture = picture_at(self._log, begin_ns)
+            self._keep(begin_ns, picture)
         for kept_ns in range(begin_ns + _APART_NS, time_ns + 1, _APART_NS):
             _play(picture, self._log, PICTURE_TOPICS, kept_ns - _APART_NS + 1, kept_ns)
             picture.settle(kept_ns)
-            self._keep(kept_ns, picture.copy())
+            self._keep(kept_ns, picture)
             begin_ns = kept_ns
         _play(picture, self._log, PICTURE_TOPICS, begin_ns + 1, time_ns)
         picture.settle(time_ns)
         return picture
 
     def _keep(self, time_ns: int, picture: Picture) -> None:
-        self._kept[time_ns] = picture
+        if time_ns > self._log.there_until_ns:
+            return  # more of it may come
+        self._kept[time_ns] = picture.copy()
         if len(self._kept) > _KEPT:
             del self._kept[next(iter(self._kept))]
 

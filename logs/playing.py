@@ -1,31 +1,29 @@
 """Playing a log: where playback is, and what is due as wall time passes."""
 
-import math
 from collections.abc import Collection, Iterator
 from typing import Any, NamedTuple, Protocol
 
-from farside.node import NEVER_NS, Record, Topic, to_ns
-from farside.topics import TOPICS
+from farside.node import NEVER_NS, Record, Topic, to_ns, to_s
 
 
 class Source(Protocol):
     """What a player plays: a `LogFile`, whole, as the ground had it, or still growing.
 
     Attributes:
-        end_ns: log time up to which every record is there. It may grow, and nothing comes later
-            with a time up to it.
+        end_ns: where it ends; it may grow.
     """
 
     end_ns: int
+
+    @property
+    def there_until_ns(self) -> int:
+        """Log time up to which every record is there: nothing comes later with a time up to it."""
+        ...
 
     def records(
         self, topics: Collection[Topic[Any]] | None = None, *, start_ns: int = 0, end_ns: int = ...
     ) -> Iterator[Record]:
         """See `LogFile.records`."""
-        ...
-
-    def latest(self, topic: Topic[Any], time_ns: int) -> Record | None:
-        """See `LogFile.latest`."""
         ...
 
 
@@ -118,27 +116,6 @@ class Player:
         self.now_ns = max(0, min(time_ns, self.log.end_ns))
         self._jumped = True
 
-    def step(self, *, backwards: bool = False) -> None:
-        """Pause, and go to the time of the next record, or of the last before now.
-
-        Without one it stays where it is.
-        """
-        self.pause()
-        if backwards:
-            topics = TOPICS.values() if self._topics is None else self._topics
-            before = (self.log.latest(topic, self.now_ns - 1) for topic in topics)
-            times_ns = [record.log_time_ns for record in before if record is not None]
-            if times_ns:
-                self.seek(max(times_ns))
-            return
-        if self._jumped:
-            later = self.log.records(self._topics, start_ns=self.now_ns + 1)
-            upcoming = next(later, None)
-        else:
-            upcoming = self._peek(NEVER_NS)
-        if upcoming is not None:
-            self.now_ns = max(self.now_ns, upcoming.log_time_ns)
-
     def loop(self, begin_ns: int, end_ns: int) -> None:
         """Play one stretch over and over: from its end, or the log's, on to its beginning.
 
@@ -168,7 +145,7 @@ class Player:
             self._pass(wall_s)
         jumped, self._jumped = self._jumped, False
         if jumped:
-            self._read_from(self.now_ns + 1)
+            self._read_from(min(self.now_ns, self.log.there_until_ns) + 1)
         return Played(jumped, self._due(self.now_ns))
 
     def _pass(self, wall_s: float) -> None:
@@ -181,9 +158,9 @@ class Player:
             self.now_ns = max(self.now_ns, min(end_ns, self.now_ns + self._passed_ns(wall_s)))
 
     def _passed_ns(self, wall_s: float) -> int:
-        if math.isinf(self.speed):
-            return NEVER_NS if wall_s > 0 else 0
-        return to_ns(wall_s * self.speed)
+        if wall_s <= 0:
+            return 0
+        return to_ns(min(wall_s * self.speed, to_s(NEVER_NS)))
 
     def _limits_ns(self) -> tuple[int, int]:
         """How far it plays before it waits, or wraps."""
@@ -207,7 +184,7 @@ class Player:
     # --- what is due ---------------------------------------------------------------------------
 
     def _read_from(self, start_ns: int) -> None:
-        self._read_to_ns = self.log.end_ns
+        self._read_to_ns = self.log.there_until_ns
         self._coming = self.log.records(self._topics, start_ns=start_ns, end_ns=self._read_to_ns)
         self._next: Record | None = None
 
@@ -215,7 +192,7 @@ class Player:
         """The next record, if it is due by `until_ns`."""
         if self._next is None:
             self._next = next(self._coming, None)
-            while self._next is None and self.log.end_ns > self._read_to_ns:
+            while self._next is None and self.log.there_until_ns > self._read_to_ns:
                 self._read_from(self._read_to_ns + 1)
                 self._next = next(self._coming, None)
         record = self._next

@@ -7,13 +7,14 @@ memory nor the index grows with the number of windows.
 """
 
 import os
+from bisect import bisect_left, bisect_right
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from functools import cache, partial
 from importlib.metadata import PackageNotFoundError, version
 from itertools import count
+from operator import attrgetter
 from pathlib import Path
-from types import TracebackType
 from typing import NamedTuple, Self
 
 import msgspec
@@ -22,6 +23,7 @@ from mcap.well_known import MessageEncoding, SchemaEncoding
 
 from farside.logs.file.digest import Digest
 from farside.logs.file.mcap_bytes import (
+    GREATEST_RECORD_BYTE,
     MAGIC,
     PICTURE,
     chunk_bytes,
@@ -45,6 +47,7 @@ except PackageNotFoundError:  # run from a source tree that nobody installed
 
 _END_MARKS = end_marks()
 _CHUNK_BYTE = 1 << 20
+_log_time_ns = attrgetter("log_time_ns")
 
 
 class _Tail:
@@ -173,6 +176,9 @@ class Recorder:
     def write(self, records: Iterable[Record]) -> None:
         """Add records, which must come in log order, and their pictures.
 
+        Whoever reads the log meanwhile takes it that nothing comes later with a time that is there
+        already. So records of one time belong between two flushes, and are in one chunk.
+
         Raises:
             KeyError: if a record's topic is not in `TOPICS`.
         """
@@ -182,10 +188,9 @@ class Recorder:
         if not records:
             return
         data = message_bytes(records, self._channels)
-        if len(data) > _CHUNK_BYTE and len(records) > 1:
-            half = len(records) // 2
-            self._add(records[:half])
-            self._add(records[half:])
+        if len(data) > _CHUNK_BYTE and (cut := _cut(records, len(data))):
+            self._add(records[:cut])
+            self._add(records[cut:])
             return
         self._digest.add(records)
         times_ns = [record.log_time_ns for record in records]
@@ -251,18 +256,25 @@ class Recorder:
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
+    def __exit__(self, _kind: object, error: object, _traceback: object) -> None:
         if isinstance(error, LogError):
             # The file cannot be written; what it holds stays as it is.
             with suppress(LogError):
                 self.close(packed=False)
         else:
             self.close()
+
+
+def _cut(records: Sequence[Record], size_byte: int) -> int:
+    """Where to cut records that are too long for a chunk: between two times; 0 for nowhere."""
+    half = len(records) // 2
+    time_ns = records[half].log_time_ns
+    begin = bisect_left(records, time_ns, key=_log_time_ns)
+    cut = begin or bisect_right(records, time_ns, key=_log_time_ns)
+    if cut < len(records):
+        return cut
+    # A chunk that is too long could not be read at all.
+    return half if size_byte > GREATEST_RECORD_BYTE // 2 else 0
 
 
 class _Declared(NamedTuple):

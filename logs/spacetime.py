@@ -236,8 +236,8 @@ def _made(
 
 def lost_to(fate: FrameFate) -> str | None:
     """What the channel lost a frame to, in words; `None` if it was delivered."""
-    if fate.fate is Fate.OUTAGE and fate.outage is not None:
-        return f"lost to the {OUTAGES[fate.outage]}"
+    if fate.fate is Fate.OUTAGE:
+        return "lost to an outage" if fate.outage is None else f"lost to the {OUTAGES[fate.outage]}"
     return _LOST.get(fate.fate)
 
 
@@ -250,9 +250,9 @@ def cargo_text(event: FrameEvent) -> str:
 
 def carried_text(carried: Carried, *, stored: bool = False) -> str:
     """A message, or the part of one, in a frame; see `cargo_text`."""
-    text = _NAMES.get(carried.kind, carried.kind)
-    if carried.number is not None:
-        text = text.format(carried.number)
+    text, name = carried.kind, _NAMES.get(carried.kind)
+    if name is not None and carried.number is not None:
+        text = name.format(carried.number)
     if stored and carried.kind == "telemetry" and carried.time_ns is not None:
         text = f"stored telemetry of {time_text(carried.time_ns)}"
     if carried.parts > 1:

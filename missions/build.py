@@ -5,12 +5,12 @@ from enum import IntEnum, unique
 import numpy as np
 from numpy.random import Generator
 
-from farside.dem import DynamicExpectancyModel, ShadowModel
+from farside.dem import DynamicExpectancyModel, Exploration, ShadowModel
 from farside.ground.moves import MoveTerms
 from farside.ground.node import Ground
 from farside.ground.operators.built_in import built_in_operator
 from farside.ground.operators.operator import Operator
-from farside.ground.outlook import RoverTerms
+from farside.ground.outlook import EnergyTerms, RoverTerms
 from farside.link.channel.node import Channel
 from farside.link.endpoint.endpoint import LinkTerms
 from farside.missions.extensions.finding import find_class
@@ -19,7 +19,7 @@ from farside.missions.extensions.making import make_controller, make_operator
 from farside.missions.schema import MissionFile
 from farside.node import Direction, Node, Role, to_ns
 from farside.places import ACTIONS
-from farside.rover.config import RoverConfig
+from farside.rover.config import HEARTBEATS, RoverConfig
 from farside.rover.controller import Controller
 from farside.rover.node import Rover, RoverStreams
 
@@ -124,10 +124,21 @@ def build_ground(mission: MissionFile, operator: Operator) -> Ground:
 
 def rover_terms(mission: MissionFile) -> RoverTerms:
     """What the ground knows of the rover beforehand."""
-    drive, failsafe = mission.rover.drive, mission.rover.failsafe
-    moves = MoveTerms(mission.world.cell_m, drive.speed_m_s, drive.turn_rate_rad_s)
-    least_ns = to_ns(drive.least_move_s(mission.world.cell_m))
-    return RoverTerms(moves, least_ns, to_ns(failsafe.lost_after_s))
+    rover, cell_m = mission.rover, mission.world.cell_m
+    drive, failsafe, battery = rover.drive, rover.failsafe, rover.battery
+    return RoverTerms(
+        MoveTerms(cell_m, drive.speed_m_s, drive.turn_rate_rad_s),
+        least_move_ns=to_ns(drive.least_move_s(cell_m)),
+        hold_after_ns=to_ns(max(failsafe.hold_after_s, HEARTBEATS * mission.ground.heartbeat_s)),
+        alone_after_ns=to_ns(failsafe.lost_after_s),
+        explores=rover.dem.exploration is not Exploration.NONE,
+        energy=EnergyTerms(
+            capacity_j=battery.capacity_j,
+            driving_w=battery.idle_w + battery.drive_w,
+            reserve=battery.reserve,
+            move_cost_s=drive.move_cost_s,
+        ),
+    )
 
 
 def build_operator(mission: MissionFile, extensions: Extensions = NONE) -> Operator:

@@ -9,6 +9,7 @@ from typing import NamedTuple, Protocol
 
 from farside.acts import Act
 from farside.ground.config import QUEUED
+from farside.ground.view.view import Focus, GroundView
 from farside.logs.recording import Recorder
 from farside.missions.crew.crew import Crew
 from farside.missions.interrupts import Interrupts
@@ -24,13 +25,39 @@ _log_time_ns = attrgetter("log_time_ns")
 class Watcher(Protocol):
     """Observer of a run in progress, who may give orders where the mission's operator is `queued`.
 
-    A class that derives from it need define neither `opened` nor `orders`, and gives none. The run
-    waits while `watch` does, for as long as that takes: so a watcher may pace it, or hold it.
+    A class that derives from it need define no more than `watch` and `wait`, and gives no orders.
+    The run waits while `watch` does, for as long as that takes: so a watcher may pace it, or hold
+    it.
     """
 
     def opened(self, log: Path) -> None:  # noqa: ARG002 - for those that define it
         """Called before the first window, with the log that is written."""
         return  # without a body it would be abstract
+
+    def seeing(self, look: Callable[[Focus], GroundView | None]) -> None:  # noqa: ARG002
+        """Called once before the first window, with what to look at the ground with.
+
+        It is to be called from within `watch` only, as often as one likes: it says what a person at
+        the ground can know at that moment, and `None` where the ground is lost. Looking changes
+        nothing.
+
+        Args:
+            look: see `farside.missions.crew.crew.Crew.look`.
+        """
+        return
+
+    def window_ns(self, now_ns: int) -> int | None:  # noqa: ARG002
+        """Called before each window: the longest that it may be, so that it is seen to go on.
+
+        The log does not depend on it. Less than a tick is one tick.
+
+        Args:
+            now_ns: simulated time at which the window begins.
+
+        Returns:
+            simulated nanoseconds; `None` for no limit.
+        """
+        return None
 
     def orders(self, now_s: float) -> Sequence[Act]:  # noqa: ARG002 - for those that define it
         """Called before each window: what is ordered on its first tick, in order.
@@ -118,9 +145,10 @@ class Conductor:
             ValueError: if the watcher gives orders, and the mission's operator is not `queued`.
         """
         end_ns = to_ns(self._mission.duration_s)
+        self._watcher.seeing(self._crew.look)
         started_s = self._clock.now()
         while self.now_ns < end_ns and not self._interrupts.requested:
-            until_ns = min(self.now_ns + self._window_ns, end_ns)
+            until_ns = min(self.now_ns + self._next_window_ns(), end_ns)
             with self._interrupts.breakable(at=2):
                 records = self._crew.advance(until_ns, self._orders())
             # Each node returns its records in order of time. A stable sort keeps, at equal times,
@@ -131,6 +159,14 @@ class Conductor:
             self.now_ns = until_ns
             self._watcher.watch(to_s(until_ns), records)
             self._wait(started_s + to_s(until_ns) / self._pace)
+
+    def _next_window_ns(self) -> int:
+        """How long the next window is: in whole ticks, one at least."""
+        asked_ns = self._watcher.window_ns(self.now_ns)
+        if asked_ns is None or asked_ns >= self._window_ns:
+            return self._window_ns
+        tick_ns = self._mission.tick_ns
+        return max(1, asked_ns // tick_ns) * tick_ns
 
     def _orders(self) -> Sequence[Act]:
         acts = self._watcher.orders(to_s(self.now_ns))
@@ -151,6 +187,7 @@ def _window_ns(mission: MissionFile, pace: float, longest_ns: int | None) -> int
     length_ns = mission.window_ns
     if longest_ns is not None:
         length_ns = min(length_ns, longest_ns)
-    if math.isfinite(pace):
-        length_ns = min(length_ns, to_ns(pace * _PACED_WINDOW_WALL_S))
+    paced_s = pace * _PACED_WINDOW_WALL_S
+    if paced_s < to_s(length_ns):
+        length_ns = to_ns(paced_s)
     return max(1, length_ns // mission.tick_ns) * mission.tick_ns

@@ -7,7 +7,7 @@ from farside.control import Chooser, CommandStage
 from farside.messages import Command, CommandReached, CommandsMissing, Tokens
 from farside.node import NS_PER_S, Journal
 from farside.rover.events import EventQueue
-from farside.topics import ROVER_COMMAND, CommandEntry
+from farside.topics import ROVER_COMMAND, CommandEntry, reasons
 
 _MISSING_NS = 30 * NS_PER_S  # beside a round trip: what a lossy link may well take
 _ENDS_KEPT = 1000  # how commands ended: more than any sequence reaches back (project default)
@@ -163,7 +163,7 @@ class Commands:
         if after is None:
             return None
         if not 0 < after < command.number:
-            return f"it was to follow on command {after}, and there is none before it"
+            return reasons.NEVER_AFTER.of(after, "and there is none before it")
         if after == self.begun_number or after in self.waiting:
             return None
         end = self._ends.get(after)
@@ -172,7 +172,7 @@ class Commands:
         how = "of which nothing is known any more" if end is None else f"which was {end}"
         how = "which failed" if end is CommandStage.FAILED else how
         how = "which expired" if end is CommandStage.EXPIRED else how
-        return f"it was to follow on command {after}, {how}"
+        return reasons.NEVER_AFTER.of(after, how)
 
     def end(self, command: Command, stage: CommandStage, why: str | None = None) -> None:
         """A command is over; a reason is given unless it was done."""

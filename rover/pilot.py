@@ -16,7 +16,7 @@ from farside.rover.control.authority import Authority, Conditions, Parts
 from farside.rover.control.orders import Orders
 from farside.rover.control.proposals import Situation
 from farside.rover.failsafe.table import OrdersThen
-from farside.topics import GoalSource
+from farside.topics import GoalSource, reasons
 from farside.validation import one_line
 
 
@@ -78,7 +78,7 @@ class Pilot:
             return False
         changed = commands.expire(now_ns)
         if self._parts.battery.empty:
-            commands.drop_actions(CommandStage.REFUSED, "the battery is flat")
+            commands.drop_actions(CommandStage.REFUSED, reasons.BATTERY_FLAT.of())
         return self.orders.follow(now_ns) or changed
 
     # --- what to do next -----------------------------------------------------------------------
@@ -124,9 +124,9 @@ class Pilot:
             return None
         if meant.place is not None and meant.place not in tokens:
             where = self.authority.conditions.place or "no place that it knows"
-            return f"it was meant for {one_line(meant.place)}, and the rover is at {where}"
+            return reasons.OTHER_PLACE.of(one_line(meant.place), where)
         if meant.after is not None and self._parts.commands.last_action != (meant.after, True):
-            return f"it was meant to follow on command {meant.after}, which was not done"
+            return reasons.NOT_AFTER.of(meant.after)
         return None
 
     def _unsafe(self) -> str | None:
@@ -253,5 +253,5 @@ class Pilot:
         if proposal is None or not proposals.has_consent:
             return None
         agreed = Undertaking(proposal.action, proposals.chooser, goal=proposal.goal)
-        proposals.end("carried out, as no veto came")
+        proposals.end(reasons.NO_VETO.of())
         return self._undertake(agreed)

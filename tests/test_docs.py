@@ -55,7 +55,38 @@ def blocks(language: str) -> list[str]:
 
 def commands() -> list[str]:
     lines = [line for block in blocks("sh") for line in block.splitlines()]
-    return [line.split("  #")[0].strip() for line in lines if line.strip()]
+    return [command_of(line) for line in lines if line.strip()]
+
+
+def command_of(line: str) -> str:
+    """A line of a block without the remark behind it."""
+    return line.split("  #", maxsplit=1)[0].strip()
+
+
+def outputs() -> dict[str, list[str]]:
+    """The pasted outputs, line by line, by the command that is the last one above each.
+
+    Only what stands under the same heading as its command counts.
+    """
+    found = {}
+    for document in DOCUMENTS:
+        for section in re.split(r"^#+ ", document.read_text(), flags=re.MULTILINE):
+            last = ""
+            for language, block in re.findall(
+                r"^```(\w+)\n(.*?)^```", section, re.MULTILINE | re.DOTALL
+            ):
+                if language == "sh":
+                    last = command_of(block.splitlines()[-1])
+                elif language == "text" and last:
+                    found[last] = block.splitlines()
+    return found
+
+
+def assert_pasted(pasted: list[str], printed: str) -> None:
+    """What is pasted is what is printed, line by line; `...` stands for lines that are left out."""
+    expected = "\n".join(pasted)
+    lines = [r"(?:.*\n)*" if line.strip() == "..." else re.escape(line) + "\n" for line in pasted]
+    assert re.fullmatch("".join(lines), printed), f"pasted:\n{expected}\n\nprinted:\n{printed}"
 
 
 def missions() -> dict[str, str]:
@@ -73,6 +104,8 @@ def test_every_command_in_the_documents_works(tmp_path: Path, installed: Path) -
     """In the order in which a reader comes to them, from a wheel, in a folder of the reader's."""
     (tmp_path / "missions").symlink_to(ROOT / "missions")
     assert missions()
+    pasted = outputs()
+    assert sum("farside" in command for command in pasted) >= 3
     for name, text in missions().items():
         (tmp_path / f"{name}.toml").write_text(text)
     for command in commands():
@@ -91,6 +124,8 @@ def test_every_command_in_the_documents_works(tmp_path: Path, installed: Path) -
         may_differ = "loss=0.2" in line or "farside diff" in line or "farside rerun" in line
         allowed = {0, 1} if may_differ else {0}
         assert done.returncode in allowed, f"{command}\n{done.stdout}{done.stderr}"
+        if command in pasted:
+            assert_pasted(pasted[command], done.stdout)
 
 
 def test_farside_is_found_after_the_first_steps_of_the_readme() -> None:
@@ -128,6 +163,19 @@ def test_every_test_in_the_documents_passes(pytester: pytest.Pytester) -> None:
         if "def test_" in block:
             pytester.makepyfile(**{f"test_documents_{number}": block})
     pytester.runpytest_inprocess().assert_outcomes(passed=1)
+
+
+def test_what_a_failing_test_shows_is_what_the_documents_show(pytester: pytest.Pytester) -> None:
+    """Of the README's test, had it asked for another mode at 655 s."""
+    (passes,) = (block for block in blocks("python") if "def test_" in block)
+    fails = passes.replace('run.mode_at(700) == "autonomous"', 'run.mode_at(655) == "shared"')
+    pytester.makepyfile(fails)
+    _, _, (report,) = pytester.inline_run().listoutcomes()
+    (pasted,) = (block for block in blocks("text") if "- farside run -" in block)
+    _, *lines = re.sub(r"/tmp/pytest-\S+/", "/tmp/", pasted).splitlines()  # noqa: S108
+
+    told = re.sub(r"/\S+/", "/tmp/", dict(report.sections)["farside run"])  # noqa: S108
+    assert_pasted(lines, told + "\n")
 
 
 def test_every_example_in_the_documents_runs(

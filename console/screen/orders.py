@@ -60,10 +60,10 @@ def _rows(commands: KnownCommands, queued: Sequence[Act], now_ns: int) -> Iterat
             held=number,
         )
     for command in commands.foremost(_ROWS):
-        yield _row(command, now_ns)
+        yield _row(command, commands, now_ns)
 
 
-def _row(command: KnownCommand, now_ns: int) -> CommandRow:
+def _row(command: KnownCommand, commands: KnownCommands, now_ns: int) -> CommandRow:
     effect = command.stages.get(
         CommandStage.BEGUN if isinstance(command.order, ACTS) else CommandStage.DONE
     )
@@ -78,16 +78,18 @@ def _row(command: KnownCommand, now_ns: int) -> CommandRow:
         begins_ns=None if due is None or command.is_over else due.expected_ns,
         seen_ns=None if due is None or command.is_over else due.told_due_ns,
         take_back_until_ns=None if command.is_over else until_ns,
-        can_take_back=can_take_back(command),
+        can_take_back=can_take_back(command, commands),
     )
 
 
-def can_take_back(command: KnownCommand) -> bool:
-    """Whether a take-back can still be tried."""
+def can_take_back(command: KnownCommand, commands: KnownCommands) -> bool:
+    """Whether a take-back can still be tried, and none is on its way."""
+    others = (other.order for other in commands.open.values())
     return (
         not command.is_over
         and command.take_back is not TakeBackChance.TOO_LATE
         and not isinstance(command.order, TakeBack)
+        and not any(isinstance(o, TakeBack) and o.number == command.number for o in others)
     )
 
 

@@ -9,8 +9,8 @@ felt follows from the options that are held already, so it waits for no link. Wh
   approves. The pull alone ends too near the middle for that, so consent always takes a hand.
 - Letting go orders nothing. Where consent is by approval it is therefore none; where consent is by
   a veto window, letting go lets the window run down, which is what the screen says it asks for.
-- Nothing is ordered within half a second of a change of the options, nor by a deflection that began
-  before it: a push that was meant for one proposal must never answer another.
+- Nothing is ordered within half a second of a change of the options, and a stick that is pushed out
+  then has to come back first: a push that was meant for one proposal must never answer another.
 """
 
 from enum import StrEnum
@@ -134,17 +134,15 @@ class Intention:
 
     def move(self, now_ns: int, x: float, y: float, situation: Situation) -> Reading:
         """Read a position: x to the east and y to the north, each from -1 to 1."""
-        changed = self._notice(now_ns, situation)
+        self._notice(now_ns, situation)
         nearest = self._nearest(x, y)
         self._approached = nearest.action if nearest else ""
         self._felt = self._feel(now_ns, x, y, nearest)
         out = max(abs(x), abs(y))
         if out < TABLE.thresholds.back_below:
             self._is_back = True
-            self._held, self._told = None, ""
+            self._told = ""
             return Reading(self._felt, self._approached)
-        if changed:
-            self._is_back = False
         order, note = self._decide(now_ns, x, y)
         if order is not None:
             self._is_back = False
@@ -164,16 +162,14 @@ class Intention:
             order = answer(situation.proposal)
         return Reading(self._felt, self._approached, order, note)
 
-    def _notice(self, now_ns: int, situation: Situation) -> bool:
-        """Take note of the situation; whether it means something else than before."""
+    def _notice(self, now_ns: int, situation: Situation) -> None:
+        """Take note of the situation, and of when its meaning changed."""
         before, self._situation = self._situation, situation
         if self._changed_ns is not None and before.meaning == situation.meaning:
-            return False
+            return
         if _proposed(before) != _proposed(situation):
             self._proposed_ns = now_ns
         self._changed_ns = now_ns
-        self._held = None
-        return True
 
     def _is_too_soon(self, now_ns: int) -> bool:
         changed_ns = self._changed_ns

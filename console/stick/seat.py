@@ -67,9 +67,7 @@ class StickSeat:
         if not seats.holds(NAME):
             is_given = seats.ask(NAME, time.monotonic())
             return "" if is_given else "asked the page that commands to hand over"
-        if seats.hand_over(NAME):
-            return ""
-        return "not handed over: no page asks"
+        return "" if seats.hand_over(NAME) else "not handed over: no page asks"
 
     def news(self) -> str:
         """What changed of it since the last call, for the person; mostly empty."""

@@ -221,6 +221,11 @@ class CommandDesk:
         return tuple(self._live.values())
 
     @property
+    def over(self) -> tuple[Life, ...]:
+        """The lives of which the end is known, in the order in which it was learned."""
+        return tuple(self._over.values())
+
+    @property
     def foreseen(self) -> dict[int, Foreseen]:
         """When those of `live` are expected to be taken, begun and done, from what is known now."""
         return foresee(self._live.values(), self._times_of, self._timing.round_trip_ns)

@@ -53,7 +53,6 @@ class ScriptedOperator:
         self._seat = Seat(chart, len(script), rules)
         self._script = list(script)
         self._play = self._steps()
-        self._over = False
 
     @property
     def progress(self) -> OperatorEntry:
@@ -63,7 +62,7 @@ class ScriptedOperator:
     def act(self, situation: Situation) -> Sequence[Act]:
         """Orders to give now; see `Operator`."""
         self._seat.situation = situation
-        return () if self._over else next(self._play)
+        return next(self._play)
 
     def change(self, script: Sequence[ScriptStep], rules: tuple[Rule, ...]) -> bool:
         """Go on by another script and other rules; false if what has begun differs in it.
@@ -71,20 +70,24 @@ class ScriptedOperator:
         Nothing is changed then.
         """
         begun = self.progress.step
-        if self._over or self._script[:begun] != list(script[:begun]):
+        if self._script[:begun] != list(script[:begun]):
             return False
         self._script[begun:] = script[begun:]
         self._seat.change(len(script), rules)
         return True
 
     def _steps(self) -> Work:
-        # More steps may come, and others go, while it goes through them.
-        for number, step in enumerate(self._script, start=1):
-            self._seat.begin(number, _wanted(step))
-            yield from _work(self._seat, step)
-        self._over = True
-        self._seat.end()
-        yield ()
+        # More steps may come, and others go, while it goes through them and when it is through.
+        number = 0
+        while True:
+            while number < len(self._script):
+                step = self._script[number]
+                number += 1
+                self._seat.begin(number, _wanted(step))
+                yield from _work(self._seat, step)
+            self._seat.end()
+            while number == len(self._script):
+                yield ()
 
 
 def _work(seat: Seat, step: ScriptStep) -> Work:  # noqa: PLR0911 - a kind each

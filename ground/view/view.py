@@ -28,7 +28,7 @@ class OptionKind(StrEnum):
         FREE: nothing speaks against it.
         PROPOSED: it is what the model on board proposes.
         PROBLEMATIC: it can be done, and something speaks against it.
-        INVALID: it leads nowhere known, met a wall here, or the safety gate would refuse it.
+        INVALID: the chart has a wall there, the rover met one, or the safety gate refuses it.
     """
 
     FREE = "free"
@@ -93,6 +93,8 @@ class KnownGoal(msgspec.Struct, frozen=True, omit_defaults=True):
         priority: as far as it is known.
         source: who wants it.
         is_sent: whether an order that sets it is still on its way.
+        is_withdrawn: whether an order that withdraws it is still on its way.
+        is_met: whether what is on its way leads right to it.
         aside: why it is put aside, in words; `None` where it is not.
     """
 
@@ -100,6 +102,8 @@ class KnownGoal(msgspec.Struct, frozen=True, omit_defaults=True):
     priority: float | None
     source: GoalSource
     is_sent: bool = False
+    is_withdrawn: bool = False
+    is_met: bool = False
     aside: str | None = None
 
 
@@ -159,7 +163,8 @@ class GroundView(msgspec.Struct, frozen=True, omit_defaults=True):
         goals: the goals, the top-goal first.
         alone_goals: what it would pursue when the link is lost.
         failsafe: the failsafe.
-        if_nothing: what happens if the operator does nothing, in one sentence.
+        if_nothing: what happens if the operator does nothing: one sentence, to follow on "If you do
+            nothing:", without its full stop.
         surprises: the share of the model's expectations that failed of late; `None` where none fell
             due.
         cm: mean C_m of the shadow's hypotheses; `None` without one.

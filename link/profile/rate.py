@@ -106,6 +106,11 @@ class RateSteps:
         self._rates = [rate for _, rate in steps]
         self.constant_bit_s = self._rates[0] if len(steps) == 1 else 0.0
 
+    @property
+    def times_ns(self) -> Sequence[int]:
+        """From when on each of its rates holds, in ns."""
+        return self._times_ns
+
     def at(self, time_ns: int) -> float:
         """The rate at a moment in bit/s; before time 0, that of the first step."""
         return self._rates[max(0, bisect_right(self._times_ns, time_ns) - 1)]

@@ -177,6 +177,10 @@ class Schedule:
         contacts = self._contacts[direction]
         return max(time_ns, contacts.after_open_ns(contacts.open_ns_until(time_ns) + open_ns))
 
+    def sending_ns(self, direction: Direction, time_ns: int, size_byte: int) -> int:
+        """How long a frame that begins to be sent at `time_ns` takes to leave."""
+        return self._contacts[direction].sending_ns(time_ns, size_byte)
+
     def sends_ns(self, direction: Direction, time_ns: int, size_byte: int) -> Span:
         """When the first and the last bit of a frame that is ready at `time_ns` would leave.
 

@@ -1,17 +1,20 @@
 """What two runs came to, and by which missions they went, side by side."""
 
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Annotated, Any, TypeVar
 
 import msgspec
 
 from farside.logs.diff.parting import MISSING, different
 from farside.logs.events import sign_text
+from farside.logs.file.parts import LogError
 from farside.logs.file.reading import LogFile
 from farside.logs.views.run import RunView
 from farside.messages import Tokens
 from farside.node import Direction, to_s
 from farside.topics import GoalSource
+
+T = TypeVar("T")
 
 
 class Row(msgspec.Struct, frozen=True):
@@ -43,7 +46,7 @@ class MissionKey(msgspec.Struct, frozen=True):
 
 
 class _Change(msgspec.Struct):
-    at_ns: int
+    at_ns: Annotated[int, msgspec.Meta(ge=0)]
     mission: dict[str, Any]
 
 
@@ -51,6 +54,9 @@ def mission_differences(first: LogFile, second: LogFile) -> Iterator[MissionKey]
     """In what two missions differ, key by key, from the start; and from later, where they change.
 
     A log that carries no mission has no keys.
+
+    Raises:
+        LogError: if a log's mission cannot be read.
     """
     ours, theirs = _missions(first), _missions(second)
     told: dict[str, tuple[Any, Any]] = {}
@@ -77,14 +83,22 @@ def outcome_differences(first: LogFile, second: LogFile) -> Iterator[Row]:
 
 def _missions(log: LogFile) -> list[tuple[int, dict[str, Any]]]:
     """The missions by which a run went, each with the time from which on."""
-    found = log.attachments
-    if "mission.json" not in found:
-        return [(0, {})]
-    missions = [(0, msgspec.json.decode(found["mission.json"].data))]
-    if "changes.json" in found:
-        changes = msgspec.json.decode(found["changes.json"].data, type=list[_Change])
-        missions += [(change.at_ns, change.mission) for change in changes]
-    return missions
+    changes = _attached(log, "changes.json", list[_Change], [])
+    return [
+        (0, _attached(log, "mission.json", dict[str, Any], {})),
+        *((change.at_ns, change.mission) for change in changes),
+    ]
+
+
+def _attached(log: LogFile, name: str, kind: type[T], default: T) -> T:
+    if name not in log.attachments:
+        return default
+    try:
+        return msgspec.json.decode(log.attachments[name].data, type=kind)
+    except (msgspec.MsgspecError, ValueError, RecursionError) as error:
+        raise LogError(
+            f"{log.path}: expected JSON of a mission in {name}, found: {error}"
+        ) from error
 
 
 def _in_force(missions: list[tuple[int, dict[str, Any]]], at_ns: int) -> Mapping[str, Any]:

@@ -5,7 +5,7 @@ from itertools import groupby
 from operator import attrgetter
 from typing import Any, NamedTuple
 
-from farside.logs.file.reading import LogFile
+from farside.logs.file.reading import LogFile, Named
 from farside.node import Record, Topic
 from farside.topics import (
     GROUND_BELIEF,
@@ -59,10 +59,17 @@ THREADS: dict[str, tuple[Topic[Any], ...]] = {
 """What can part by itself, in the order in which one thing leads to another at the same time."""
 
 
+class _Name(NamedTuple):
+    """The topic of a record, whether this Farside knows it or not."""
+
+    name: str
+
+
 class Apart(NamedTuple):
     """The records in which two logs part; `None` where one has no more.
 
-    Where one log has a record at that time and the other does not, it is the next one of the other.
+    Where one log has a record at that time and the other does not, it is the next one of the other:
+    of the same thread or, of the whole, of the same topic.
     """
 
     first: Record | None
@@ -71,7 +78,16 @@ class Apart(NamedTuple):
     @property
     def at_ns(self) -> int:
         """When they part."""
-        return min(record.log_time_ns for record in self if record is not None)
+        return self._earlier.log_time_ns
+
+    @property
+    def topic(self) -> str:
+        """The topic of the record that is there then."""
+        return self._earlier.topic
+
+    @property
+    def _earlier(self) -> Record:
+        return min((record for record in self if record is not None), key=_log_time_ns)
 
 
 class Partings(NamedTuple):
@@ -103,6 +119,8 @@ def partings(first: LogFile, second: LogFile) -> Partings:
             same = _equal(ours, theirs)
             equal += same
             whole = _apart(ours[same:], theirs[same:])
+            if whole is not None:
+                whole = _filled(whole, first, second, [_Name(whole.topic)], now_ns)
         if ours == theirs:
             continue
         for name, topics in list(going_on.items()):
@@ -112,10 +130,7 @@ def partings(first: LogFile, second: LogFile) -> Partings:
             same = _equal(own, other)
             apart = _apart(own[same:], other[same:])
             if apart is not None:
-                found[name] = Apart(
-                    apart.first or _next(first, topics, now_ns),
-                    apart.second or _next(second, topics, now_ns),
-                )
+                found[name] = _filled(apart, first, second, topics, now_ns)
                 del going_on[name]
         if not going_on:
             break
@@ -162,5 +177,15 @@ def _apart(ours: Sequence[Record], theirs: Sequence[Record]) -> Apart | None:
     return Apart(one, other)
 
 
-def _next(log: LogFile, topics: Sequence[Topic[Any]], now_ns: int) -> Record | None:
+def _filled(
+    apart: Apart, first: LogFile, second: LogFile, topics: Sequence[Named], now_ns: int
+) -> Apart:
+    """With what comes next where one log has nothing then."""
+    return Apart(
+        apart.first or _next(first, topics, now_ns),
+        apart.second or _next(second, topics, now_ns),
+    )
+
+
+def _next(log: LogFile, topics: Sequence[Named], now_ns: int) -> Record | None:
     return next(log.records(topics, start_ns=now_ns + 1), None)

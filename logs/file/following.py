@@ -49,7 +49,7 @@ def followed(
         LogError: as `LogFile.records`.
     """
     while True:
-        end_ns, whole = log.end_ns, log.complete
+        end_ns, whole = log.there_until_ns, log.complete
         yield from log.records(topics, start_ns=start_ns, end_ns=end_ns)
         if whole:
             return

@@ -161,6 +161,14 @@ class LogFile:
         return self.known_until_ns is not None
 
     @property
+    def there_until_ns(self) -> int:
+        """Log time up to which every message is there, -1 before the first.
+
+        Where the log grows, nothing comes later with this time or one before: see `Recorder.write`.
+        """
+        return self.end_ns if self.index.blocks else -1
+
+    @property
     def complete(self) -> bool:
         """Whether the writer finished it."""
         return self.index.complete

@@ -14,7 +14,16 @@ from farside.logs.foxglove.names import YARD, PictureTopic
 from farside.logs.foxglove.shapes import Parts, Rgb, colour, entity, scene, stamp, standing, text
 from farside.messages import Tokens
 from farside.node import Record
-from farside.places import PLACE, ROCK, SHADOW, WALL, is_place_token, place_name
+from farside.places import (
+    PLACE,
+    ROCK,
+    SHADOW,
+    WALL,
+    Cell,
+    cell_named,
+    is_place_token,
+    place_name,
+)
 
 _GREY = {WALL: 70, ROCK: 125, PLACE: 225, SHADOW: 175}
 _DOCK = (90, 150, 215)
@@ -28,10 +37,18 @@ _CELL_BYTE = len(_FIELDS)
 
 
 class Drawing(msgspec.Struct, frozen=True):
-    """A `farside.topics.Yard` as it is drawn, which does without the names of all its places."""
+    """A `farside.topics.Yard` as it is drawn, which does without the names of all its places.
+
+    Raises:
+        ValueError: if it is no drawing of cells.
+    """
 
     rows: tuple[str, ...]
     cell_m: float
+
+    def __post_init__(self) -> None:
+        if len(set(map(len, self.rows))) != 1 or not set("".join(self.rows)) <= _CELLS.keys():
+            raise ValueError("expected rows of one length, of cells that can be drawn")
 
 
 class Places:
@@ -39,37 +56,33 @@ class Places:
 
     Attributes:
         cell_m: side of a cell, 1 m before a map is known.
-        named: the cells of the places that have a name of their own, as (east, north).
+        named: the cells of the places that have a name of their own.
     """
 
     def __init__(self) -> None:
         self.cell_m = 1.0
-        self.named: dict[str, tuple[int, int]] = {}
+        self.named: dict[str, Cell] = {}
 
     def learn(self, drawing: Drawing) -> None:
         """Take in the map."""
         self.cell_m = drawing.cell_m
         self.named = {
-            name: (east, north)
+            name: Cell(east, north)
             for north, row in enumerate(reversed(drawing.rows))
             for east, name in enumerate(row)
             if "A" <= name <= "Z"
         }
 
-    def cell(self, sign: Tokens) -> tuple[int, int] | None:
-        """The cell (east, north) that a Sign speaks of; `None` if it names no known place."""
+    def cell(self, sign: Tokens) -> Cell | None:
+        """The cell that a Sign speaks of; `None` if it names no known place."""
         for token in filter(is_place_token, sign):
             name = place_name(token)
-            east, comma, north = name.partition(",")
-            if comma and east.isdecimal() and north.isdecimal():
-                return int(east), int(north)
-            return self.named.get(name)
+            return cell_named(name) or self.named.get(name)
         return None
 
-    def centre_m(self, cell: tuple[int, int]) -> tuple[float, float]:
-        """The centre of a cell."""
-        east, north = cell
-        return (east + 0.5) * self.cell_m, (north + 0.5) * self.cell_m
+    def centre_m(self, cell: Cell) -> tuple[float, float]:
+        """The centre of a cell, in metres east and north of the chart's south-west corner."""
+        return (cell.east + 0.5) * self.cell_m, (cell.north + 0.5) * self.cell_m
 
 
 def yard_pictures(

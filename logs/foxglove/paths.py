@@ -32,7 +32,7 @@ from farside.logs.foxglove.shapes import (
 from farside.logs.foxglove.sides import Believed
 from farside.messages import Proposal, ProposedStep, Tokens
 from farside.node import Record
-from farside.places import ACTIONS
+from farside.places import ACTIONS, Cell
 from farside.topics import (
     Decision,
     Likely,
@@ -43,7 +43,6 @@ from farside.topics import (
     Review,
 )
 
-Cell = tuple[int, int]
 Point = tuple[float, float]
 
 # Colours that stay apart for the colour-blind (Okabe and Ito, 2008), for what is drawn together.
@@ -179,8 +178,8 @@ class PolicyScenes:
         cell: Cell | None = start
         while cell in self._best and cell not in cells:
             cells[cell] = None
-            step = ACTIONS.get(self._best[cell][1] or "")
-            cell = step and (cell[0] + step[0], cell[1] + step[1])
+            action = self._best[cell][1]
+            cell = cell.beside(action) if action in ACTIONS else None
         return list(cells)
 
     def _cells(self) -> Parts:

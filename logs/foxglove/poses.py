@@ -27,6 +27,7 @@ from farside.logs.foxglove.shapes import (
     text,
     turned,
 )
+from farside.messages import Coordinate
 from farside.node import Record
 
 Drawn = Sequence[Record]
@@ -38,8 +39,8 @@ _RADIUS = 0.3  # of a cell
 class Where(msgspec.Struct, frozen=True, gc=False):
     """A pose, as it stands in several messages: metres east and north, heading in radians."""
 
-    x_m: float
-    y_m: float
+    x_m: Coordinate
+    y_m: Coordinate
     heading_rad: float
 
 

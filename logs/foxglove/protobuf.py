@@ -21,10 +21,11 @@ _TYPES: dict[type, tuple[int, int, str]] = {
 """The type's number in `descriptor.proto`, how it is laid out, and in which `struct` format."""
 
 _OPTIONAL = 1
+_MOST = 2**32 - 1
 
 
 def descriptor_set(kind: type[msgspec.Struct], package: str) -> bytes:
-    """The `FileDescriptorSet` of a struct of `float`, `int` (0 to 2³²), `bool` and `str`.
+    """The `FileDescriptorSet` of a struct of `float`, `int`, `bool` and `str`.
 
     Args:
         kind: the struct. Its fields are numbered in their order, from 1.
@@ -51,7 +52,11 @@ def descriptor_set(kind: type[msgspec.Struct], package: str) -> bytes:
 
 
 def encoder(kind: type[msgspec.Struct]) -> Callable[[Any], bytes]:
-    """What encodes messages of a struct that `descriptor_set` takes."""
+    """What encodes messages of a struct that `descriptor_set` takes.
+
+    A whole number below 0 is told as 0, and one above 2³² - 1 as that: they are counts, and no
+    message of a run is too odd to be drawn.
+    """
     fields = list(enumerate(msgspec.structs.fields(kind), start=1))
     fixed = [(number, field) for number, field in fields if field.type is not str]
     texts = [(number, field.name) for number, field in fields if field.type is str]
@@ -63,12 +68,19 @@ def encoder(kind: type[msgspec.Struct]) -> Callable[[Any], bytes]:
     def encode(message: Any) -> bytes:
         told = template.copy()
         told[1::2] = [getattr(message, name) for name in names]
-        data = layout.pack(*told)
+        try:
+            data = layout.pack(*told)
+        except struct.error:
+            data = layout.pack(*map(_within, told))
         for number, name in texts:
             data += _sized(number, getattr(message, name).encode())
         return data
 
     return encode
+
+
+def _within(value: Any) -> Any:
+    return min(max(value, 0), _MOST) if isinstance(value, int) else value
 
 
 def _tag(number: int, layout: int) -> int:

@@ -36,7 +36,7 @@ _LEVEL = Quaternion(x=0.0, y=0.0, z=0.0, w=1.0)
 
 
 def stamp(t_ns: int) -> Timestamp:
-    """Simulated time in Foxglove's form; simulated 0 is its epoch."""
+    """Simulated time, 0 to 136 years, in Foxglove's form; simulated 0 is its epoch."""
     return Timestamp(sec=t_ns // NS_PER_S, nsec=t_ns % NS_PER_S)
 
 

@@ -5,7 +5,7 @@ that both programs import from a file, and that Foxglove exports: panels by id, 
 """
 
 import json
-from collections.abc import Sequence
+from collections.abc import Iterable
 from typing import Any, Literal, NamedTuple
 
 from foxglove.layouts import (
@@ -27,27 +27,21 @@ from farside.logs.foxglove.names import (
     GROUND_BODY,
     GROUND_EVENTS,
     GROUND_MAP,
-    GROUND_NUMBERS,
     GROUND_PLACES,
     GROUND_POLICY,
     GROUND_PREDICTED,
-    GROUND_STATE,
     LINK_EVENTS,
-    LINK_NUMBERS,
-    LINK_STATE,
     ROVER_BODY,
     ROVER_EVENTS,
-    ROVER_NUMBERS,
     ROVER_POLICY,
     ROVER_POLICY_CELLS,
-    ROVER_STATE,
     TRUTH_BODY,
     TRUTH_MAP,
-    TRUTH_NUMBERS,
     TRUTH_PLACES,
     TRUTH_TRACK,
     PictureTopic,
 )
+from farside.logs.layouts.series import PLOTS, STATES, PlotOf, Series
 from farside.node import Topic
 from farside.topics import GROUND_COMMAND, GROUND_LIFE, ROVER_DECISION
 
@@ -65,18 +59,6 @@ class _Panel(NamedTuple):
     config: _Config
 
 
-class _Series(NamedTuple):
-    """A line of a plot or a row of states: a field of a topic, with the label that it gets."""
-
-    topic: PictureTopic
-    field: str
-    label: str
-
-    @property
-    def path(self) -> str:
-        return f"{self.topic.name}.{self.field}"
-
-
 def foxglove_layout(*, as_ground: bool = False) -> bytes:
     """The layout as JSON.
 
@@ -85,37 +67,7 @@ def foxglove_layout(*, as_ground: bool = False) -> bytes:
     """
     layout = _Layout(as_ground=as_ground)
     left = layout.column(70, layout.add(_map(as_ground=as_ground)), layout.add(layout.states()))
-    plots = layout.tabs(
-        "Numbers",
-        layout.plot(
-            "Battery",
-            "0 to 1",
-            _Series(TRUTH_NUMBERS, "battery", "truth"),
-            _Series(GROUND_NUMBERS, "battery", "as last heard"),
-        ),
-        layout.plot(
-            "Link",
-            "s",
-            _Series(LINK_NUMBERS, "down_delay_s", "delay, down"),
-            _Series(LINK_NUMBERS, "up_delay_s", "delay, up"),
-            _Series(GROUND_NUMBERS, "telemetry_age_s", "age of the telemetry"),
-        ),
-        layout.plot(
-            "Learning",
-            "0 to 1",
-            _Series(ROVER_NUMBERS, "mean_cm", "mean C_m"),
-            _Series(GROUND_NUMBERS, "place_probability", "surest place"),
-        ),
-        layout.plot(
-            "Counts",
-            "",
-            _Series(ROVER_NUMBERS, "signs", "Signs"),
-            _Series(ROVER_NUMBERS, "hypotheses", "hypotheses"),
-            _Series(ROVER_NUMBERS, "surprises", "surprises"),
-            _Series(ROVER_NUMBERS, "failed_predictions", "failed predictions"),
-            _Series(GROUND_NUMBERS, "commands_underway", "commands under way"),
-        ),
-    )
+    plots = layout.tabs("Numbers", *map(layout.plot, PLOTS))
     events = layout.tabs(
         "Events",
         layout.log("Rover", ROVER_EVENTS),
@@ -172,39 +124,28 @@ class _Layout:
 
     def states(self) -> _Panel:
         """The states of rover, link and ground over time."""
-        series = self._known(
-            _Series(ROVER_STATE, "mode", "mode"),
-            _Series(ROVER_STATE, "failsafe", "failsafe"),
-            _Series(ROVER_STATE, "action", "action"),
-            _Series(ROVER_STATE, "goal", "goal"),
-            _Series(LINK_STATE, "down", "link, down"),
-            _Series(LINK_STATE, "up", "link, up"),
-            _Series(GROUND_STATE, "mode", "mode, as the ground knows"),
-            _Series(GROUND_STATE, "failsafe", "failsafe, as the ground knows"),
-            _Series(GROUND_STATE, "link", "link, as the ground knows"),
-        )
         paths = [
             StateTransitionsSeries(
                 value=each.path, label=each.label, enabled=True, timestamp_method="receiveTime"
             )
-            for each in series
+            for each in self._known(STATES)
         ]
         return _Panel(
             "StateTransitions", "Modes", StateTransitionsConfig(paths=paths, is_synced=True)
         )
 
-    def plot(self, title: str, unit: str, *series: _Series) -> tuple[_Panel, ...]:
+    def plot(self, plot: PlotOf) -> tuple[_Panel, ...]:
         """A plot over time; none if nothing of it was known."""
         paths = [
             PlotSeries(
                 value=each.path, label=each.label, enabled=True, timestamp_method="receiveTime"
             )
-            for each in self._known(*series)
+            for each in self._known(plot.series)
         ]
         config = PlotConfig(
             paths=paths,
             x_axis_val="timestamp",
-            y_axis_label=unit,
+            y_axis_label=plot.unit,
             is_synced=True,
             show_legend=True,
             legend_display="floating",
@@ -213,7 +154,7 @@ class _Layout:
             show_y_axis_labels=True,
             sidebar_dimension=240,
         )
-        return (_Panel("Plot", title, config),) if paths else ()
+        return (_Panel("Plot", plot.title, config),) if paths else ()
 
     def log(self, title: str, topic: PictureTopic) -> tuple[_Panel, ...]:
         """The events of one side as they come; none if they were not known."""
@@ -260,7 +201,7 @@ class _Layout:
         self._configs[name] = config
         return name
 
-    def _known(self, *series: _Series) -> Sequence[_Series]:
+    def _known(self, series: Iterable[Series]) -> list[Series]:
         return [each for each in series if self._knows(each.topic)]
 
     def _knows(self, topic: PictureTopic | Topic[Any]) -> bool:

@@ -1,7 +1,8 @@
 """The blueprint for Rerun: which views stand where, and what each shows of a log."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Collection, Iterable
 from pathlib import Path
+from typing import Any
 
 import rerun as rr
 import rerun.blueprint as rrb
@@ -10,32 +11,23 @@ from rerun.blueprint.encodings import ComponentSourceKind, VisualizerComponentMa
 from farside.logs.foxglove.names import (
     GROUND_EVENTS,
     GROUND_FRAMES,
-    GROUND_NUMBERS,
     GROUND_POSE_IN_YARD,
-    GROUND_STATE,
     LINK_EVENTS,
-    LINK_NUMBERS,
-    LINK_STATE,
     ROVER_EVENTS,
     ROVER_FRAMES,
-    ROVER_NUMBERS,
     ROVER_POSE_IN_YARD,
-    ROVER_STATE,
     TRUTH_FLOOR,
     TRUTH_FRAMES,
-    TRUTH_NUMBERS,
     TRUTH_POSE_IN_YARD,
     YARD,
-    PictureTopic,
 )
+from farside.logs.layouts.series import PLOTS, STATES, PlotOf, Series
 
 APPLICATION = "farside"
 """The application that the blueprint is for, as Rerun calls what it shows."""
 
 TIMELINE = "message_log_time"
 """Rerun's name of the log times of an MCAP file."""
-
-_Shown = tuple[PictureTopic, str, str]
 
 
 def write_blueprint(path: Path) -> None:
@@ -53,7 +45,7 @@ def blueprint() -> rrb.Blueprint:
         rrb.Horizontal(
             rrb.Vertical(_yard(), _states(), row_shares=[7, 3]),
             rrb.Vertical(
-                rrb.Tabs(*_numbers(), name="Numbers"),
+                rrb.Tabs(*map(_plot, PLOTS), name="Numbers"),
                 rrb.TextLogView(
                     name="Events",
                     contents=[topic.name for topic in (ROVER_EVENTS, LINK_EVENTS, GROUND_EVENTS)],
@@ -94,82 +86,49 @@ def _rover(colour: tuple[int, int, int]) -> list[rrb.Visualizer]:
 
 
 def _states() -> rrb.StateTimelineView:
-    shown: tuple[_Shown, ...] = (
-        (ROVER_STATE, "mode", "mode"),
-        (ROVER_STATE, "failsafe", "failsafe"),
-        (ROVER_STATE, "goal", "goal"),
-        (LINK_STATE, "down", "link, down"),
-        (LINK_STATE, "up", "link, up"),
-        (GROUND_STATE, "link", "link, as the ground knows"),
-    )
     return rrb.StateTimelineView(
         name="Modes",
-        contents=_entities(shown),
-        overrides={
-            entity: [
-                rr.StateChange().visualizer(mappings=[_from(topic, field, "StateChange:state")])
-                for topic, field, _ in shown
-                if topic.name == entity
-            ]
-            for entity in _entities(shown)
-        },
+        contents=_entities(STATES),
+        overrides=_shown(
+            STATES,
+            lambda each: rr.StateChange().visualizer(mappings=[_from(each, "StateChange:state")]),
+        ),
     )
 
 
-def _numbers() -> list[rrb.TimeSeriesView]:
-    return [
-        _plot(
-            "Battery",
-            (TRUTH_NUMBERS, "battery", "truth"),
-            (GROUND_NUMBERS, "battery", "as last heard"),
-        ),
-        _plot(
-            "Link, s",
-            (LINK_NUMBERS, "down_delay_s", "delay, down"),
-            (LINK_NUMBERS, "up_delay_s", "delay, up"),
-            (GROUND_NUMBERS, "telemetry_age_s", "age of the telemetry"),
-        ),
-        _plot(
-            "Learning",
-            (ROVER_NUMBERS, "mean_cm", "mean C_m"),
-            (GROUND_NUMBERS, "place_probability", "surest place"),
-        ),
-        _plot(
-            "Counts",
-            (ROVER_NUMBERS, "signs", "Signs"),
-            (ROVER_NUMBERS, "hypotheses", "hypotheses"),
-            (ROVER_NUMBERS, "surprises", "surprises"),
-            (ROVER_NUMBERS, "failed_predictions", "failed predictions"),
-        ),
-    ]
-
-
-def _plot(name: str, *shown: _Shown) -> rrb.TimeSeriesView:
+def _plot(plot: PlotOf) -> rrb.TimeSeriesView:
     return rrb.TimeSeriesView(
-        name=name,
-        contents=_entities(shown),
-        overrides={
-            entity: [
-                rr.SeriesLines(names=[label]).visualizer(
-                    mappings=[_from(topic, field, "Scalars:scalars")]
-                )
-                for topic, field, label in shown
-                if topic.name == entity
-            ]
-            for entity in _entities(shown)
-        },
+        # Rerun has no place for the unit of an axis.
+        name=f"{plot.title}, {plot.unit}" if plot.unit else plot.title,
+        contents=_entities(plot.series),
+        overrides=_shown(
+            plot.series,
+            lambda each: rr.SeriesLines(names=[each.label]).visualizer(
+                mappings=[_from(each, "Scalars:scalars")]
+            ),
+        ),
     )
 
 
-def _entities(shown: Sequence[_Shown]) -> list[str]:
-    return list(dict.fromkeys(topic.name for topic, _, _ in shown))
+def _entities(series: Iterable[Series]) -> list[str]:
+    return list(dict.fromkeys(each.topic.name for each in series))
 
 
-def _from(topic: PictureTopic, field: str, target: str) -> VisualizerComponentMapping:
+def _shown(
+    series: Collection[Series], show: Callable[[Series], rrb.Visualizer]
+) -> dict[Any, list[rrb.Visualizer]]:
+    """What shows the series of each topic, by its name, of which Rerun has a type of its own."""
+    return {
+        entity: [show(each) for each in series if each.topic.name == entity]
+        for entity in _entities(series)
+    }
+
+
+def _from(each: Series, target: str) -> VisualizerComponentMapping:
     """Where a view finds what it shows: in a field of the topic's message."""
     return VisualizerComponentMapping(
         target,
         ComponentSourceKind.SourceComponent,
-        source_component=f"{topic.schema_name}:message",
-        selector=f".{field}",
+        source_component=f"{each.topic.schema_name}:message",
+        selector=f".{each.field}",
     )

@@ -25,6 +25,11 @@ class LogFeed:
         self.end_ns = log.end_ns
         self._log = log
 
+    @property
+    def there_until_ns(self) -> int:
+        """See `LogFile.there_until_ns`."""
+        return self._log.there_until_ns
+
     def records(
         self,
         topics: Collection[Topic[Any]] | None = None,
@@ -34,10 +39,6 @@ class LogFeed:
     ) -> Iterator[Record]:
         """See `LogFile.records`."""
         return self._log.records(topics, start_ns=start_ns, end_ns=end_ns, pictures=True)
-
-    def latest(self, topic: Topic[Any], time_ns: int) -> Record | None:
-        """See `LogFile.latest`."""
-        return self._log.latest(topic, time_ns)
 
     def latest_each(self, time_ns: int, names: Iterable[str] | None = None) -> list[Record]:
         """See `LogFile.latest_each`."""
@@ -59,13 +60,18 @@ class RunFeed:
         self.path = Path()
         self.end_ns = 0
         self._window: Sequence[Record] = ()
-        self._window_begin_ns = -1
+        self._window_begin_ns = 0
         self._pictures = Pictures()
         self._finished = False
 
+    @property
+    def there_until_ns(self) -> int:
+        """See `Source`. What happens where a window ends is of the next one."""
+        return self.end_ns if self._finished else self.end_ns - 1
+
     def extend(self, now_ns: int, records: Sequence[Record]) -> None:
-        """The run has reached `now_ns`, and these are the records of its last window."""
-        self._window_begin_ns = self.end_ns or -1
+        """The run has reached `now_ns`, and these are all its records since the time before."""
+        self._window_begin_ns = self.end_ns
         self._window = self._pictures.beside(records)
         self.end_ns = now_ns
         self.__dict__.pop("_log", None)
@@ -96,14 +102,10 @@ class RunFeed:
             for record in self._window
             if start_ns <= record.log_time_ns <= end_ns and (names is None or record.topic in names)
         )
-        if start_ns > self._window_begin_ns:
+        if start_ns >= self._window_begin_ns:
             return window
-        before_ns = min(end_ns, self._window_begin_ns)
+        before_ns = min(end_ns, self._window_begin_ns - 1)
         return chain(self._log.records(topics, start_ns=start_ns, end_ns=before_ns), window)
-
-    def latest(self, topic: Topic[Any], time_ns: int) -> Record | None:
-        """See `LogFile.latest`."""
-        return self._log.latest(topic, time_ns)
 
     def latest_each(self, time_ns: int, names: Iterable[str] | None = None) -> list[Record]:
         """See `LogFile.latest_each`."""

@@ -102,7 +102,7 @@ class PlayBar:
     def wants_more(self) -> bool:
         """Whether the run in progress has to go on before anything else can be shown."""
         if self._target_ns is not None:
-            return self._feed.end_ns < self._target_ns
+            return self._feed.there_until_ns < self._target_ns
         player = self._player
         return player.playing and player.at_end and not (self._behind or self._held)
 
@@ -127,7 +127,7 @@ class PlayBar:
         else:
             player.pause()
             if seek_ns is None and self._target_ns is not None:
-                seek_ns = self._feed.end_ns  # a pause on the way is its end
+                seek_ns = self._feed.there_until_ns  # a pause on the way is its end
         if seek_ns is not None:
             self._seek(seek_ns)
         self._told = self.state
@@ -199,7 +199,7 @@ class PlayBar:
 
     def _seek(self, time_ns: int) -> None:
         time_ns = max(0, min(time_ns, self._end_ns))
-        self._target_ns = time_ns if time_ns > self._feed.end_ns else None
+        self._target_ns = time_ns if time_ns > self._feed.there_until_ns else None
         self._player.seek(time_ns)
         self._sent_to_ns = self._player.now_ns
         self._behind = False
@@ -209,7 +209,7 @@ class PlayBar:
         """Whether the run has reached the time that it hurries to, if it does."""
         if self._target_ns is None:
             return True
-        if self._feed.end_ns < self._target_ns:
+        if self._feed.there_until_ns < self._target_ns:
             return False
         self._player.seek(self._target_ns)
         self._sent_to_ns = self._player.now_ns

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable
 from threading import Lock
-from types import TracebackType
 from typing import NamedTuple, Self
 
 from foxglove import Channel, Context, Schema, start_server
@@ -132,7 +131,7 @@ class LiveServer(ServerListener):
                 playback_time_range=(0, end_ns),
                 message_backlog_size=_BACKLOG,
             )
-        except RuntimeError as error:
+        except (RuntimeError, UnicodeError) as error:
             reason = str(error).removeprefix("FoxgloveError: Failed to bind port: ")
             raise ServerError(f"cannot listen on {host} port {port}: {reason}") from error
 
@@ -178,6 +177,10 @@ class LiveServer(ServerListener):
         with self._lock:
             self._bar.finish()
 
+    def stop(self) -> None:
+        """End the server."""
+        self._server.stop()
+
     def on_subscribe(self, client: Client, channel: ChannelView) -> None:  # noqa: ARG002
         """See `ServerListener`."""
         with self._lock:
@@ -199,13 +202,8 @@ class LiveServer(ServerListener):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self._server.stop()
+    def __exit__(self, *_: object) -> None:
+        self.stop()
 
 
 def _told(state: BarState, request_id: str | None = None) -> PlaybackState:

@@ -206,7 +206,7 @@ def _result(log: LogFile) -> tuple[RunResult | None, tuple[str, ...]]:
         return None, ()
     try:
         return msgspec.json.decode(attached.data, type=RunResult), ()
-    except msgspec.MsgspecError as error:
+    except (msgspec.MsgspecError, ValueError, RecursionError) as error:
         return None, (f"The outcome cannot be read from result.json: {error}",)
 
 
@@ -216,8 +216,8 @@ def _about(log: LogFile) -> str:
         return ""
     try:
         return msgspec.json.decode(attached.data, type=_Mission).about
-    except msgspec.MsgspecError:
-        return ""
+    except (msgspec.MsgspecError, ValueError, RecursionError):
+        return ""  # `Asked` tells of it
 
 
 def _foot(log: LogFile) -> str:

@@ -5,11 +5,12 @@ from typing import NamedTuple
 
 from farside.messages import Tokens
 from farside.node import Direction
-from farside.places import place_token
 from farside.validation import did_you_mean, shown
 
 GRAMMAR = "command:NUMBER, proposal:NUMBER, event:NUMBER, goal:PLACE or frame:up|down:NUMBER"
 """How a subject is written, for messages."""
+
+_DIGITS = 18  # what is longer is no number of a log's
 
 
 class Kind(StrEnum):
@@ -81,11 +82,3 @@ def subject_of(text: str) -> Subject:
     if not (rest.isascii() and rest.isdecimal() and len(rest) <= _DIGITS):
         raise SubjectError(f"expected a whole number after {kind}:, found {shown(text)}")
     return Subject(kind, int(rest), direction)
-
-
-_DIGITS = 18
-
-
-def as_token(name: str) -> str:
-    """The Token that a goal's name may stand for: that of the place."""
-    return place_token(name)

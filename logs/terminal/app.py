@@ -1,16 +1,13 @@
 """The replay's screen, with its keys."""
 
 import math
-import os
-import signal
 import time
 from collections.abc import Callable
-from signal import SIGCONT, SIGTSTP
 from typing import ClassVar
 
 from rich.console import Group, RenderableType
 from rich.text import Text
-from textual.app import App, ComposeResult
+from textual.app import ComposeResult
 from textual.binding import BindingType
 from textual.geometry import Size
 from textual.widgets import Input, Static
@@ -24,6 +21,7 @@ from farside.logs.picture import PICTURE_TOPICS
 from farside.logs.playing import Player
 from farside.logs.terminal.screen import LEAST_HEIGHT, LEAST_WIDTH, screen
 from farside.logs.terminal.strip import STRIP_HEIGHT, LightStrip
+from farside.logs.terminal.taking import WholeTerminal
 from farside.logs.terminal.transport import (
     FAR_S,
     SEEK_S,
@@ -38,15 +36,12 @@ from farside.node import to_ns, to_s
 SPEEDS = (0.1, 0.2, 0.5, 1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 """Simulated seconds per wall second that `+` and `-` step through."""
 
-_UPDATE_S = 0.1
-"""Wall time between two screen updates: smooth to the eye, and light on a slow terminal."""
-
 _AS_GROUND = " as the ground knew it: nothing else is shown "
 _STRIP_FROM = 29  # rows, without those of the keys
 _KEYS_ROOM = 4  # rows above the least height from which the keys have theirs
 
 
-class ReplayApp(App[None]):
+class ReplayApp(WholeTerminal):
     """A log on the whole terminal, played by keys; in the terminal's own colours.
 
     Args:
@@ -59,11 +54,8 @@ class ReplayApp(App[None]):
 
     Attributes:
         player: what plays the log.
-        failure: what ended it, if not a key did.
     """
 
-    ENABLE_COMMAND_PALETTE = False
-    AUTO_FOCUS = None
     CSS = """
     Screen { layout: vertical; overflow: hidden; }
     Static { width: 100%; height: auto; }
@@ -104,10 +96,8 @@ class ReplayApp(App[None]):
         refresh: Callable[[], str] = str,
         now: Callable[[], float] = time.monotonic,
     ) -> None:
-        super().__init__(ansi_color=True)
-        self.theme = "ansi-dark"  # takes all colours from the terminal, of a light one too
+        super().__init__()
         self.player = Player(log, PICTURE_TOPICS, speed=speed, start_ns=start_ns)
-        self.failure: Exception | None = None
         self._source = log
         self._moments = Moments(log)
         self._strip = LightStrip(log)
@@ -122,36 +112,11 @@ class ReplayApp(App[None]):
         self._note = ""
         self._loop_from_ns: int | None = None
 
-    def show(self) -> None:
-        """Take over the terminal until the screen is left.
-
-        Raises:
-            LogError: if the log is damaged.
-            Exception: whatever else went wrong, once the terminal is as before.
-        """
-        # Textual takes the variable out, and leaves its handlers behind.
-        colourless = os.environ.get("NO_COLOR")
-        handlers = {number: signal.getsignal(number) for number in (SIGTSTP, SIGCONT)}
-        try:
-            self.run(mouse=False)
-        finally:
-            if colourless is not None:
-                os.environ["NO_COLOR"] = colourless
-            for number, handler in handlers.items():
-                signal.signal(number, handler)
-        if self.failure is not None:
-            raise self.failure
-
     def compose(self) -> ComposeResult:
         """See `textual.app.App`."""
         if self._source.is_as_ground:
             yield Static(Text(_AS_GROUND, no_wrap=True), id="banner")
         yield from (self._board, self._transport, self._keys, self._go)
-
-    def on_mount(self) -> None:
-        """Begin to play."""
-        self.set_interval(_UPDATE_S, self.tick)
-        self.tick()
 
     def on_resize(self) -> None:
         """Draw it in its new size."""
@@ -172,20 +137,10 @@ class ReplayApp(App[None]):
                     self._picture.apply(LogEntry.of(record))
                 self._picture.settle(self.player.now_ns)
         except LogError as error:
-            self._fail(error)
+            self.fail(error)
             return
         if played.jumped or before != (self.player.now_ns, self._standing, self.size):
             self._draw()
-
-    def _fail(self, error: Exception) -> None:
-        self.failure = error
-        self.exit()
-
-    def _handle_exception(self, error: Exception) -> None:
-        """Leave it to the command to tell of, in place of Textual's pages of variables."""
-        if self.is_headless:  # as in a test
-            super()._handle_exception(error)
-        self._fail(error)
 
     # --- drawing -------------------------------------------------------------------------------
 
@@ -273,7 +228,7 @@ class ReplayApp(App[None]):
         try:
             line = find(self.player.now_ns)
         except LogError as error:
-            self._fail(error)
+            self.fail(error)
             return
         self.player.pause()
         if line is not None:

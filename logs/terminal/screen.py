@@ -91,7 +91,7 @@ def screen(
     body_height = min(max(2 + len(yard.rows), _BODY_HEIGHT_MIN if beside else 0), room - below)
     free = room - body_height - below
     commands = min(_COMMANDS_MIN + free // 3, _COMMANDS_MAX) if tall else 0
-    yard_panel = _yard_panel(yard, body_height)
+    yard_panel = map_panel(yard, body_height, title="yard", legend=_LEGEND)
     if beside:
         body = Table.grid(expand=True)
         body.add_column(width=4 + max(_MAP_WIDTH_MIN, yard.width))
@@ -116,16 +116,16 @@ def _commands(commands: KnownCommands, now_ns: int, rows: int, order_width: int)
     shown = command_rows(commands, now_ns, rows)
     for _, order, _ in shown:
         order.truncate(order_width, overflow="ellipsis")
-    return panel(commands_title(commands), _grid(shown), height=rows + 2)
+    return panel(commands_title(commands), grid(shown), height=rows + 2)
 
 
-def _yard_panel(yard: DrawnMap, height: int) -> Panel:
-    """The map; an edge behind which it goes on is dashed."""
+def map_panel(yard: DrawnMap, height: int, *, title: str | Text, legend: str | Text) -> Panel:
+    """A map in its frame, `height` rows high; an edge behind which it goes on is dashed."""
     framed = panel(
-        f"yard, more {' '.join(yard.more)}" if yard.more else "yard",
+        Text.assemble(title, f", more {' '.join(yard.more)}" if yard.more else ""),
         Group(*yard.rows),
         height=height,
-        legend=_LEGEND,
+        legend=legend,
     )
     west, east = ("┊" if arrow in yard.more else "│" for arrow in "←→")
     north, south = ("┄" if arrow in yard.more else "─" for arrow in "↑↓")
@@ -148,7 +148,9 @@ def _instruments(picture: Picture, now_ns: int, height: int) -> RenderableType:
     )
 
 
-def panel(title: str, inside: RenderableType, *, height: int, legend: str | None = None) -> Panel:
+def panel(
+    title: str | Text, inside: RenderableType, *, height: int, legend: str | Text | None = None
+) -> Panel:
     """A frame about something, with a title, `height` rows high."""
     return Panel(
         inside,
@@ -175,7 +177,7 @@ def _header(
         state.append("  ").append(badge)
     if not wide:
         return state
-    header = _grid([(state, Text(f"{printable(title)}  ", style=_DIM))])
+    header = grid([(state, Text(f"{printable(title)}  ", style=_DIM))])
     header.columns[1].justify = "right"
     return header
 
@@ -186,19 +188,19 @@ def _badge(state: _State | None, styles: dict[_State, str], *, stale: bool) -> T
     return Text(f" {state.upper()}{'?' if stale else ''} ", style=f"{styles[state]} reverse")
 
 
-def _grid(rows: Sequence[Sequence[str | Text]]) -> Table:
+def grid(rows: Sequence[Sequence[str | Text]]) -> Table:
     """A grid with one line per row; only the last column shrinks when room is short.
 
     Strings are shown literally: rich markup in them is not interpreted.
     """
-    grid = Table.grid(padding=(0, 1, 0, 0))
+    table = Table.grid(padding=(0, 1, 0, 0))
     for row in rows:
-        grid.add_row(*(Text(printable(cell)) if isinstance(cell, str) else cell for cell in row))
-    for column in grid.columns:
+        table.add_row(*(Text(printable(cell)) if isinstance(cell, str) else cell for cell in row))
+    for column in table.columns:
         column.no_wrap = True
-    if grid.columns:
-        grid.columns[-1].ratio, grid.expand = 1, True
-    return grid
+    if table.columns:
+        table.columns[-1].ratio, table.expand = 1, True
+    return table
 
 
 # --- the instruments ---------------------------------------------------------------------------
@@ -219,7 +221,7 @@ def _rover(picture: Picture) -> Table:
     if cycle is not None:
         sizes = f"{cycle.signs} Signs, {cycle.hypotheses} hyp."
         rows["DEM"] = f"{sizes}, C_m {cycle.mean_cm:.2f}"
-    return _grid([(Text(label, style=_DIM), value) for label, value in rows.items()])
+    return grid([(Text(label, style=_DIM), value) for label, value in rows.items()])
 
 
 def _believed_rover(picture: Picture) -> Table:
@@ -237,7 +239,7 @@ def _believed_rover(picture: Picture) -> Table:
     rows |= _wanted(picture)
     if shadow is not None:
         rows["shadow"] = f"{shadow.signs} Signs, {shadow.hypotheses} hyp."
-    return _grid([(Text(label, style=_DIM), value) for label, value in rows.items()])
+    return grid([(Text(label, style=_DIM), value) for label, value in rows.items()])
 
 
 def _wanted(picture: Picture) -> dict[str, str]:
@@ -274,12 +276,12 @@ def _link(picture: Picture) -> Table:
     rows: list[tuple[Text, Text, str, str]] = []
     if picture.as_ground:
         label = Text(" ".join(_DIRECTION_LABELS.values()), style=_DIM)
-        return _grid([(label, "not known at the ground")])
+        return grid([(label, "not known at the ground")])
     for direction, side in picture.link.items():
         state = _lamp("outage" if side.down else "ok", _BAD if side.down else _GOOD)
         label = Text(_DIRECTION_LABELS[direction], style=_DIM)
         rows.append((label, state, f"{side.delivered} delivered", f"{side.lost} lost"))
-    return _grid(rows)
+    return grid(rows)
 
 
 def _ground(picture: Picture, now_ns: int) -> Table:
@@ -293,7 +295,7 @@ def _ground(picture: Picture, now_ns: int) -> Table:
     step = _lamp("none", "")
     if shadow is not None:
         step = _lamp("in step", _GOOD) if shadow.in_step else _lamp("out of step", _FAIR)
-    return _grid(
+    return grid(
         [
             (Text("ground", style=_DIM), hears, _heard(picture, now_ns)),
             (Text("shadow", style=_DIM), step, _by_now(picture.prediction)),
@@ -328,7 +330,7 @@ def _place(sign: Tokens) -> str:
 def _events(lines: Sequence[EventLine]) -> Table:
     times = [time_text(line.t_ns) for line in lines]
     wide = max(map(len, times), default=0)
-    return _grid(
+    return grid(
         [
             (
                 Text(time.rjust(wide), style=_DIM),

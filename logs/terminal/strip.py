@@ -10,21 +10,29 @@ from farside.logs.file.reading import LogFile
 from farside.logs.picture import Picture
 from farside.logs.spacetime import Word, words
 from farside.logs.terminal.screen import panel
-from farside.node import NS_PER_S, Direction, to_s
+from farside.node import NS_PER_S, Direction, Role, to_s
 from farside.topics import GROUND_TELEMETRY, LINK_OUTAGE
 
 STRIP_HEIGHT = 7
 """Rows of the strip, its frame included."""
 
+SLOPE = 6
+"""Columns that a word takes on its way: enough for one to see that it takes time."""
+
+LEAST_NS = NS_PER_S // 2
+"""The light time below which the scale stays as it is."""
+
+NAMES_WIDTH = 7
+"""Columns of the names of the rails."""
+
 _ROWS = 5  # the ground's rail, the way, the rover's rail
-_SLOPE = 6  # columns that a word takes on its way: enough for one to see that it takes time
 _AHEAD = 8  # columns after now, into which the words on their way go on
-_LEFT, _FRAME = 7, 4
-_LEAST_NS = NS_PER_S // 2
+_FRAME = 4
 _KEPT = 16  # stretches
 
 _DIM, _NEWS, _LOST = "bright_black", "bold", "bold red"
 _WORDS_OF_COURSE = ("telemetry", "heartbeat", "report", "stored")
+_RAILS = {Role.GROUND: 0, Role.ROVER: _ROWS - 1}
 _STROKES = {Direction.UP: "╲", Direction.DOWN: "╱"}
 
 _Mark = tuple[str, str]
@@ -53,16 +61,24 @@ class LightStrip:
         Raises:
             LogError: if the log is damaged there.
         """
-        columns = max(width - _FRAME - _LEFT, _AHEAD + 1)
+        columns = max(width - _FRAME - NAMES_WIDTH, _AHEAD + 1)
         light_ns = self._light_ns(now_ns)
-        per_ns = max(light_ns, _LEAST_NS) // _SLOPE
+        per_ns = max(light_ns, LEAST_NS) // SLOPE
         # In whole columns, so that what is drawn moves and does not flicker.
         first = now_ns // per_ns - (columns - _AHEAD)
-        drawing = _Drawing(first * per_ns, per_ns, columns, now_ns, light_ns)
+        drawing = Drawing(first * per_ns, per_ns, columns, now_ns)
         for down_ns, up_ns in self._gaps(picture, now_ns, first * per_ns):
             drawing.gap(down_ns, up_ns)
         for word in self._words(first * per_ns - 2 * light_ns, now_ns, per_ns * columns):
-            drawing.word(word)
+            number = word.what.removeprefix("command ")
+            drawing.word(
+                word.direction,
+                word.sent_ns,
+                word.sent_ns + light_ns if word.arrives_ns is None else word.arrives_ns,
+                label=number if number.isdecimal() else "",
+                lost=word.lost is not None,
+                routine=word.what.startswith(_WORDS_OF_COURSE),
+            )
         title = f"light {to_s(light_ns):.1f} s: ╲ to the rover  ╱ to the ground  × lost"
         return panel(title, Group(*drawing.rows()), height=STRIP_HEIGHT)
 
@@ -100,7 +116,7 @@ class LightStrip:
                 yield start_ns, until_ns
 
 
-class _Drawing:
+class Drawing:
     """The characters of a strip.
 
     Args:
@@ -108,14 +124,11 @@ class _Drawing:
         per_ns: of a column.
         columns: how many there are.
         now_ns: simulated time.
-        light_ns: how long a word is on its way of which that is not known.
     """
 
-    def __init__(
-        self, start_ns: int, per_ns: int, columns: int, now_ns: int, light_ns: int
-    ) -> None:
+    def __init__(self, start_ns: int, per_ns: int, columns: int, now_ns: int) -> None:
         self._start_ns, self._per_ns, self._columns = start_ns, per_ns, columns
-        self._now_ns, self._light_ns = now_ns, light_ns
+        self._now_ns = now_ns
         self._marks: dict[tuple[int, int], _Mark] = {}
         now = self._column(now_ns)
         for row in (0, _ROWS - 1):
@@ -127,32 +140,41 @@ class _Drawing:
     def _column(self, time_ns: int) -> int:
         return (time_ns - self._start_ns) // self._per_ns
 
-    def gap(self, begin_ns: int, end_ns: int) -> None:
-        """Open the rover's rail while its radio is cut off."""
+    def gap(self, begin_ns: int, end_ns: int, mark: str = " ", side: Role = Role.ROVER) -> None:
+        """Draw a stretch of a rail, by default the rover's, another way: open where it is out."""
+        row = _RAILS[side]
         for column in range(max(self._column(begin_ns), 0), self._column(end_ns)):
-            self._marks[_ROWS - 1, column] = (" ", _DIM)
+            if column < self._columns and column != self._column(self._now_ns):
+                self._marks[row, column] = (mark, _DIM)
 
-    def word(self, word: Word) -> None:
-        """Draw a word from one rail to the other, or to where it was lost."""
-        arrives_ns = word.arrives_ns
-        if arrives_ns is None:
-            arrives_ns = word.sent_ns + self._light_ns
-        routine = word.what.startswith(_WORDS_OF_COURSE)
+    def word(
+        self,
+        direction: Direction,
+        sent_ns: int,
+        arrives_ns: int,
+        *,
+        label: str = "",
+        lost: bool = False,
+        routine: bool = False,
+    ) -> None:
+        """Draw a word from one rail to the other, or to where it was lost; dotted after now."""
         for step in range(1, _ROWS - 1):
-            time_ns = word.sent_ns + (arrives_ns - word.sent_ns) * step // (_ROWS - 1)
-            row = step if word.direction is Direction.UP else _ROWS - 1 - step
+            time_ns = sent_ns + (arrives_ns - sent_ns) * step // (_ROWS - 1)
+            row = step if direction is Direction.UP else _ROWS - 1 - step
             if time_ns > self._now_ns:
                 self._put(row, time_ns, ("·", _DIM))
                 continue
-            lost = word.lost is not None and step == _ROWS // 2
-            mark = ("×", _LOST) if lost else (_STROKES[word.direction], _DIM if routine else _NEWS)
+            ends = lost and step == _ROWS // 2
+            mark = ("×", _LOST) if ends else (_STROKES[direction], _DIM if routine else _NEWS)
             self._put(row, time_ns, mark)
-            if lost:
+            if ends:
                 return
-        number = word.what.removeprefix("command ")
-        if number.isdecimal():
-            for place, digit in enumerate(number):
-                self._put(0, word.sent_ns + place * self._per_ns, (digit, _NEWS))
+        self.label(sent_ns, label)
+
+    def label(self, time_ns: int, text: str, side: Role = Role.GROUND) -> None:
+        """Write on a rail, by default the ground's, from a time on."""
+        for place, character in enumerate(text):
+            self._put(_RAILS[side], time_ns + place * self._per_ns, (character, _NEWS))
 
     def _put(self, row: int, time_ns: int, mark: _Mark) -> None:
         """Draw a character, unless one that matters more is there."""
@@ -163,9 +185,9 @@ class _Drawing:
 
     def rows(self) -> Iterator[Text]:
         """The rows from the ground's rail to the rover's."""
-        names = {0: "ground", _ROWS - 1: "rover"}
+        names = {row: str(side) for side, row in _RAILS.items()}
         for row in range(_ROWS):
-            text = Text(names.get(row, "").ljust(_LEFT), style=_DIM, no_wrap=True)
+            text = Text(names.get(row, "").ljust(NAMES_WIDTH), style=_DIM, no_wrap=True)
             for column in range(self._columns):
                 text.append(*self._marks.get((row, column), (" ", "")))
             yield text

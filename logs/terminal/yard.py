@@ -1,7 +1,7 @@
-"""The map of a `Picture` as rows of text, cut to the part about the rover where it is larger."""
+"""A map as rows of text, cut to the part about the rover where it is larger."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import NamedTuple
 
 from rich.text import Text
@@ -10,12 +10,11 @@ from farside.logs.picture import Picture
 from farside.places import ROCK, SHADOW, WALL, Cell, Chart, place_name
 from farside.topics import Prediction
 
-_HEADINGS = "→↗↑↖←↙↓↘"
 _DIM, _FAIR = "bright_black", "yellow"
 _SURE = 0.5  # below this no single place can stand for a prediction (project default)
 
-_Mark = tuple[str, str]
-"""A character of the map and its style."""
+Mark = tuple[str, str]
+"""What stands on a place, of one or two characters, and its style."""
 
 
 class DrawnMap(NamedTuple):
@@ -67,9 +66,24 @@ def draw_yard(picture: Picture, width: int, height: int) -> DrawnMap:
     chart = picture.chart
     if chart is None:
         return DrawnMap([Text("no map yet", style=_DIM)], "")
+    return draw_chart(chart, _marks(picture, chart), _rover(picture, chart), width, height)
+
+
+def draw_chart(
+    chart: Chart, marks: Mapping[Cell, Mark], middle: Cell | None, width: int, height: int
+) -> DrawnMap:
+    """Draw a chart with marks on its places, as `draw_yard` does.
+
+    Args:
+        chart: the chart.
+        marks: what stands on its places; of two characters the second is left out where a cell has
+            one column only.
+        middle: the cell to be in the middle, if possible; by default that of the chart.
+        width: the most columns.
+        height: the most rows.
+    """
     per_cell = 2 if 2 * len(chart.rows[0]) <= width else 1
-    view = _view(picture, chart, max(width // per_cell, 1), max(height, 1))
-    marks = _marks(picture, chart)
+    view = _view(chart, middle, max(width // per_cell, 1), max(height, 1))
     rows = []
     for cells in view.cells():
         row = Text(no_wrap=True)
@@ -79,9 +93,9 @@ def draw_yard(picture: Picture, width: int, height: int) -> DrawnMap:
     return DrawnMap(rows, view.more_of(chart))
 
 
-def _view(picture: Picture, chart: Chart, columns: int, rows: int) -> _View:
+def _view(chart: Chart, middle: Cell | None, columns: int, rows: int) -> _View:
     columns, rows = min(columns, len(chart.rows[0])), min(rows, len(chart.rows))
-    middle = _rover(picture, chart) or Cell(len(chart.rows[0]) // 2, len(chart.rows) // 2)
+    middle = middle or Cell(len(chart.rows[0]) // 2, len(chart.rows) // 2)
     return _View(
         _first(middle.east, columns, len(chart.rows[0])),
         _first(middle.north, rows, len(chart.rows)),
@@ -103,7 +117,7 @@ def _rover(picture: Picture, chart: Chart) -> Cell | None:
     return None
 
 
-def _drawn(chart: Chart, cell: Cell, marks: dict[Cell, _Mark], columns: int) -> _Mark:
+def _drawn(chart: Chart, cell: Cell, marks: Mapping[Cell, Mark], columns: int) -> Mark:
     character = chart.rows[len(chart.rows) - 1 - cell.north][cell.east]
     mark, style = marks.get(cell, (" ", ""))
     if character == WALL:
@@ -112,10 +126,10 @@ def _drawn(chart: Chart, cell: Cell, marks: dict[Cell, _Mark], columns: int) -> 
         return "▒" * columns, _FAIR
     if character == SHADOW and mark == " ":
         return "~".ljust(columns), _DIM
-    return mark.ljust(columns), style
+    return mark.ljust(columns)[:columns], style
 
 
-def _marks(picture: Picture, chart: Chart) -> dict[Cell, _Mark]:
+def _marks(picture: Picture, chart: Chart) -> dict[Cell, Mark]:
     """The mark of each place; the rover covers the ground's fix of it, then its prediction."""
     proposed = {
         token for step in (picture.proposal.path if picture.proposal else ()) for token in step.sign
@@ -136,9 +150,14 @@ def _marks(picture: Picture, chart: Chart) -> dict[Cell, _Mark]:
     if picture.telemetry is not None:
         marks[chart.cell_at(picture.telemetry.x_m, picture.telemetry.y_m)] = ("◇", "bold magenta")
     if picture.pose is not None:
-        heading = _HEADINGS[round(picture.pose.heading_rad % math.tau / (math.pi / 4)) % 8]
-        marks[chart.cell_at(picture.pose.x_m, picture.pose.y_m)] = (heading, "bold green")
+        arrow = heading(picture.pose.heading_rad)
+        marks[chart.cell_at(picture.pose.x_m, picture.pose.y_m)] = (arrow, "bold green")
     return marks
+
+
+def heading(heading_rad: float) -> str:
+    """An arrow that points there; 0 is east, and angles grow towards north."""
+    return "→↗↑↖←↙↓↘"[round(heading_rad % math.tau / (math.pi / 4)) % 8]
 
 
 def foreseen_place(prediction: Prediction | None) -> str | None:
@@ -149,7 +168,7 @@ def foreseen_place(prediction: Prediction | None) -> str | None:
     return first.sign[0] if first.probability >= _SURE and first.sign else None
 
 
-def _place_mark(place: str, *, visited: bool, proposed: bool, goal: bool) -> _Mark:
+def _place_mark(place: str, *, visited: bool, proposed: bool, goal: bool) -> Mark:
     if place.isalpha():
         return place, "bold yellow" if goal else "bold cyan" if proposed else "bold"
     if proposed:

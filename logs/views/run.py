@@ -12,10 +12,11 @@ from farside.logs.views.goals import GoalView
 from farside.logs.views.ground import GroundView
 from farside.logs.views.life import LifeView
 from farside.logs.views.link import LinkView
-from farside.node import to_ns
+from farside.node import NEVER_NS, to_ns, to_s
 from farside.validation import one_line
 
 _LINE_LENGTH = 400
+_NEVER_S = to_s(NEVER_NS)
 
 
 class RunView(GoalView, GroundView, LifeView, LinkView):
@@ -150,8 +151,9 @@ def open(  # noqa: A001 - as `gzip.open` is: it is called by the name of its pac
     """
     if until_s is not None and not as_ground:
         raise ValueError("expected until_s together with as_ground=True: it is the ground's time")
-    if until_s is not None and not 0 <= until_s < float("inf"):
-        raise ValueError(f"expected a time of 0 s or more, found {until_s} s")
+    if until_s is not None and not 0 <= until_s < _NEVER_S:
+        beyond = "" if until_s < 0 else f" and less than {_NEVER_S:.3g} s"
+        raise ValueError(f"expected a time of 0 s or more{beyond}, found {until_s} s")
     log = LogFile(Path(path))
     if as_ground:
         log = log.as_ground(None if until_s is None else to_ns(until_s))

@@ -31,7 +31,7 @@ from farside.missions.commands.logs.reliving import VERIFY_STATUS, rerun_log, ve
 from farside.missions.commands.logs.report import report_log
 from farside.missions.commands.logs.story import tell_story
 from farside.missions.commands.logs.why import tell_why
-from farside.missions.commands.values import pace_of
+from farside.missions.commands.values import Json, Set, pace_of
 from farside.node import to_ns
 from farside.validation import dotted
 
@@ -96,10 +96,6 @@ Mission = Annotated[
         help="A mission file, or the name of a shipped mission such as 'blackout'.",
     ),
 ]
-Set = Annotated[
-    list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Set a value of the mission file."),
-]
 
 
 def _give_up_after(text: str) -> float:
@@ -156,9 +152,7 @@ def run(
     out: Annotated[
         Path, typer.Option(metavar="DIR", help="Folder for the log.", show_default=True)
     ] = Path("logs/runs"),
-    json: Annotated[
-        bool, typer.Option("--json", help="Print the result as one JSON object.")
-    ] = False,
+    json: Json = False,
     give_up_after: Annotated[
         float,
         typer.Option(

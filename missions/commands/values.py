@@ -1,6 +1,7 @@
 """Values of options that several commands take, read from the command line."""
 
 import math
+from collections.abc import Callable, Mapping
 from enum import StrEnum
 from typing import Annotated
 
@@ -18,6 +19,24 @@ As = Annotated[
     typer.Option("--as", metavar="WHO", help="'ground': only what the ground had learned."),
 ]
 """The option `--as ground`."""
+
+Set = Annotated[
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="Set a value of the mission file."),
+]
+"""The option `--set` of commands that run or check a mission."""
+
+Json = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
+"""The option `--json` of commands that come to a result."""
+
+
+def completing(words: Mapping[str, str]) -> Callable[[str], list[tuple[str, str]]]:
+    """Completes, in a shell, to one of these words; each is shown with what it means."""
+
+    def complete(incomplete: str) -> list[tuple[str, str]]:
+        return [(word, text) for word, text in words.items() if word.startswith(incomplete)]
+
+    return complete
 
 
 def pace_of(text: str) -> float:

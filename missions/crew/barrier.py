@@ -4,6 +4,7 @@ In each window the launcher sends `Advance` to all three roles. Rover and ground
 `Frames` for the window, advance, and send `Frames` to the link and a `WindowReport` to the
 launcher. The link waits for the frames of both, advances, and sends the `Frames` for the next
 window before its own `WindowReport`. Once all have reported, the launcher starts the next window.
+Before it does, it may send the ground alone a `Look`, which the ground answers with `Seen`.
 This module uses neither Zenoh nor processes.
 
 A role that is sent frames that cannot be right sends the launcher a `Complaint`, ignores the sender
@@ -15,8 +16,9 @@ from collections.abc import Iterator
 import msgspec
 
 from farside.acts import Act
+from farside.ground.view.view import Focus, GroundView
 from farside.missions.crew.checks import ConductError, check_frames, check_window, decoded
-from farside.missions.crew.crew import by_receiver, hand_over
+from farside.missions.crew.crew import CanBeLookedAt, by_receiver, hand_over
 from farside.missions.crew.network import (
     Ticket,
     advance_key,
@@ -47,7 +49,7 @@ class Briefing(msgspec.Struct, frozen=True):
     path: tuple[str, ...] = ()
 
 
-class Advance(msgspec.Struct, frozen=True, array_like=True):
+class Advance(msgspec.Struct, frozen=True, array_like=True, tag=True):
     """Advance through `window`, up to `until_ns`, without waiting for frames of `absent` roles.
 
     Sent again with more absent roles when a process is lost while others wait for it. Only the
@@ -58,6 +60,20 @@ class Advance(msgspec.Struct, frozen=True, array_like=True):
     until_ns: int
     absent: tuple[Role, ...] = ()
     acts: tuple[Act, ...] = ()
+
+
+class Look(msgspec.Struct, frozen=True, array_like=True, tag=True):
+    """Say what can be known at the end of the last window, to the ground; `number` counts looks."""
+
+    number: int
+    focus: Focus
+
+
+class Seen(msgspec.Struct, frozen=True, array_like=True, tag=True):
+    """The answer to the `Look` of this number; `None` if the node cannot be looked at."""
+
+    number: int
+    view: GroundView | None
 
 
 class Frames(msgspec.Struct, frozen=True, array_like=True):
@@ -85,7 +101,7 @@ class Complaint(msgspec.Struct, frozen=True, array_like=True, tag=True):
 
 
 _encode = msgspec.msgpack.Encoder().encode
-_advance = msgspec.msgpack.Decoder(Advance).decode
+_told = msgspec.msgpack.Decoder(Advance | Look).decode
 _frames = msgspec.msgpack.Decoder(Frames).decode
 
 
@@ -118,11 +134,14 @@ class Party:
             the samples to send: none while something is missing, except complaints.
 
         Raises:
-            msgspec.DecodeError: if the launcher sends what is no `Advance`.
+            msgspec.DecodeError: if the launcher sends what is neither `Advance` nor `Look`.
         """
         key, payload = sample
         if key == advance_key(self._role):
-            self._advance = _advance(payload)
+            told = _told(payload)
+            if isinstance(told, Look):
+                return [self._to_launcher(self._seen(told))]
+            self._advance = told
         else:
             self._unread.append((self._sources[key], payload))
         if self._advance.window != self._window:
@@ -131,6 +150,10 @@ class Party:
         if any(sender not in self._frames for sender in self._awaited()):
             return complaints
         return complaints + self._advance_node()
+
+    def _seen(self, look: Look) -> Seen:
+        node = self._node
+        return Seen(look.number, node.look(look.focus) if isinstance(node, CanBeLookedAt) else None)
 
     def _read(self) -> list[Sample]:
         """Read the frames received for the window; complaints about those that are wrong."""
@@ -180,5 +203,5 @@ class Party:
             outgoing = [(out_key(self._role), _encode(Frames(window, step.frames)))]
         return [*outgoing, self.report(step.records)]
 
-    def _to_launcher(self, message: WindowReport | Complaint) -> Sample:
+    def _to_launcher(self, message: WindowReport | Complaint | Seen) -> Sample:
         return report_key(self._role), _encode(message)

@@ -52,6 +52,16 @@ def check_window(found: int, expected: int, *, twice: bool) -> None:
         raise ConductError(f"sent the message of window {expected} twice")
 
 
+def check_number(found: int, expected: int) -> None:
+    """Check that an answer is the one to the question that was asked last.
+
+    Raises:
+        ConductError: if it is not.
+    """
+    if found != expected:
+        raise ConductError(f"sent an answer to question {found}, and was asked {expected}")
+
+
 def check_frames(
     frames: Sequence[Frame],
     sender: Role,

@@ -8,6 +8,7 @@ from typing import NamedTuple, Protocol, Self, runtime_checkable
 import msgspec
 
 from farside.acts import Act
+from farside.ground.view.view import Focus, GroundView
 from farside.node import Direction, Frame, Node, Record, Role, Step, to_s
 
 _RECEIVER = {Direction.UP: Role.ROVER, Direction.DOWN: Role.GROUND}
@@ -80,6 +81,15 @@ class TakesOrders(Protocol):
         ...
 
 
+@runtime_checkable
+class CanBeLookedAt(Protocol):
+    """A node that says what a person there can know, as the ground does."""
+
+    def look(self, focus: Focus) -> GroundView:
+        """What can be known at the node's present; looking changes nothing."""
+        ...
+
+
 def hand_over(acts: Sequence[Act], node: Node) -> None:
     """Hand orders from outside to the ground's node, before it advances.
 
@@ -130,6 +140,19 @@ class Crew(Protocol):
         """
         ...
 
+    def look(self, focus: Focus) -> GroundView | None:
+        """What a person at the ground can know by the end of the last window; it changes nothing.
+
+        `None` where the ground is lost, or its node cannot be looked at.
+
+        Args:
+            focus: what the person looks at.
+
+        Raises:
+            CrewError: if the ground does not answer for as long as the crew's patience lasts.
+        """
+        ...
+
     def close(self) -> None:
         """End everything that was started for the crew. Closing again does nothing."""
         ...
@@ -168,6 +191,17 @@ class InProcessCrew(Crew):
             except Exception as error:  # noqa: BLE001 - any exception is the end of the node
                 self._lose(LostProcess.of_node(role, self._now_ns, error), error)
         return Step([], [])
+
+    def look(self, focus: Focus) -> GroundView | None:
+        """See `Crew.look`."""
+        ground = self._nodes.get(Role.GROUND)
+        if not isinstance(ground, CanBeLookedAt):
+            return None
+        try:
+            return ground.look(focus)
+        except Exception as error:  # noqa: BLE001 - any exception is the end of the node
+            self._lose(LostProcess.of_node(Role.GROUND, self._now_ns, error), error)
+            return None
 
     def _lose(self, lost: LostProcess, error: Exception) -> None:
         """Go on without a node, if the run can."""

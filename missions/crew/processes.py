@@ -14,8 +14,15 @@ from typing import IO, Self, cast
 import msgspec
 
 from farside.acts import Act
-from farside.missions.crew.barrier import Advance, Briefing, Complaint, WindowReport
-from farside.missions.crew.checks import ConductError, check_records, check_window, decoded
+from farside.ground.view.view import Focus, GroundView
+from farside.missions.crew.barrier import Advance, Briefing, Complaint, Look, Seen, WindowReport
+from farside.missions.crew.checks import (
+    ConductError,
+    check_number,
+    check_records,
+    check_window,
+    decoded,
+)
 from farside.missions.crew.crew import Crew, CrewError, LostProcess, Patience
 from farside.missions.crew.network import advance_key, frame_sources, open_router, report_key
 from farside.missions.schema import MissionFile
@@ -33,7 +40,9 @@ _REPORTERS = {report_key(role): role for role in Role}
 _SIGNALS = {number.value: number.name for number in signal.Signals}
 
 _encode = msgspec.msgpack.Encoder().encode
-_message = msgspec.msgpack.Decoder(WindowReport | Complaint).decode
+_message = msgspec.msgpack.Decoder(WindowReport | Complaint | Seen).decode
+
+_Message = WindowReport | Seen
 
 _Reports = dict[Role, list[Record]]
 
@@ -69,6 +78,7 @@ class ProcessCrew(Crew):
         self._lost: list[LostProcess] = []
         self._now_ns = 0
         self._advance: Advance | None = None
+        self._looks = 0
 
     def __enter__(self) -> Self:
         """Start router and processes, and wait until all three have joined.
@@ -110,6 +120,23 @@ class ProcessCrew(Crew):
         self._now_ns = until_ns
         return [record for role in Role if role in reports for record in reports[role]]
 
+    def look(self, focus: Focus) -> GroundView | None:
+        """See `Crew.look`; to be called between windows."""
+        if Role.GROUND not in self._children:
+            return None
+        self._looks += 1
+        self._router.publish(advance_key(Role.GROUND), _encode(Look(self._looks, focus)))
+        seen: list[Seen] = []
+
+        def take(role: Role, message: _Message) -> None:
+            if not isinstance(message, Seen) or role is not Role.GROUND:
+                raise ConductError("sent a message that nobody waits for")
+            check_number(message.number, self._looks)
+            seen.append(message)
+
+        self._collect(lambda: [] if seen else [Role.GROUND], take, self._patience.give_up_s)
+        return seen[0].view if seen else None
+
     def close(self) -> None:
         """End the processes, by force if necessary, and the router."""
         self._resources.close()
@@ -124,9 +151,33 @@ class ProcessCrew(Crew):
     def _reports(self, window: int, until_ns: int) -> _Reports:
         """The records of every live role, once all of them are ready for `window`."""
         reports: _Reports = {}
+
+        def take(role: Role, message: _Message) -> None:
+            if isinstance(message, Seen):
+                raise ConductError("sent a view that nobody asked for")
+            check_window(message.window, window, twice=role in reports)
+            check_records(message.records, role, self._now_ns, until_ns)
+            reports[role] = message.records
+
         give_up_s = self._patience.give_up_s if window else _START_S
+        self._collect(lambda: [role for role in Role if role not in reports], take, give_up_s)
+        return reports
+
+    def _collect(
+        self,
+        missing: Callable[[], list[Role]],
+        take: Callable[[Role, _Message], None],
+        give_up_s: float,
+    ) -> None:
+        """Take what the live roles send, until none of those that are `missing` is alive.
+
+        Args:
+            missing: the roles that have not answered yet.
+            take: takes a message of a role; raises `ConductError` where it must not be sent.
+            give_up_s: wall-clock seconds after which to give up.
+        """
         watchdog = _Watchdog(self._patience._replace(give_up_s=give_up_s), self._tell_waiting)
-        while late := [role for role in self._children if role not in reports]:
+        while late := [role for role in missing() if role in self._children]:
             try:
                 key, payload = self._router.inbox.get(timeout=_POLL_S)
             except Empty:
@@ -134,21 +185,13 @@ class ProcessCrew(Crew):
                 continue
             if (role := _REPORTERS[key]) in self._children:
                 try:
-                    self._take(role, payload, reports, window, until_ns)
+                    message = decoded(_message, payload)
+                    if isinstance(message, Complaint):
+                        self._take_complaint(role, message)
+                    else:
+                        take(role, message)
                 except ConductError as error:
                     self._lose(role, str(error))
-        return reports
-
-    def _take(
-        self, role: Role, payload: bytes, reports: _Reports, window: int, until_ns: int
-    ) -> None:
-        message = decoded(_message, payload)
-        if isinstance(message, Complaint):
-            self._take_complaint(role, message)
-            return
-        check_window(message.window, window, twice=role in reports)
-        check_records(message.records, role, self._now_ns, until_ns)
-        reports[role] = message.records
 
     def _take_complaint(self, role: Role, complaint: Complaint) -> None:
         if complaint.about not in frame_sources(role).values():

@@ -11,7 +11,7 @@ from farside.ground.node import Ground
 from farside.link.channel.node import Channel
 from farside.messages import Tokens
 from farside.missions.build import build_operator
-from farside.missions.extensions.kinds import NONE, Extensions
+from farside.missions.extensions.kinds import CONTROLLER, NONE, Extensions
 from farside.missions.schema import MissionFile
 from farside.places import place_token
 from farside.rover.config import RoverConfig
@@ -23,7 +23,9 @@ _START = "it acts at the start only"
 _AGREED = "both ends agreed on it before the start"
 _DRAWN = "numbers have been drawn from it since the start"
 _LEARNED = "what was learned until then is laid out by it"
+_OWN = "a controller of one's own does not go by it"
 _DRIVEN = "the motion under way, and what the ground reckons with, was made by it"
+_MODEL = "rover", "dem"
 
 _MAY: Mapping[Key, str | None] = {
     (): _START,
@@ -51,10 +53,10 @@ _MAY: Mapping[Key, str | None] = {
     ("rover", "faults"): None,
     ("rover", "battery"): None,
     ("rover", "battery", "initial"): _START,
-    ("rover", "dem"): None,
-    ("rover", "dem", "reach"): _LEARNED,
-    ("rover", "dem", "own_credit"): _LEARNED,
-    ("rover", "dem", "maturity"): _LEARNED,
+    _MODEL: None,
+    (*_MODEL, "reach"): _LEARNED,
+    (*_MODEL, "own_credit"): _LEARNED,
+    (*_MODEL, "maturity"): _LEARNED,
     ("ground",): None,
     ("ground", "heartbeat_s"): _AGREED,
 }
@@ -70,11 +72,18 @@ class Live(NamedTuple):
     ground: Ground
 
 
+def why_fixed(key: Key) -> str | None:
+    """Why a key of the mission cannot change during a run; `None` if it can."""
+    length = max(n for n in range(len(key) + 1) if key[:n] in _MAY)
+    return _MAY[key[:length]]
+
+
 def refusals(before: MissionFile, after: MissionFile) -> Iterator[Problem]:
     """Why one mission cannot become another while it runs, by key; nothing if it can."""
     for key in different_keys(before, after):
-        length = max(n for n in range(len(key) + 1) if key[:n] in _MAY)
-        why = _MAY[key[:length]]
+        why = why_fixed(key)
+        if key[:2] == _MODEL and after.rover.controller not in CONTROLLER.built_in:
+            why = _OWN
         if why is not None:
             yield Problem(key, f"expected no change during the run: {why}")
 
@@ -115,7 +124,7 @@ def change(
         live.link.adopt(after.link)
     if after.rover != before.rover:
         _change_rover(live.rover, after.rover, now_ns)
-        if live.ground.shadow is not None:
+        if live.ground.shadow is not None and after.rover.dem != before.rover.dem:
             live.ground.shadow.model.agree(after.rover.dem)
     if after.ground != before.ground:
         coming = msgspec.structs.replace(after, ground=_still_to_come(after.ground, now_ns))

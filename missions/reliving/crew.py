@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 
 from farside.acts import Act
 from farside.ground.config import QUEUED
+from farside.ground.view.view import Focus, GroundView
 from farside.missions.build import build_channel, build_ground, build_operator, build_rover
 from farside.missions.crew.crew import Crew, CrewError, InProcessCrew, LostProcess
 from farside.missions.extensions.kinds import NONE, ExtensionError, Extensions
@@ -34,6 +35,7 @@ class RelivedCrew(Crew):
 
     Raises:
         ExtensionError: if code of one's own is not found.
+        LogError, RelivingError: as `Past.orders`, where they are asked for.
     """
 
     def __init__(
@@ -52,7 +54,9 @@ class RelivedCrew(Crew):
         self.now_ns = 0
         self._crew = InProcessCrew(*self.live)
         self._changes = list(changes)
-        self._orders = iter(orders)
+        missions = (mission, *(change.mission for change in changes))
+        asked = any(one.ground.operator == QUEUED for one in missions)
+        self._orders = iter(orders) if asked else iter(())
         self._next = next(self._orders, _NOTHING)
         self._extensions = extensions
 
@@ -75,6 +79,10 @@ class RelivedCrew(Crew):
             records += self._crew.advance(end_ns, given)
             self.now_ns = end_ns
         return records
+
+    def look(self, focus: Focus) -> GroundView | None:
+        """See `Crew.look`."""
+        return self._crew.look(focus)
 
     def close(self) -> None:
         """Does nothing: nothing was started."""

@@ -4,9 +4,11 @@ from collections.abc import Iterator
 
 from farside.dem import Goal, Why
 from farside.logs import sign_text
+from farside.logs.story.sentences import arc_text
 from farside.places import ACTIONS
 from farside.rover.controller import Controller
 from farside.rover.node import Rover
+from farside.topics import Arc
 
 _LEAST_CHANCE = 0.001
 _STEPS = 12  # of the policy path, beyond which the rest is counted
@@ -40,8 +42,7 @@ def _goal(goal: Goal) -> str:
 
 
 def _arc(why: Why) -> str:
-    arc = f"{sign_text(why.context)} ∧ {why.action} → {sign_text(why.outcome)}"
-    return f"{arc} (C_m {why.cm:.2f}, cost to go {why.cost_to_go:.1f} s)"
+    return arc_text(Arc(why.context, why.action, why.outcome, why.cm, why.cost_to_go))
 
 
 def _path(model: Controller) -> Iterator[str]:
@@ -62,5 +63,5 @@ def _expected(model: Controller) -> Iterator[str]:
     for action in ACTIONS:
         known = model.expected(action)
         if known is not None:
-            arc = f"{sign_text(known.context)} ∧ {action} → {sign_text(known.outcome)}"
-            yield f"of {action} it expects {arc} (C_m {known.cm:.2f})"
+            arc = Arc(known.context, action, known.outcome, known.cm, None)
+            yield f"of {action} it expects {arc_text(arc)}"

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 from farside.dem import ShadowModel
 from farside.ground.node import Ground
 from farside.link.channel.node import Channel
+from farside.logs import LogFile
 from farside.missions.extensions.kinds import Extensions, search_path, searching
 from farside.missions.reliving.crew import advanced, revived
 from farside.missions.reliving.past import Past, RelivingError, read_past, refuse_beyond
@@ -96,7 +97,7 @@ class Relived:
 
 
 def relive(
-    log: Path | str,
+    log: LogFile | Path | str,
     until_s: float,
     *,
     controller: type[Controller] | None = None,
@@ -108,7 +109,7 @@ def relive(
     and however many processes it took then.
 
     Args:
-        log: the log of the run.
+        log: the log of the run, open or by its path.
         until_s: the moment, in simulated seconds.
         controller: the class of the run's own controller, where the name in its mission does not
             lead to it, as for a class inside a test.
@@ -120,7 +121,7 @@ def relive(
             log holds no mission, or one that this Farside cannot read; or if code of one's own that
             the mission names cannot be imported.
     """
-    past = read_past(Path(log))
+    past = read_past(log)
     refuse_beyond(past, until_s)
     extensions = Extensions(controller, operator, search_path(Path.cwd()))
     with searching(extensions.path):

@@ -5,16 +5,19 @@ from importlib.metadata import PackageNotFoundError, version
 from itertools import groupby
 from operator import attrgetter
 from pathlib import Path
-from typing import Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar, cast
 
 import msgspec
 
 from farside.acts import Act
-from farside.logs import LogFile
+from farside.logs import LogFile, decode
 from farside.logs.result import LostProcessResult
 from farside.missions.schema import Change, MissionFile
-from farside.node import to_ns, to_s
+from farside.node import NEVER_NS, to_ns, to_s
 from farside.topics import GROUND_ORDER
+
+if TYPE_CHECKING:
+    from farside.topics import OrderGiven
 
 _MISSION, _CHANGES, _RESULT = "mission.json", "changes.json", "result.json"
 _TEXT, _OVERRIDES, _FILES = "mission.toml", "overrides.json", "files.json"
@@ -32,7 +35,7 @@ class RelivingError(Exception):
 class _End(msgspec.Struct, frozen=True):
     """What matters here of a `RunResult`."""
 
-    sim_seconds: float
+    sim_seconds: Annotated[float, msgspec.Meta(ge=0, le=to_s(NEVER_NS))]
     lost_processes: tuple[LostProcessResult, ...] = ()
 
 
@@ -67,10 +70,27 @@ class Past(NamedTuple):
         return min([self.end_ns, *(to_ns(lost.since_s) for lost in self.lost)])
 
     def orders(self) -> Iterator[tuple[int, tuple[Act, ...]]]:
-        """What was ordered, by simulated time; read from the log as it is asked for."""
+        """What was ordered, by simulated time; read from the log as it is asked for.
+
+        Before the first is given, all are read once: so either error comes at the start.
+
+        Raises:
+            LogError: if an order cannot be read.
+            RelivingError: if the log is damaged, so that orders may be missing.
+        """
+        for _ in self._orders():
+            pass
+        if self.log.holes:
+            raise RelivingError(
+                f"{self.log.path}: expected a whole log, as the orders in it are to be given "
+                f"again, found that it is damaged: {self.log.holes[0]}"
+            )
+        yield from self._orders()
+
+    def _orders(self) -> Iterator[tuple[int, tuple[Act, ...]]]:
         records = self.log.records([GROUND_ORDER])
         for time_ns, given in groupby(records, attrgetter("log_time_ns")):
-            yield time_ns, tuple(GROUND_ORDER.decode(record.payload).act for record in given)
+            yield time_ns, tuple(cast("OrderGiven", decode(record)).act for record in given)
 
     def other_versions(self) -> Iterator[tuple[str, str, str]]:
         """What is installed here in another version than it was recorded with: name, then, now."""
@@ -90,14 +110,14 @@ class Past(NamedTuple):
         )
 
 
-def read_past(path: Path) -> Past:
-    """The run in a log.
+def read_past(log: LogFile | Path | str) -> Past:
+    """The run in a log, which may be open.
 
     Raises:
         LogError: if the log cannot be read.
         RelivingError: if it holds no mission, or one that this Farside cannot read.
     """
-    log = LogFile(path)
+    log = log if isinstance(log, LogFile) else LogFile(Path(log))
     mission = _attached(log, _MISSION, MissionFile)
     changes = _attached(log, _CHANGES, tuple[Change, ...], _NO_CHANGES)
     # A log that nobody finished: what it tells of last happened in a tick that it holds in part.
@@ -106,7 +126,7 @@ def read_past(path: Path) -> Past:
     end = _attached(log, _RESULT, _End, _End(min(last_s, duration_s)))
     return Past(
         log=log,
-        text=log.attachments[_TEXT].data.decode() if _TEXT in log.attachments else "",
+        text=_text(log),
         overrides=_attached(log, _OVERRIDES, tuple[tuple[str, Any], ...], _NO_OVERRIDES),
         files=_attached(log, _FILES, dict[str, str], {}),
         mission=mission,
@@ -119,6 +139,16 @@ def read_past(path: Path) -> Past:
             if name not in {"mission", "seed"}
         },
     )
+
+
+def _text(log: LogFile) -> str:
+    """The mission file, empty where there is none."""
+    if _TEXT not in log.attachments:
+        return ""
+    try:
+        return log.attachments[_TEXT].data.decode()
+    except UnicodeDecodeError as error:
+        raise RelivingError(f"{log.path}: expected UTF-8 in {_TEXT}, found: {error}") from error
 
 
 def _attached(log: LogFile, name: str, kind: type[T], default: T | None = None) -> T:

@@ -1,11 +1,12 @@
 """A run once more, otherwise: `farside rerun`."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import msgspec
 
+from farside.logs import LogFile
 from farside.missions.assignments import Assignment, read_assignments
 from farside.missions.conductor import Watcher
 from farside.missions.extensions.kinds import (
@@ -34,22 +35,35 @@ _RECORDED = ("ground", "recorded")
 _THEN, _LATER = " set in that run", " changed during that run"
 
 
-class _Classes(NamedTuple):
-    """Classes in place of their names in the mission."""
+class _Beside(NamedTuple):
+    """What comes beside the text of the mission.
+
+    Attributes:
+        controller, operator: classes in place of their names.
+        files: texts of the files that its link names, by name; what is read is put in.
+    """
 
     controller: "type[Controller] | None"
     operator: "type[Operator] | None"
+    files: dict[str, str]
 
 
 class _Stage(NamedTuple):
-    """From a moment on, these keys have these values, on top of all before."""
+    """From a moment on, these keys have these values, on top of all before.
+
+    Attributes:
+        at_ns: the moment in simulated time.
+        made: what was set, or is to be.
+        recorded: the orders that were read from another log then.
+    """
 
     at_ns: int
     made: tuple[Assignment, ...]
+    recorded: tuple[Assignment, ...] = ()
 
 
 def load_again(
-    log: Path | str,
+    log: LogFile | Path | str,
     assignments: Sequence[str] | Mapping[str, object] = (),
     seed: int | None = None,
     *,
@@ -65,7 +79,7 @@ def load_again(
     it names are in the log; others, which a change names, are looked for in the current folder.
 
     Args:
-        log: the log.
+        log: the log, open or by its path.
         assignments: as in `farside.missions.load_mission`.
         seed: in place of the run's.
         from_s: the changes act from this moment on, in simulated seconds, to the next tick; the run
@@ -80,30 +94,30 @@ def load_again(
         RelivingError: if the run cannot be lived again up to `from_s`, or does not come out as it
             is in the log; or a key cannot change then.
     """
-    past = read_past(Path(log))
+    past = read_past(log)
     try:
         made = read_assignments(assignments)
     except ValueError as error:
-        raise MissionError(f"{log}: {error}") from error
+        raise MissionError(f"{past.log.path}: {error}") from error
     if seed is not None:
         made.append(Assignment(("seed",), seed, f"--seed {seed}"))
-    classes = _Classes(controller, operator)
-    begun = _Stage(0, tuple(_set_then(past)))
-    later = [_Stage(one.at_ns, tuple(_assigned(one.overrides, _LATER))) for one in past.changes]
+    beside = _Beside(controller, operator, dict(past.files))
+    begun = _Stage(0, _assigned(past.overrides, _THEN), _recorded(past, past.mission))
+    later = [_later(past, one, made) for one in past.changes]
     again = {"log": past.log.path.name, "digest": _digest(past)}
     if from_s is None:
-        begun = begun._replace(made=(*begun.made, *made))
-        loaded = _loaded(past, begun.made, classes)
+        begun = _Stage(0, (*begun.made, *begun.recorded, *made))
+        loaded = _loaded(past, begun.made, beside)
         overrides = (*past.overrides, *_overrides(made))
-        changes = _changes(past, loaded.mission, [begun], later, classes)
+        changes = _changes(past, loaded.mission, [begun], later, beside)
         return loaded._replace(changes=changes, overrides=overrides, again=again), past
     refuse_beyond(past, from_s)
     at_ns = -(-to_ns(from_s) // past.mission.tick_ns) * past.mission.tick_ns
     kept = tuple(one for one in past.changes if one.at_ns <= at_ns)
     mission = kept[-1].mission if kept else past.mission
     coming = [_Stage(at_ns, tuple(made)), *later[len(kept) :]]
-    changes = _changes(past, mission, [begun, *later[: len(kept)]], coming, classes)
-    loaded = _loaded(past, begun.made, classes)._replace(
+    changes = _changes(past, mission, [begun, *later[: len(kept)]], coming, beside)
+    loaded = _loaded(past, (*begun.made, *begun.recorded), beside)._replace(
         mission=past.mission,
         changes=(*kept, *changes),
         overrides=past.overrides,
@@ -114,7 +128,7 @@ def load_again(
 
 
 def rerun(
-    log: Path | str,
+    log: LogFile | Path | str,
     assignments: Sequence[str] | Mapping[str, object] = (),
     seed: int | None = None,
     *,
@@ -170,26 +184,44 @@ def run_again(
         )
 
 
-def _set_then(past: Past) -> Iterator[Assignment]:
-    """What was set when the run began, with the recorded orders that it was to give."""
-    yield from _assigned(past.overrides, _THEN)
-    if past.mission.ground.operator == "recorded":
-        recorded = msgspec.json.decode(msgspec.json.encode(past.mission.ground.recorded))
-        given = {key: value for key, value in recorded.items() if value is not None}
-        yield Assignment(_RECORDED, given, f"the orders in {past.log.path}")
+def _later(past: Past, change: Change, made: Sequence[Assignment]) -> _Stage:
+    """What a change of that run set, with the recorded orders that it took, if it did.
+
+    Args:
+        past: the run.
+        change: one of its changes.
+        made: what is set now: recorded orders among it are those of an operator who came later.
+    """
+    then = _assigned(change.overrides, _LATER)
+    takes = any(one.touches(_RECORDED) for one in then) or (
+        any(one.touches(OPERATOR.key) for one in then)
+        and not any(one.touches(_RECORDED) for one in made)
+    )
+    return _Stage(change.at_ns, then, _recorded(past, change.mission) if takes else ())
 
 
-def _assigned(overrides: Sequence[tuple[str, object]], when: str) -> Iterator[Assignment]:
-    for key, value in overrides:
-        for made in read_assignments({key: value}):
-            yield made._replace(origin=f"{key}{when}")
+def _recorded(past: Past, mission: MissionFile) -> tuple[Assignment, ...]:
+    """The recorded orders that a mission gives, as they were read then."""
+    if mission.ground.operator != "recorded":
+        return ()
+    recorded = msgspec.json.decode(msgspec.json.encode(mission.ground.recorded))
+    given = {key: value for key, value in recorded.items() if value is not None}
+    return (Assignment(_RECORDED, given, f"the orders in {past.log.path}"),)
+
+
+def _assigned(overrides: Sequence[tuple[str, object]], when: str) -> tuple[Assignment, ...]:
+    return tuple(
+        made._replace(origin=f"{key}{when}")
+        for key, value in overrides
+        for made in read_assignments({key: value})
+    )
 
 
 def _overrides(made: Sequence[Assignment]) -> tuple[tuple[str, object], ...]:
     return tuple((dotted(one.key), one.value) for one in made)
 
 
-def _loaded(past: Past, made: Sequence[Assignment], classes: _Classes) -> LoadedMission:
+def _loaded(past: Past, made: Sequence[Assignment], beside: _Beside) -> LoadedMission:
     if not past.text:
         raise RelivingError(f"{past.log.path}: expected a log with its mission file, found none")
     return load_text(
@@ -197,9 +229,9 @@ def _loaded(past: Past, made: Sequence[Assignment], classes: _Classes) -> Loaded
         # As if it lay in the current folder: what it names is in the log, or the user's own.
         f"mission.toml of {past.log.path.name}",
         made,
-        dict(past.files),
-        controller=None if _is_set(CONTROLLER, made) else classes.controller,
-        operator=None if _is_set(OPERATOR, made) else classes.operator,
+        beside.files,
+        controller=None if _is_set(CONTROLLER, made) else beside.controller,
+        operator=None if _is_set(OPERATOR, made) else beside.operator,
     )
 
 
@@ -213,7 +245,7 @@ def _changes(
     mission: MissionFile,
     before: Sequence[_Stage],
     coming: Sequence[_Stage],
-    classes: _Classes,
+    beside: _Beside,
 ) -> tuple[Change, ...]:
     """What becomes of a mission, stage by stage.
 
@@ -222,17 +254,17 @@ def _changes(
         mission: the mission in force before.
         before: how it came about, stage by stage, the start included.
         coming: the stages.
-        classes: in place of their names.
+        beside: what comes beside the text.
 
     Raises:
         RelivingError: if a key changes that cannot during a run.
     """
-    made = [one for stage in before for one in stage.made]
-    text = _loaded(past, made, classes).mission
+    made = [one for stage in before for one in (*stage.made, *stage.recorded)]
+    text = _loaded(past, made, beside).mission
     changes = []
     for stage in coming:
-        made += stage.made
-        text_before, text = text, _loaded(past, made, classes).mission
+        made += (*stage.made, *stage.recorded)
+        text_before, text = text, _loaded(past, made, beside).mission
         # Only what this stage changes: another Farside may read the rest of the text otherwise.
         after = _patched(mission, text_before, text)
         _refuse(past, stage.at_ns, mission, after)
@@ -285,6 +317,7 @@ def _prove(
         f"{past.log.path}: expected the run to come out as it is in the log up to "
         f"{to_s(at_ns):g} s, found another record at {verdict.parting.t_s:g} s in "
         f"{verdict.parting.topic}, which `farside verify` shows"
+        + (f"; the log is damaged: {verdict.damage[0]}" if verdict.damage else "")
         + (f"; it was recorded with {others}" if others else "")
     )
 

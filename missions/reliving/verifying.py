@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 import msgspec
 
-from farside.logs import Digest
+from farside.logs import Digest, LogFile
 from farside.logs.diff.parting import Parting
 from farside.logs.foxglove.pictures import Pictures
 from farside.missions.extensions.kinds import Extensions, search_path, searching
@@ -105,7 +105,7 @@ class _Comparison:
 
 
 def verify(
-    log: Path | str,
+    log: LogFile | Path | str,
     progress: Callable[[float], None] | None = None,
     *,
     controller: "type[Controller] | None" = None,
@@ -116,7 +116,7 @@ def verify(
     Of a log that nobody finished, what it holds is compared. Nothing is written.
 
     Args:
-        log: the log.
+        log: the log, open or by its path.
         progress: told of how far it has come, in simulated seconds.
         controller: the class of the run's own controller, where its name does not lead to it.
         operator: likewise.
@@ -125,7 +125,7 @@ def verify(
         LogError: if the log cannot be read.
         RelivingError: if the run cannot be lived again, such as after the loss of a process.
     """
-    past = read_past(Path(log))
+    past = read_past(log)
     if (why := past.not_whole()) is not None:
         raise RelivingError(f"{past.log.path}: the run cannot be lived again to its end: {why}")
     extensions = Extensions(controller, operator, search_path(Path.cwd()))

@@ -9,6 +9,7 @@ A test that fails tells of the runs that it made; `--farside-logs DIR` keeps the
 """
 
 import re
+import zlib
 from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 
 # Asserts in there are to say what they found, as in a test's own module.
 pytest.register_assert_rewrite("farside.missions.testing.contracts")
+
+_LONGEST = 150
+"""How long the name of a test's folder may be, in bytes, before it is cut (project default)."""
 
 _RUNS = pytest.StashKey[list["FinishedRun"]]()
 
@@ -50,11 +54,20 @@ def mission(request: pytest.FixtureRequest) -> "Callable[[str | Path], Rehearsal
     if kept is None:
         out = request.getfixturevalue("tmp_path")
     else:
-        name = re.sub(r"[^\w.-]+", "-", request.node.nodeid).strip("-")
-        out = request.config.invocation_params.dir / kept / name
+        out = request.config.invocation_params.dir / kept / _folder_name(request.node.nodeid)
     return lambda source: Rehearsal(
         find_mission(source, request.path.parent), out, when_over=runs.append
     )
+
+
+def _folder_name(test: str) -> str:
+    """A name of its own for every test, which any file system takes."""
+    name = re.sub(r"[^\w.-]+", "-", test).strip("-")
+    _, _, case = test.partition("[")
+    if len(name.encode()) <= _LONGEST and re.fullmatch(r"[\w.-]*\]?", case):
+        return name
+    cut = name.encode()[:_LONGEST].decode(errors="ignore").strip("-")
+    return f"{cut}-{zlib.crc32(test.encode()):08x}"
 
 
 @pytest.hookimpl(wrapper=True)

@@ -58,6 +58,7 @@ def _lines(run: FinishedRun) -> Iterator[str]:
         yield f"{time_text(line.t_ns):>11}  {line.role:<6}  {line.text}"
     first_s = to_s(events[0].t_ns) if events else 0.0
     replay = ["farside", "replay", str(run.path), "--start", f"{max(0.0, first_s - _BEFORE_S):.0f}"]
+    yield from run.file.damage  # told as it was met on the way here
     yield from ("", f"log:    {run.path}", f"replay: {shlex.join(replay)}")
 
 

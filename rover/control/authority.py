@@ -18,7 +18,7 @@ from farside.rover.failsafe.silence import Silence
 from farside.rover.failsafe.track import Track
 from farside.rover.failsafe.watch import FailsafeWatch
 from farside.rover.goals import Goals
-from farside.topics import ROVER_MODE, ModeEntry
+from farside.topics import ROVER_MODE, ModeEntry, reasons
 
 
 class Conditions(NamedTuple):
@@ -163,7 +163,7 @@ class Authority:
         parts = self._parts
         if self._away is None:
             self._away = _Away(parts.silence.heard_ns)
-        parts.commands.drop_all(CommandStage.SUPERSEDED, "the link was lost before it began")
+        parts.commands.drop_all(CommandStage.SUPERSEDED, reasons.LINK_LOST.of())
         if self._is_alone and self.mode is not Mode.AUTONOMOUS:
             self._switch(Mode.AUTONOMOUS, ModeCause.LINK_LOST)
 

@@ -20,7 +20,7 @@ from farside.messages import (
 from farside.places import ACTIONS
 from farside.rover.commands import Assignment
 from farside.rover.control.authority import Authority, Parts
-from farside.topics import GoalSource
+from farside.topics import GoalSource, reasons
 from farside.validation import shown
 
 
@@ -53,7 +53,7 @@ class Orders:
             commands.end(command, CommandStage.EXPIRED, "it came too late")
             if isinstance(order, Approve | Override | Veto) and self._stands(order.proposal):
                 # Its operator takes it for answered, so nobody would say anything again.
-                self._parts.proposals.end("the answer came too late")
+                self._parts.proposals.end(reasons.ANSWER_TOO_LATE.of())
             return
         if command.when is None:
             self._carry_out(command)
@@ -84,7 +84,7 @@ class Orders:
             commands.end(command, CommandStage.DONE)
         if not isinstance(order, TakeBack | SetOnLoss):
             # Whatever was proposed was proposed for a situation that has just changed.
-            self._parts.proposals.end(f"command {command.number} came in between")
+            self._parts.proposals.end(reasons.CAME_BETWEEN.of(command.number))
 
     def _stands(self, number: int) -> bool:
         standing = self._parts.proposals.standing
@@ -103,9 +103,9 @@ class Orders:
             case Approve() | Override() | Veto() if not self._stands(order.proposal):
                 why = self._parts.proposals.absence(order.proposal)
             case Drive() | Approve() | Override() if self._parts.battery.empty:
-                why = "the battery is flat"
+                why = reasons.BATTERY_FLAT.of()
             case Drive() | SetMode(mode=Mode.AUTONOMOUS) if meant and meant.mode is not mode:
-                why = f"it was meant for mode {meant.mode}, and the rover is in mode {mode}"
+                why = reasons.OTHER_MODE.of(meant.mode, mode)
             case _:
                 return None
         return why
@@ -121,7 +121,7 @@ class Orders:
             case SetMode():
                 parts.commands.drop_all(
                     CommandStage.SUPERSEDED,
-                    f"command {command.number} changed the mode",
+                    reasons.MODE_CHANGED.of(command.number),
                     before=command.number,
                 )
                 self._authority.order(order.mode)

@@ -4,7 +4,7 @@ from farside.control import Chooser
 from farside.messages import Proposal, ProposedStep, Tokens
 from farside.node import NS_PER_S, Journal, to_s
 from farside.rover.config import Consent, ConsentConfig
-from farside.topics import ROVER_PROPOSAL, ROVER_PROPOSAL_ENDED, ProposalEnded
+from farside.topics import ROVER_PROPOSAL, ROVER_PROPOSAL_ENDED, ProposalEnded, reasons
 
 _MARGIN_NS = 4 * NS_PER_S  # what a lost frame may take on top of a round trip
 
@@ -99,7 +99,7 @@ class Proposals:
     def follow(self, situation: Situation) -> None:
         """End the proposal if the situation is another one than it was made for."""
         if self.standing is not None and situation != self._situation:
-            self.end("the situation is another one")
+            self.end(reasons.OTHER_SITUATION.of())
 
     def end(self, why: str) -> None:
         """The proposal does not stand any more."""
@@ -110,7 +110,7 @@ class Proposals:
     def veto(self) -> None:
         """The operator does not want it: nothing is proposed again in this situation."""
         self._vetoed = self._situation
-        self.end("vetoed by the operator")
+        self.end(reasons.VETOED.of())
 
     # --- consent by veto window ----------------------------------------------------------------
 

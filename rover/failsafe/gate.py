@@ -7,6 +7,7 @@ from farside.rover.battery import Battery
 from farside.rover.config import DriveConfig
 from farside.rover.controller import Controller
 from farside.rover.failsafe.track import Track
+from farside.topics import reasons
 
 _REMEMBERED = 8  # moves that the mean duration of a move reaches back over
 
@@ -71,7 +72,7 @@ class SafetyGate:
             bumps: whether a bump just met is one.
         """
         if bumps and self._bump == (here, action):
-            return f"{action} was blocked here just now"
+            return reasons.BLOCKED_HERE.of(action)
         home = self._home_s
         if home == math.inf:
             return None
@@ -83,7 +84,7 @@ class SafetyGate:
         need_j = self._need_j(after + self._move_cost_s)
         if after < home or self._battery.charge_j >= self.factor * need_j:
             return None
-        return f"a charge of {self._battery.charge:.0%} would not suffice for the way to the dock"
+        return reasons.CHARGE_TOO_LOW.of(f"{self._battery.charge:.0%}")
 
     @property
     def _home_s(self) -> float:

@@ -32,7 +32,7 @@ class Watch:
 
     def hears(self, *entries: LogEntry) -> None:
         for entry in entries:
-            self.alarms.take(entry, entry.log_time_ns)
+            self.alarms.take(entry)
 
     def is_told(self, *happenings: Happening, t_s: float = 12.0, so_s: float = 10.0) -> None:
         self.hears(*(told(t_s, so_s, what) for what in happenings))
@@ -122,6 +122,7 @@ def test_once_acknowledged_the_same_again_is_a_new_alarm(watch: Watch) -> None:
     watch.is_told(CommandReached(4, REFUSED, "a wall"))
     assert watch.alarms.acknowledge(1) == 1
     assert watch.alarms.acknowledge(1) == 0
+    assert watch.alarms.left == 0
     watch.is_told(CommandReached(5, REFUSED, "a wall"))
 
     rows = watch.alarms.rows()
@@ -134,6 +135,7 @@ def test_once_acknowledged_the_same_again_is_a_new_alarm(watch: Watch) -> None:
 def test_those_not_acknowledged_come_first_and_the_newest_of_them(watch: Watch) -> None:
     watch.is_told(*(what for what, _ in TROUBLES[:4]))
     watch.alarms.acknowledge(4)
+    assert watch.alarms.left == 3
 
     assert [row.number for row in watch.alarms.rows()] == [3, 2, 1, 4]
 
@@ -150,9 +152,11 @@ def test_only_the_last_acknowledged_are_kept_but_all_that_are_not(watch: Watch) 
 
 def test_silence_that_nobody_planned_is_an_alarm_and_says_when_it_is_over(watch: Watch) -> None:
     watch.hears(logged(to_ns(100), Silence(silent=False, expected=True)))
+    watch.alarms.see(seen(195, silent_since_s=192))
     assert not watch.texts
 
     watch.hears(logged(to_ns(200), Silence(silent=True)))
+    watch.alarms.see(seen(200))
     watch.alarms.see(seen(200, silent_since_s=192))
     (row,) = watch.alarms.rows()
     assert (row.text, row.tone) == ("hears nothing from the rover", Tone.WRONG)
@@ -240,6 +244,10 @@ def test_a_verdict_that_nothing_can_be_known_resolves_nothing(watch: Watch) -> N
 
 
 def test_a_signal_that_is_lost_is_an_alarm_once_and_a_weak_one_is_none(watch: Watch) -> None:
+    hidden = Watch()
+    hidden.hears(signal(10, Signal.NONE))
+    assert hidden.alarms.raised == 1
+
     watch.hears(signal(10, Signal.WEAK))
     assert not watch.texts
 

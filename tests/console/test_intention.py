@@ -100,6 +100,7 @@ def test_a_stick_that_stands_out_when_it_is_plugged_in_orders_nothing() -> None:
     hand = Hand()
     hand.intention = Intention()
 
+    hand.hold(0, 0.7, 10 * QUIET_NS)
     hand.hold(0, 1, 10 * QUIET_NS)
 
     assert not hand.orders
@@ -118,6 +119,18 @@ def test_an_invalid_action_takes_full_force_for_a_second() -> None:
     ]
     hand.hold(1, 0)
     assert hand.orders == [Choose("E", insist=True)]
+    hand.hold(0, 0)
+    hand.hold(1, 0)
+    assert len(hand.notes) == 2
+
+
+def test_force_against_one_action_is_none_against_the_next() -> None:
+    hand = Hand(situation(N="invalid", E="invalid"))
+
+    hand.hold(1, 0, 2 * QUIET_NS)
+    hand.hold(0, 1)
+
+    assert not hand.orders
 
 
 def test_the_proposed_action_is_approved_by_holding_it_and_not_by_passing_by() -> None:
@@ -185,6 +198,14 @@ def test_what_is_felt_is_the_nearest_option_and_else_the_pull_of_the_proposal() 
     assert hand.hold(0, -0.3).near < hand.hold(0, -0.6).near < hand.hold(0, -0.75).near < 1.0
     assert hand.hold(-1, 0) == pull
     assert not Hand().hold(0, 1).action
+
+
+def test_a_new_proposal_is_felt_anew_although_nobody_touches_the_stick() -> None:
+    hand = Hand(situation(14, E="proposed"))
+
+    assert hand.hold(0, 0, QUIET_NS).since_ns < hand.now_ns - QUIET_NS
+    hand.shown = situation(15, E="proposed")
+    assert hand.hold(0, 0).since_ns == hand.now_ns
 
 
 def test_a_cue_begins_when_the_stick_enters_it_and_does_not_flutter_on_a_diagonal() -> None:

@@ -216,6 +216,7 @@ def test_escape_takes_back_the_newest_that_can_be_and_no_command_twice() -> None
     ground.note(command_sent(3, TakeBack(2)))
     assert ground.session.take_back() == "not taken back: nothing is on its way that can be"
     assert ground.session.take_back(1).startswith("not taken back: command 1 has begun")
+    assert not any(row.can_take_back for row in ground.screen.commands)
     assert ground.ordered() == []
 
 
@@ -257,6 +258,7 @@ def test_a_move_behind_another_says_so() -> None:
 
 def test_when_the_run_is_over_nothing_is_ordered() -> None:
     ground = AtTheGround()
+    assert ground.screen.if_nothing.startswith("If you do nothing: ")
     ground.session.choose("W")
     ground.session.finish("The run is over: success.")
 

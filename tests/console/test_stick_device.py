@@ -1,5 +1,4 @@
 """A stick of this host, as SDL2 sees one: SDL's own virtual joystick."""
-# ruff: noqa: ARG002 - seats ask for the time
 
 import sys
 import threading
@@ -10,8 +9,8 @@ import pytest
 from virtual_stick import StationStub, VirtualStick, options, screen_of
 
 from farside.console.screen.screen import Screen
+from farside.console.seats import Seats
 from farside.console.stick.device import HostStick
-from farside.console.stick.seat import AmongSeats
 
 SOON_S = 10
 A, B, START = 0, 1, 6
@@ -20,7 +19,7 @@ A, B, START = 0, 1, 6
 class Stand:
     """A stick at a station: what is said to the person, and a clock that the test moves."""
 
-    def __init__(self, station: StationStub, seats: AmongSeats | None = None) -> None:
+    def __init__(self, station: StationStub, seats: Seats | None = None) -> None:
         self.station = station
         self.said: SimpleQueue[str] = SimpleQueue()
         self.now_ns = 0
@@ -149,29 +148,10 @@ def test_an_order_for_options_that_have_gone_is_not_given() -> None:
     assert station.ordered.empty()
 
 
-class PageCommands(AmongSeats):
-    """A page commands, and hands over when it is asked."""
-
-    def __init__(self) -> None:
-        self.asks = None
-        self._holder = "page"
-
-    def open(self, page: str, now_s: float) -> None: ...
-    def close(self, page: str, now_s: float) -> None: ...
-
-    def hand_over(self, page: str) -> bool:
-        return False
-
-    def holds(self, page: str) -> bool:
-        return page == self._holder
-
-    def ask(self, page: str, now_s: float) -> bool:
-        self._holder = page
-        return True
-
-
 def test_a_stick_orders_nothing_while_a_page_commands() -> None:
-    stand = Stand(StationStub(screen_of(options(E="proposed"), 14)), PageCommands())
+    seats = Seats()
+    seats.open("page", 0.0)
+    stand = Stand(StationStub(screen_of(options(E="proposed"), 14)), seats)
     with VirtualStick() as pad, stand.stick:
         stand.hears()
         pad.wait(lambda level: level > 0)
@@ -180,6 +160,8 @@ def test_a_stick_orders_nothing_while_a_page_commands() -> None:
         assert stand.hears() == "not ordered: a page commands now; Start asks it to hand over"
         assert stand.station.ordered.empty()
         pad.press(START, down=True)
+        assert stand.hears() == "asked the page that commands to hand over"
+        assert seats.hand_over("page")
         assert stand.hears() == "this stick commands now"
         pad.press(B, down=True)
         assert stand.ordered() == "veto 14"

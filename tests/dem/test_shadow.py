@@ -330,3 +330,24 @@ def test_goals_are_sent_only_when_they_change() -> None:
     assert model.take_delta().goals is None
     model.withdraw_goal(["a"])
     assert model.take_delta().goals == ()
+
+
+def test_wholes_of_all_parameters_that_were_agreed_on_are_accepted(
+    eventful: Eventful, live: Live
+) -> None:
+    """Two changes follow each other faster than a whole arrives."""
+    model, shadow = recorded()
+    wholes = []
+    for alpha in (PARAMETERS.alpha, 0.2, 0.9):
+        parameters = msgspec.structs.replace(PARAMETERS, alpha=alpha)
+        model.change(parameters)
+        shadow.agree(parameters)
+        live(model, eventful(10))
+        wholes.append((model.take_delta(), lists(model)))
+
+    for whole, then in wholes:
+        shadow.apply(sent(whole))
+        assert lists(shadow) == then
+    live(model, eventful(10))
+    shadow.apply(sent(model.take_delta()))
+    assert lists(shadow) == lists(model)

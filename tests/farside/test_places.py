@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.places import MAX_CELLS, Cell, Chart
+from farside.places import MAX_CELLS, Cell, Chart, cell_named
 
 ROWS = ("######", "#A.#B#", "#.o..#", "######")
 
@@ -95,3 +95,18 @@ def test_every_point_has_a_nearest_place(x_m: float, y_m: float) -> None:
     if (found := Cell(int(x_m // 1), int(y_m // 1))) in chart.tokens:
         assert cell == found
     assert cell in chart.tokens
+
+
+@pytest.mark.parametrize(
+    ("place", "cell"),
+    [
+        ("3,4", Cell(3, 4)),
+        ("83331,1", Cell(83331, 1)),  # the longest map of `MAX_CELLS`
+        ("A", None),
+        ("3,4,5", None),
+        ("-1,2", None),
+        ("9" * 5000 + ",1", None),
+    ],
+)
+def test_a_place_without_a_letter_is_named_by_its_cell(place: str, cell: Cell | None) -> None:
+    assert cell_named(place) == cell

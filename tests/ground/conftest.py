@@ -10,7 +10,7 @@ from farside.ground.belief import Belief
 from farside.ground.commands.desk import CommandDesk
 from farside.ground.downlink import DownlinkPlan, GroundSilence
 from farside.ground.moves import MoveTerms, MoveTimes
-from farside.ground.outlook import Outlook, RoverTerms
+from farside.ground.outlook import EnergyTerms, Outlook, RoverTerms
 from farside.link import LinkConfig, LinkTerms, OneWay
 from farside.messages import (
     Proposal,
@@ -22,7 +22,14 @@ from tests.dem.conftest import eventful, live  # noqa: F401 - fixtures here too
 
 PLACES = ("at:0", "at:1", "at:2", "at:3")
 MOVES = MoveTerms(cell_m=1.0, speed_m_s=1.0, turn_rate_rad_s=1e12)  # 2 s each
-ROVER = RoverTerms(MOVES, least_move_ns=0, alone_after_ns=to_ns(30.0))
+ROVER = RoverTerms(
+    MOVES,
+    least_move_ns=0,
+    hold_after_ns=to_ns(10.0),
+    alone_after_ns=to_ns(30.0),
+    explores=False,
+    energy=EnergyTerms(capacity_j=1e5, driving_w=50.0, reserve=1.5, move_cost_s=2.0),
+)
 CHART = Chart(("######", "#A..B#", "######"), 1.0)
 
 

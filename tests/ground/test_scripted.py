@@ -221,3 +221,17 @@ def test_only_what_happens_after_a_step_began_counts_unless_it_says_otherwise() 
         assert bool(scene.act()) is already
         scene.belief.tell(Event(2, 0, GoalReached(("at:B",))), 0)
         assert bool(scene.act()) is not already
+
+
+def test_a_script_that_is_over_goes_on_with_what_is_added_to_it() -> None:
+    scene, shared = Scene(WaitUntil(until_s=1)), SwitchMode(mode=Mode.SHARED)
+    for t_s in (1, 2, 3):
+        assert scene.act(t_s) == []
+    assert scene.operator.progress == OperatorEntry(1, 1, None)
+
+    assert not scene.operator.change([shared], ())
+    assert scene.operator.change([WaitUntil(until_s=1)], ())
+    assert scene.act(4) == []
+    assert scene.operator.change([WaitUntil(until_s=1), shared], ())
+    assert scene.act(5) == [SetMode(Mode.SHARED)]
+    assert scene.operator.progress.step == 2

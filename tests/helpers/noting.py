@@ -101,20 +101,12 @@ def with_pictures(records: Iterable[Record]) -> list[Record]:
 
 
 @contextmanager
-def log_of(records: Iterable[Record], *, drawn: bool = True) -> Iterator[LogFile]:
-    """A finished log of these records, for as long as it is looked at; see `write`."""
+def log_of(records: Iterable[Record]) -> Iterator[LogFile]:
+    """A finished log of these records, for as long as it is looked at."""
     with tempfile.TemporaryDirectory() as folder:
         with Recorder(Path(folder) / "run.mcap") as recorder:
-            write(recorder, records, drawn=drawn)
+            recorder.write(records)
         yield LogFile(recorder.path)
-
-
-def write(recorder: Recorder, records: Iterable[Record], *, drawn: bool) -> None:
-    """Write records, with their pictures if `drawn`: of what no run can hold there are none."""
-    if drawn:
-        recorder.write(records)
-    else:
-        recorder._add(list(records))
 
 
 def view_of(records: Iterable[Record]) -> RunView:

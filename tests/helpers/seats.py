@@ -1,4 +1,4 @@
-"""A person at the terminal, before the screen of a replay."""
+"""A person at the terminal, before a screen that fills it."""
 
 import asyncio
 from collections.abc import Awaitable, Callable
@@ -7,9 +7,10 @@ from typing import Generic, TypeVar
 from textual.pilot import Pilot
 
 from farside.logs.terminal.app import ReplayApp
+from farside.logs.terminal.taking import WholeTerminal
 from farside.node import to_s
 
-A = TypeVar("A", bound=ReplayApp)
+A = TypeVar("A", bound=WholeTerminal)
 
 
 class Seat(Generic[A]):
@@ -34,7 +35,8 @@ class Seat(Generic[A]):
 
     @property
     def now_s(self) -> float:
-        """Simulated time of what is on the screen."""
+        """Simulated time of what is on the screen of a replay."""
+        assert isinstance(self.app, ReplayApp)
         return to_s(self.app.player.now_ns)
 
     @property

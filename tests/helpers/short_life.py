@@ -4,6 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from mcap.reader import make_reader
 from numpy.random import Generator
 
 from farside.acts import Act
@@ -11,7 +12,7 @@ from farside.control import Mode
 from farside.ground import Situation
 from farside.logs import LogFile, Recorder
 from farside.messages import Drive, SetGoal, SetMode
-from farside.node import Record, to_ns
+from farside.node import Record, Topic, to_ns
 from farside.topics import OperatorEntry
 
 SHORT: dict[str, Any] = {
@@ -74,13 +75,32 @@ def forged(
     path: Path,
     records: Iterable[Record] | None = None,
     metadata: Mapping[str, dict[str, str]] = {},
+    attachments: Mapping[str, bytes] = {},
 ) -> Path:
-    """A copy of a log with other records, or other metadata."""
+    """A copy of a log with other records, other metadata, or other attachments."""
     original = LogFile(log)
     with Recorder(path) as recorder:
         for name, attachment in original.attachments.items():
-            recorder.attach(name, attachment.media_type, attachment.data)
+            data = attachments.get(name, attachment.data)
+            recorder.attach(name, attachment.media_type, data)
         recorder.write(original.records() if records is None else records)
         for group, values in {**original.metadata, **metadata}.items():
             recorder.metadata(group, dict(values))
+    return path
+
+
+def damaged(log: Path, path: Path, topic: Topic[Any] | None = None) -> Path:
+    """A copy of a log with one byte changed in the last chunk, or the last that has `topic`."""
+    with log.open("rb") as file:
+        summary = make_reader(file).get_summary()
+    assert summary is not None
+    numbers = {channel.topic: number for number, channel in summary.channels.items()}
+    last = [
+        chunk
+        for chunk in summary.chunk_indexes
+        if topic is None or numbers[topic.name] in chunk.message_index_offsets
+    ][-1]
+    content = bytearray(log.read_bytes())
+    content[last.chunk_start_offset + last.chunk_length - 5] ^= 1
+    path.write_bytes(content)
     return path

@@ -103,8 +103,7 @@ class BlackoutPerson:
                 yield None
                 continue
             yield Press("choose", places.way(cell, goal)[0])
-            while self._now.on_the_way == 0:
-                yield None
+            yield None  # until it is shown as ordered
 
     def _set_mode(self, mode: str) -> Iterator[Press | None]:
         self.stage = f"mode {mode}"

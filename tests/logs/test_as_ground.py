@@ -19,7 +19,6 @@ import pytest
 from any_message import values
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import strategies as st
-from noting import write
 from rich.console import Console
 from typer.testing import CliRunner
 
@@ -146,7 +145,7 @@ def seen(view: View, folder: Path, t_s: float) -> object:
         return view(Path("run.mcap"), t_s)
 
 
-def learned_by(log: LogFile, t_s: float, folder: Path, *, drawn: bool) -> Path:
+def learned_by(log: LogFile, t_s: float, folder: Path) -> Path:
     """A log of what the ground had learned by a time, alone; returns its folder."""
     folder.mkdir()
     with Recorder(folder / "run.mcap") as recorder:
@@ -157,13 +156,13 @@ def learned_by(log: LogFile, t_s: float, folder: Path, *, drawn: bool) -> Path:
             for record in log.records()
             if record.topic.startswith("/ground/") and record.log_time_ns <= to_ns(t_s)
         )
-        write(recorder, known, drawn=drawn)
+        recorder.write(known)
     return folder
 
 
-def differing(log: LogFile, t_s: float, folder: Path, *, drawn: bool = True) -> list[str]:
+def differing(log: LogFile, t_s: float, folder: Path) -> list[str]:
     """The views that show something as of a time that the ground had not learned."""
-    known = learned_by(log, t_s, folder / "known", drawn=drawn)
+    known = learned_by(log, t_s, folder / "known")
     return [
         name
         for name, view in VIEWS.items()
@@ -215,9 +214,9 @@ def test_whatever_a_log_holds_no_view_knows_more_than_the_ground(
         recorder.metadata("farside.run", {"mission": "any", "seed": "1"})
         recorder.metadata("farside.result", {"outcome": "success", "digest": "0" * 64})
         recorder.attach("mission.toml", "application/toml", b"")
-        write(recorder, journal.take(), drawn=False)
+        recorder.write(journal.take())
 
-    assert differing(LogFile(folder / "run.mcap"), t_s, folder, drawn=False) == []
+    assert differing(LogFile(folder / "run.mcap"), t_s, folder) == []
 
 
 # --- what is there to see ----------------------------------------------------------------------

@@ -295,6 +295,7 @@ def test_what_the_ground_knows_is_told(as_ground: RunView) -> None:
         ({"as_ground": True, "until_s": -1}, "a time of 0 s or more"),
         ({"as_ground": True, "until_s": math.nan}, "a time of 0 s or more"),
         ({"as_ground": True, "until_s": math.inf}, "a time of 0 s or more"),
+        ({"as_ground": True, "until_s": 1e300}, r"less than 4\.61e\+09 s, found 1e\+300 s"),
     ],
 )
 def test_a_time_that_is_none_is_refused(run: Any, path: Path, how: Any, why: str) -> None:

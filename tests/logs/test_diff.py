@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from farside.control import Chooser, Mode, ModeCause
 from farside.frames import Fate
-from farside.logs import LogFile, Recorder
+from farside.logs import LogError, LogFile, Recorder
 from farside.logs.diff.comparing import Difference, compare
 from farside.logs.diff.parting import MISSING, different
 from farside.logs.diff.threads import partings
@@ -99,6 +99,31 @@ def test_one_that_ends_sooner(quiet: Callable[[], Any], tmp_path: Path) -> None:
 
     assert parting is not None
     assert (parting.t_s, parting.first) == (9.0, None)
+
+
+def test_one_that_comes_later_is_shown_beside_as_it_comes_there(
+    quiet: Callable[[], Any], tmp_path: Path
+) -> None:
+    shared = ModeEntry(Mode.SHARED, ModeCause.OPERATOR)
+    sooner, later = quiet().note(7.0, shared), quiet().stand(7.5, "at:A").note(8.0, shared)
+
+    parting = compared(sooner, later, tmp_path).parting
+
+    assert parting is not None
+    assert parting.second is not None
+    assert (parting.topic, parting.second.topic) == ("/rover/mode",) * 2
+    assert (parting.t_s, parting.second.t_s) == (7.0, 8.0)
+
+
+@pytest.mark.parametrize("name", ["mission.json", "changes.json"])
+@pytest.mark.parametrize("data", [b"{", b"7", b"\xff", b'[{"at_ns": -1, "mission": {}}]'])
+def test_a_mission_that_cannot_be_read_is_refused(tmp_path: Path, name: str, data: bytes) -> None:
+    path = tmp_path / "other.mcap"
+    with Recorder(path) as recorder:
+        recorder.attach(name, "application/json", data)
+
+    with pytest.raises(LogError, match=rf"other\.mcap: expected JSON of a mission in {name}"):
+        compare(LogFile(path), LogFile(path))
 
 
 def test_missions_key_by_key_and_from_when(quiet: Callable[[], Any], tmp_path: Path) -> None:

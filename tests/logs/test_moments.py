@@ -175,7 +175,7 @@ class Repeated:
 
     def __init__(self, log: LogFile, times: int) -> None:
         self._log, self.read = log, 0
-        self.end_ns = times * log.end_ns
+        self.end_ns = self.there_until_ns = times * log.end_ns
 
     def records(
         self, topics: Collection[Topic[Any]] | None = None, *, start_ns: int = 0, end_ns: int = 0
@@ -189,7 +189,3 @@ class Repeated:
             ):
                 self.read += 1
                 yield msgspec.structs.replace(record, log_time_ns=record.log_time_ns + since_ns)
-
-    def latest(self, topic: Topic[Any], time_ns: int) -> Record | None:
-        """See `LogFile.latest`."""
-        raise NotImplementedError

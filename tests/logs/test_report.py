@@ -178,6 +178,17 @@ LINK = {
 }
 
 
+def link_panels(path: Path) -> dict[tuple[str, bool], dict[str, list[tuple[int, float | None]]]]:
+    """The curves of the link, by what they are of and whether of the uplink, then by name."""
+    return {
+        (panel.title.partition(",")[0], "uplink" in panel.title): {
+            series.name: list(zip(series.t, series.v, strict=True)) for series in panel.series
+        }
+        for panel in views_of(LogFile(path))["so"].panels
+        if "link" in panel.title
+    }
+
+
 def test_what_was_asked_of_the_link_stands_beside_what_was_delivered(
     run: Handmade, path: Path
 ) -> None:
@@ -186,19 +197,13 @@ def test_what_was_asked_of_the_link_stands_beside_what_was_delivered(
     with Recorder(path) as recorder:
         recorder.attach("mission.json", "application/json", json.dumps({"link": LINK}).encode())
         recorder.write(run.records)
-    panels = {
-        (panel.title.partition(",")[0], "uplink" in panel.title): {
-            series.name: list(zip(series.t, series.v, strict=True)) for series in panel.series
-        }
-        for panel in views_of(LogFile(path))["so"].panels
-        if "link" in panel.title
-    }
+    panels = link_panels(path)
 
     assert panels["Delay", True] == {
         "delivered": [(1000, 1.25)],
         "light time": [(0, 1.5), (10_000, 1.5)],
     }
-    assert panels["Delay", False]["light time"] == [(0, 1), (20_000, 3)]
+    assert panels["Delay", False]["light time"] == [(0, 1), (10_000, 2)]
     assert panels["Loss outside outages", True]["asked"] == [(0, 0.25), (4000, 0.5)]
     assert panels["Loss outside outages", True]["lost"][1:4] == [(1000, 0), (1000, 1), (1000, None)]
     assert panels["Loss outside outages", False]["asked"] == [(0, 0.2)]
@@ -206,6 +211,67 @@ def test_what_was_asked_of_the_link_stands_beside_what_was_delivered(
     assert panels["Rate", True]["allowed"] == [(0, 2000), (4000, 500)]
     assert panels["Rate", True]["delivered"][2] == (1000, 80)
     assert panels["Rate", False]["allowed"] == [(0, 8000), (5000, 0)]
+
+
+def test_what_is_asked_of_a_run_that_went_otherwise_from_a_time_on_changes_then(
+    run: Handmade, path: Path
+) -> None:
+    """As `farside rerun --from 6` writes it: changes that were due before hold from then on."""
+    later = {
+        "up": {"delay_s": 2.5, "rate_bit_s": 800, "overhead_byte": 20},
+        "down": {
+            "delay_s": 1,
+            "rate_trace": {"times_ms": [500, 1000, 7500], "at_end": "end"},
+            "bit_error_rate": 0.01,
+            "overhead_byte": 30,
+        },
+        "changes": [
+            {"at_s": 4, "direction": "up", "rate_bit_s": 600},
+            {"at_s": 8, "direction": "up", "rate_bit_s": 700},
+        ],
+    }
+    run.start().frame(1, Direction.UP).frame(7, Direction.UP).frame(7, Direction.DOWN)
+    run.stand(10, "at:D")
+    with Recorder(path) as recorder:
+        recorder.attach("mission.json", "application/json", json.dumps({"link": LINK}).encode())
+        changes = [{"at_ns": to_ns(6), "overrides": [], "mission": {"link": later}}]
+        recorder.attach("changes.json", "application/json", json.dumps(changes).encode())
+        recorder.write(run.records)
+    panels = link_panels(path)
+
+    light = panels["Delay", True]["light time"]
+    assert light == [(0, 1.5), (6000, 1.5), (0, 2.5), (4000, 2.5)]
+    assert panels["Loss outside outages", True]["asked"] == [
+        (0, 0.25),
+        (4000, 0.5),
+        (2000, 0),
+        (2000, 0),
+    ]
+    assert panels["Rate", True]["allowed"] == [(0, 2000), (4000, 500), (2000, 600), (2000, 700)]
+    assert panels["Rate", True]["delivered"][2] == (1000, 80)
+    assert panels["Rate", True]["delivered"][8] == (1000, 240)
+    lost = panels["Loss outside outages", False]["asked"]
+    assert lost == [(0, 0.2), (6000, pytest.approx(1 - 0.99 ** (8 * 40), abs=1e-5))]
+    allowed = panels["Rate", False]["allowed, of a trace the mean"]
+    assert allowed == [(0, 8000), (5000, 0), (1000, 4800), (1500, 0)]
+
+
+@pytest.mark.parametrize("name", ["mission.json", "changes.json"])
+@pytest.mark.parametrize("data", [b"[" * 100_000, b"\xff", b'{"link": {"up": 7}}', b"", b"[{}]"])
+def test_attachments_that_cannot_be_read_are_told_of(
+    name: str, data: bytes, run: Handmade, path: Path
+) -> None:
+    run.start().stand(5, "at:C")
+    with Recorder(path) as recorder:
+        if name != "mission.json":
+            recorder.attach("mission.json", "application/json", json.dumps({"link": LINK}).encode())
+        recorder.attach(name, "application/json", data)
+        recorder.attach("result.json", "application/json", data)
+        recorder.write(run.records)
+    page = report_page(LogFile(path))
+
+    assert f"cannot be read from {name}" in page
+    assert "The outcome cannot be read from result.json" in page
 
 
 def test_the_frames_are_counted_at_both_ends_and_between(run: Handmade, path: Path) -> None:
@@ -256,3 +322,14 @@ def test_the_command_writes_what_the_ground_knew(run: Handmade, path: Path) -> N
     heard = data_of(out.read_text(encoding="utf-8"))["ground"]["heard"]
     assert heard["so"] == [2000]
     assert heard["words"][0] == Mode.GUIDED
+
+
+def test_the_command_does_not_write_the_page_over_the_log(run: Handmade, path: Path) -> None:
+    held = run.start().log(path).read_bytes()
+    (path.parent / "link.html").symlink_to(path)
+    for out in (path, path.parent / "link.html"):
+        done = CliRunner().invoke(app, ["report", str(path), "--out", str(out)])
+
+        assert done.exit_code == 2
+        assert "another file than the log" in done.output
+        assert path.read_bytes() == held

@@ -104,7 +104,7 @@ def test_whatever_a_topic_holds_its_tables_hold(
 ) -> None:
     out = tmp_path_factory.mktemp("tables")
     records = {name: noted(TOPICS[name], *said) for name, said in messages.items()}
-    with log_of(chain(*records.values()), drawn=False) as log:
+    with log_of(chain(*records.values())) as log:
         tables = [(form, table) for form in Format for table in write_tables(log, out, form)]
 
     assert len(tables) == len(Format) * len(TOPICS)

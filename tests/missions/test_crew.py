@@ -8,7 +8,17 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.missions.crew.barrier import Advance, Complaint, Frames, Party, Sample, WindowReport
+from farside.ground.view.view import FailsafeOutlook, Focus, GroundView, Way
+from farside.missions.crew.barrier import (
+    Advance,
+    Complaint,
+    Frames,
+    Look,
+    Party,
+    Sample,
+    WindowReport,
+)
+from farside.missions.crew.barrier import Seen as Answer
 from farside.missions.crew.checks import ConductError, check_records
 from farside.missions.crew.crew import CrewError, InProcessCrew, LostProcess
 from farside.missions.crew.network import (
@@ -116,6 +126,55 @@ def test_a_crew_in_one_process_goes_on_without_a_node_that_raised(role: Role) ->
         f"the {role} node failed at 1e-08 s of simulated time: ZeroDivisionError: no such thing"
     )
     assert lost.last_words.startswith("Traceback")
+
+
+class Seen:
+    """A node that can be looked at until it has a fault."""
+
+    def __init__(self, node: Node, view: GroundView) -> None:
+        self.node, self.view, self.faulty = node, view, False
+
+    def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
+        return self.node.advance(until_ns, arrivals)
+
+    def look(self, focus: Focus) -> GroundView:
+        if self.faulty:
+            raise ZeroDivisionError(str(focus))
+        return self.view
+
+
+def a_view(now_ns: int) -> GroundView:
+    way = Way(light_ns=1, is_open=True, changes_ns=None, used=0.0, queued_until_ns=now_ns)
+    failsafe = FailsafeOutlook(None, 10.0, 30.0)
+    return GroundView(now_ns, way, way, 0, 0, failsafe, "the rover stands")
+
+
+def test_a_ground_that_fails_while_it_is_looked_at_is_lost_and_the_run_goes_on() -> None:
+    nodes = toy_nodes()
+    ground = Seen(nodes[Role.GROUND], a_view(10))
+    crew = InProcessCrew(*(nodes | {Role.GROUND: ground}).values())
+    crew.advance(10)
+    assert crew.look(Focus()) == a_view(10)
+    ground.faulty = True
+    assert crew.look(Focus()) is None
+    [lost] = crew.lost_processes
+    assert str(lost).startswith("the ground node failed at 1e-08 s of simulated time: ZeroDivision")
+    assert {record.topic for record in crew.advance(20)} == {"rover", "link"}
+    assert crew.look(Focus()) is None
+
+
+def test_a_ground_that_cannot_be_looked_at_is_not_lost_by_it() -> None:
+    crew = toy_crew()
+    assert crew.look(Focus()) is None
+    assert crew.lost_processes == ()
+    party = Party(Role.GROUND, toy_nodes()[Role.GROUND])
+    [(key, payload)] = party.take(
+        (advance_key(Role.GROUND), msgspec.msgpack.encode(Look(3, Focus(heat=True))))
+    )
+    assert (key, payload) == (
+        report_key(Role.GROUND),
+        msgspec.msgpack.encode(Answer(3, None)),
+    )
 
 
 def test_a_rover_that_raises_ends_the_run() -> None:

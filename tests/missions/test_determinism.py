@@ -110,6 +110,10 @@ def test_a_paced_run_on_a_fake_clock(tmp_path: Path) -> None:
     assert digest_of(with_pictures(recorder.records)) == digest(tmp_path, SHORT)
 
 
+def test_the_highest_pace_is_none(tmp_path: Path) -> None:
+    assert digest(tmp_path, SHORT, pace=1e308) == digest(tmp_path, SHORT)
+
+
 @pytest.mark.processes
 def test_a_paced_run_in_processes_on_the_real_clock(tmp_path: Path) -> None:
     changes = {**SHORT, "duration_s": 40.0}

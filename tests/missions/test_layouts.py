@@ -119,7 +119,7 @@ def test_rerun_finds_everything_of_its_blueprint_in_a_log(
 
     views = list(_views(blueprint().root_container))
     assert {str(view.name) for view in views} == {
-        "Yard", "Modes", "Battery", "Link, s", "Learning", "Counts", "Events",
+        "Yard", "Modes", "Battery, 0 to 1", "Link, s", "Learning, 0 to 1", "Counts", "Events",
     }  # fmt: skip
     for view in views:
         assert schemas.keys() >= set(view.contents)
@@ -134,6 +134,21 @@ def test_rerun_finds_everything_of_its_blueprint_in_a_log(
 def _views(container: Any) -> Iterator[Any]:
     for each in container.contents:
         yield from (_views(each) if isinstance(each, rrb.Container) else [each])
+
+
+def test_without_reruns_library_the_other_layout_is_written_and_it_says_what_to_do(
+    farside: Callable[..., tuple[int, str, str]],
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.delitem(sys.modules, "farside.logs.layouts.rerun")
+    monkeypatch.setitem(sys.modules, "rerun", None)
+
+    status, said, errors = farside("layout")
+
+    assert (status, "farside-foxglove.json" in said, "rerun" in said) == (0, True, False)
+    assert "pip install --upgrade rerun-sdk" in errors
+    assert [path.name for path in tmp_path.iterdir()] == ["farside-foxglove.json"]
 
 
 def test_layout_writes_both_and_never_over_a_file(

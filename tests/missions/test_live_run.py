@@ -10,10 +10,11 @@ from pathlib import Path
 import pytest
 from foxglove_app import FoxgloveApp
 
+from farside.logs import LogFile, Recorder
 from farside.logs.live.server import offered
 from farside.missions import load_mission, run_mission
 from farside.missions.commands.live.address import Address
-from farside.missions.commands.live.serving import LiveRun
+from farside.missions.commands.live.serving import LiveRun, serve_log
 from farside.missions.conductor import WallClock
 from farside.missions.interrupts import Interrupts
 from farside.missions.run import FinishedRun, _Unwatched
@@ -124,12 +125,39 @@ def test_replay_live_serves_what_the_ground_knew_until_ctrl_c(tmp_path: Path) ->
             replay.kill()
 
 
+@pytest.mark.parametrize("start", ["nan", "inf", "1e6"])
+@pytest.mark.parametrize("to", [[], ["--live"], ["--zenoh", "tcp/127.0.0.1:1"]])
+def test_a_start_outside_of_the_run_is_refused(
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path, start: str, to: list[str]
+) -> None:
+    with Recorder(tmp_path / "run.mcap"):
+        pass
+    status, _, errors = farside("replay", "run.mcap", "--start", start, *to)
+    assert status == 2
+    assert "--start" in errors
+
+
+def test_a_log_of_any_name_can_be_served(tmp_path: Path) -> None:
+    with Recorder(tmp_path / "a\udcff.mcap") as recorder:
+        pass
+
+    class Ended(BaseException):
+        """The clock stands still."""
+
+    def sleep(_seconds: float) -> None:
+        raise Ended
+
+    with pytest.raises(Ended):
+        serve_log(LogFile(recorder.path), Address(port=0), speed=1.0, clock=WallClock(sleep=sleep))
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
         (["--port", "1"], "expected it with --live"),
         (["--listen", "localhost"], "expected it with --live"),
         (["--live", "--pace", "max"], "expected a number with --live"),
+        (["--live", "--listen", "a\udcff"], "cannot listen on a"),
         (["--live", "--listen", "no.such.host.invalid"], "cannot listen on no.such.host.invalid"),
     ],
 )

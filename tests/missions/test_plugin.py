@@ -139,6 +139,28 @@ def test_logs_are_kept_where_they_are_wanted_by_test(suite: pytest.Pytester) -> 
     assert logs == ["kept/here/tests-test_flight.py-test_flight/tiny-seed7-1.mcap"]
 
 
+def test_every_case_of_a_test_has_a_folder_however_it_is_named(suite: pytest.Pytester) -> None:
+    cases = ["a b", "a-b", "a/b", "é" * 90, "é" * 91]
+    test = f"""
+import pytest
+
+@pytest.mark.parametrize("two", [pytest.param(0, id="x" * 99)])
+@pytest.mark.parametrize("one", [pytest.param(case, id=case) for case in {cases}])
+def test_flight(mission, one, two):
+    mission("tiny.toml").set("duration_s", 1.0).run()
+"""
+    flown(suite, test, "--farside-logs", "kept").assertoutcome(passed=len(cases))
+
+    assert len(list((suite.path / "kept").iterdir())) == len(cases)
+
+
+def test_what_is_damaged_is_told_of(suite: pytest.Pytester) -> None:
+    cut = "    run.log.write_bytes(run.log.read_bytes()[:9000])\n    assert 0 and"
+    report = failing(suite, FAILS.replace("    assert", cut))
+
+    assert "not what was written; messages from 0.0 s to" in dict(report.sections)["farside run"]
+
+
 def test_without_a_run_there_is_no_folder_for_logs(suite: pytest.Pytester) -> None:
     flown(suite, "def test_flight(mission): pass", "--farside-logs", "kept")
 

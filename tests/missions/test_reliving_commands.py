@@ -6,7 +6,7 @@ from pathlib import Path
 
 import msgspec
 import pytest
-from short_life import SHORT, forged
+from short_life import SHORT, damaged, forged
 
 from farside.logs import LogFile
 from farside.missions import FinishedRun, load_mission, run_mission
@@ -62,6 +62,17 @@ def test_a_forged_log_does_not(farside: Farside, flown: FinishedRun, tmp_path: P
         before,
         "/rover/estimate",
     )
+
+
+def test_what_is_damaged_of_a_log_is_told(
+    farside: Farside, flown: FinishedRun, tmp_path: Path
+) -> None:
+    log = damaged(flown.log, tmp_path / "damaged.mcap")
+
+    status, out, err = farside("verify", str(log))
+
+    assert (status, out.splitlines()[0]) == (1, f"{log}: differs")
+    assert err.count("messages from") == 1
 
 
 def test_what_is_no_log_cannot_be_verified(farside: Farside, tmp_path: Path) -> None:

@@ -78,6 +78,26 @@ def test_as_the_ground_nothing_is_lived_again(farside: Farside, log: str) -> Non
     assert (status, headings) == (0, ["what the ground thought then"])
 
 
+def test_as_the_ground_no_time_tells_when_the_run_ends(farside: Farside, log: str) -> None:
+    """Any time is answered alike: it does not know that nothing comes after it."""
+    status, out, err = farside("why", log, "--at", "31", "--as", "ground")
+    assert (status, err) == (0, "")
+    assert out.splitlines()[0] == "at 31.0 s"
+    status, _, err = farside("why", log, "--at", "inf", "--as", "ground")
+    assert (status, "expected a time, found inf s" in err) == (2, True)
+
+
+def test_what_is_missing_from_a_damaged_log_is_said(
+    farside: Farside, log: str, tmp_path: Path
+) -> None:
+    """Of a thing that is not found, too: it may be in what is missing."""
+    whole = Path(log).read_bytes()
+    cut = tmp_path / "cut.mcap"
+    cut.write_bytes(whole[: len(whole) // 2])
+    for arguments in (("story", str(cut), "command:999"), ("why", str(cut), "mode")):
+        assert f"{cut}: " in farside(*arguments)[2]
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -36,7 +36,7 @@ class Watched:
         self.interrupts = Interrupts()
         self.gate = Gate(ProgressDisplay(LOADED.mission, Console(quiet=True)), self.interrupts)
         self.run = RunInThread(lambda: self._run(out), self.gate)
-        assert self.run.begun()
+        assert self.run.begun(self.interrupts)
 
     def _run(self, out: Path) -> FinishedRun:
         return run_mission(
@@ -97,6 +97,24 @@ def test_a_watched_run_waits_for_who_watches_it_and_is_the_same(
     assert finished.result.outcome is Outcome.SUCCESS
 
 
+@pytest.mark.parametrize("speed", [0.01, 1.0])
+def test_however_slowly_it_is_played_a_run_goes_on_once_all_of_it_was_seen(
+    watched: Watched, speed: float
+) -> None:
+    async def does(seat: Seat[WatchApp]) -> None:
+        seat.app.player.set_speed(speed)
+        for _ in range(2000):  # the run is a thread: it comes when it comes
+            await seat.wait(1 / speed)
+            await asyncio.sleep(0.005)
+            if seat.now_s > 5:
+                break
+        assert 5 < seat.now_s < 12
+
+    seated(watched.app, does)
+    watched.gate.open()
+    watched.run.finish(watched.interrupts)
+
+
 def test_who_leaves_lets_the_run_go_on(watched: Watched) -> None:
     async def does(seat: Seat[WatchApp]) -> None:
         await seat.press("space", "q")
@@ -145,6 +163,28 @@ def test_a_second_ctrl_c_does_not_wait_for_the_run(
     goes_on.set()
 
 
+def test_a_second_ctrl_c_does_not_wait_for_a_run_that_does_not_begin(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    goes_on, interrupts = threading.Event(), Interrupts()
+
+    def run() -> FinishedRun:
+        goes_on.wait(30)  # as if a process did not start
+        raise OSError("no space left")
+
+    gate = Gate(ProgressDisplay(LOADED.mission, Console(quiet=True)), interrupts)
+    going = RunInThread(run, gate)
+    interrupts.request()
+    interrupts.request()
+    monkeypatch.setattr(os, "_exit", sys.exit)
+
+    assert not going.begun(interrupts)
+    with pytest.raises(SystemExit, match="130"):
+        going.finish(interrupts)
+    goes_on.set()
+    assert "cut off before anything was recorded" in capsys.readouterr().err
+
+
 def test_what_a_run_raises_comes_out_where_it_is_waited_for() -> None:
     def run() -> FinishedRun:
         raise OSError("no space left")
@@ -152,7 +192,7 @@ def test_what_a_run_raises_comes_out_where_it_is_waited_for() -> None:
     gate = Gate(ProgressDisplay(LOADED.mission, Console(quiet=True)), Interrupts())
     going = RunInThread(run, gate)
 
-    assert not going.begun()
+    assert not going.begun(Interrupts())
     with pytest.raises(OSError, match="no space left"):
         going.finish(Interrupts())
 

@@ -164,6 +164,38 @@ def test_recorded_orders_go_on_being_given(ordered: FinishedRun, tmp_path: Path)
     assert verify(run.log).equal
 
 
+def test_recorded_orders_that_a_change_took_are_in_the_log(
+    ordered: FinishedRun, tmp_path: Path
+) -> None:
+    """The log that they were from is gone."""
+    named = tmp_path / "orders.mcap"
+    named.write_bytes(ordered.log.read_bytes())
+    taken = {"ground.operator": "recorded", "ground.recorded.log": str(named)}
+    first = rerun(ordered.log, taken, from_s=20.0, out=tmp_path)
+    named.unlink()
+
+    run = rerun(first.log, {"rover.consent.by": "veto"}, from_s=10.0, out=tmp_path)
+
+    assert run.entries(GROUND_ORDER) == ordered.entries(GROUND_ORDER)
+    assert verify(run.log).equal
+    assert read_past(run.log).changes[-1].overrides == read_past(first.log).changes[0].overrides
+
+
+def test_recorded_orders_that_are_named_now_are_given_and_not_those_of_then(
+    ordered: FinishedRun, tmp_path: Path
+) -> None:
+    """Although the operator that gives them took over in the run of then."""
+    named = {**QUEUED, "ground.recorded.log": str(ordered.log)}
+    first = run_mission(load_mission("blackout", named), in_process=True, out=tmp_path)
+    second = rerun(first.log, {"ground.operator": "recorded"}, from_s=20.0, out=tmp_path)
+
+    run = rerun(second.log, {"ground.recorded.log": str(first.log)}, out=tmp_path)
+
+    orders = [order for order in ordered.entries(GROUND_ORDER) if order[0] >= 20.0]
+    assert list(second.entries(GROUND_ORDER)) == orders != []
+    assert run.entries(GROUND_ORDER) == ()
+
+
 def test_a_rerun_of_a_rerun(flown: FinishedRun, tmp_path: Path) -> None:
     """Before 30 s as at first, before 50 s as the second time, whatever is changed when."""
     second = rerun(flown.log, {"link.down.loss": 0.4}, from_s=30.0, out=tmp_path)
@@ -277,3 +309,17 @@ def test_a_log_carries_the_files_that_its_mission_names(tmp_path: Path) -> None:
     assert rerun(again.log, {"link.up.loss": 0.1}, out=tmp_path).digest == run.digest
     later = rerun(run.log, {"link.up.loss": 0.2}, from_s=10.0, out=tmp_path)
     assert verify(later.log).equal
+
+
+def test_a_log_carries_the_files_that_its_changes_name(
+    ordered: FinishedRun, tmp_path: Path
+) -> None:
+    trace = tmp_path / "up.trace"
+    trace.write_text("".join(f"{t_ms}\n" for t_ms in range(50, 5000, 50)))
+    traced = {"link.up": {"delay_s": 0.3, "rate_trace": {"file": str(trace)}}}
+    first = rerun(ordered.log, traced, from_s=20.0, out=tmp_path)
+    trace.unlink()
+
+    run = rerun(first.log, {"link.down.loss": 0.3}, from_s=30.0, out=tmp_path)
+
+    assert before(run, 30.0) == before(first, 30.0) != before(ordered, 30.0)

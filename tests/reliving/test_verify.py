@@ -11,16 +11,17 @@ import pytest
 from hazards import Hazard, Wild, hazards, orders
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from short_life import ORDERS, QUEUED, SHORT, Failing, forged
+from short_life import ORDERS, QUEUED, SHORT, Failing, damaged, forged
 
 from farside.acts import Act
 from farside.control import Mode, ModeCause
 from farside.ground import Situation
-from farside.logs import LogFile
+from farside.logs import LogError, LogFile
 from farside.messages import Order
 from farside.missions import FinishedRun, Rehearsal, TimedOrders, load_mission, run_mission
 from farside.missions.conductor import Watcher
 from farside.missions.reliving.past import RelivingError
+from farside.missions.reliving.rerunning import rerun
 from farside.missions.reliving.verifying import verify
 from farside.node import Record, Role, to_ns
 from farside.topics import GROUND_ORDER, ROVER_MODE, ModeEntry
@@ -199,3 +200,62 @@ def test_what_fails_now_and_did_not_fail_then_is_no_verdict(tmp_path: Path) -> N
     assert verify(run.log, operator=Calm).equal
     with pytest.raises(RelivingError, match=r"it failed now and not then: the ground node .*ideas"):
         verify(run.log, operator=Failing)
+
+
+def test_what_is_damaged_of_a_log_is_told_once_it_is_reached(
+    flown: FinishedRun, tmp_path: Path
+) -> None:
+    verdict = verify(damaged(flown.log, tmp_path / "damaged.mcap"))
+
+    assert not verdict.equal
+    assert verdict.parting is not None
+    assert len(verdict.damage) == 1
+
+
+def test_without_all_orders_no_run_is_lived_again(ordered: FinishedRun, tmp_path: Path) -> None:
+    """Not even its beginning: nobody knows when the orders were that are missing."""
+    log = damaged(ordered.log, tmp_path / "damaged.mcap", GROUND_ORDER)
+    again = tmp_path / "again"
+
+    with pytest.raises(RelivingError, match=r"expected a whole log, .* damaged: bytes"):
+        verify(log)
+    with pytest.raises(RelivingError, match="expected a whole log"):
+        rerun(log, {"link.up.loss": 0.1}, out=again)
+    assert not again.exists()
+    assert verify(rerun(log, {"ground.operator": "absent"}, out=again).log).equal
+
+
+def test_orders_that_cannot_be_read_are_refused(ordered: FinishedRun, tmp_path: Path) -> None:
+    records = [
+        msgspec.structs.replace(record, payload=b"{}")
+        if record.topic == GROUND_ORDER.name
+        else record
+        for record in LogFile(ordered.log).records()
+    ]
+    with pytest.raises(LogError, match="/ground/order"):
+        verify(forged(ordered.log, tmp_path / "forged.mcap", records))
+
+
+@pytest.mark.parametrize(
+    ("name", "data"),
+    [
+        ("mission.toml", b"\xff"),
+        ("mission.json", b"\xff"),
+        ("changes.json", b"{}"),
+        ("result.json", b'{"sim_seconds": 1e300}'),
+        ("result.json", b'{"sim_seconds": -1}'),
+    ],
+)
+def test_what_a_log_says_of_its_run_is_read_with_care(
+    runs: Path, tmp_path: Path, name: str, data: bytes
+) -> None:
+    values = {**SHORT, "duration_s": 1.0, "expect": []}
+    run = rerun(
+        run_mission(load_mission("blackout", values), in_process=True, out=runs).log,
+        from_s=0.5,
+        out=runs,
+    )
+    log = forged(run.log, tmp_path / "forged.mcap", attachments={name: data})
+
+    with pytest.raises(RelivingError, match=rf"forged\.mcap: expected .* in {name}, found"):
+        verify(log)

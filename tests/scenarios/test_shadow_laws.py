@@ -141,7 +141,7 @@ def test_the_rover_notices_drift_that_the_ground_does_not() -> None:
 def test_where_no_whole_helps_it_is_sent_ever_more_rarely() -> None:
     """A shadow that was made for another model can never be in step."""
     there = Shadowing(LinkConfig(up=MOON, down=MOON))
-    there.shadow.model._parameters = there.shadow.model._coming = Parameters(alpha=0.9)
+    there.shadow.model._agreed = [Parameters(alpha=0.9)]
     there.live(HOUR_S, STREAM)
     wholes = [update for update in there.sent if update.whole]
     assert 4 < len(wholes) < 12

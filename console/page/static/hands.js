@@ -10,7 +10,8 @@ function learnMeanings(frame) {
   means("proposal", frame.proposal);
   means("newest", JSON.stringify(frame.newest));
   means("paused", frame.paused);
-  for (const { action, does } of frame.options) means(`choose ${action}`, does);
+  // A drive behind another is the same to the hand: who orders several in a row is not held up.
+  for (const { action, does } of frame.options) means(`choose ${action}`, does.replace(/ after command \d+$/, ""));
 }
 
 const send = (name, detail) => document.querySelector(".farside-hands")?.dispatchEvent(new CustomEvent(name, { detail }));

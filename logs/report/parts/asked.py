@@ -1,15 +1,21 @@
 """What the mission asked of the link: light time, loss in the long run, and rate."""
 
-from typing import Any, Self
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from operator import itemgetter
+from typing import NamedTuple, Self
 
 import msgspec
 
-from farside.link.profile.config import BitErrorEffect, LinkChange, LinkConfig, OneWay
+from farside.link.profile.config import BitErrorEffect, LinkConfig, OneWay
 from farside.link.profile.rate import planning_rate
+from farside.link.profile.schedule import Delay
 from farside.logs.file.reading import LogFile
 from farside.logs.report.model import Series
 from farside.logs.report.thinning import ms, rounded, steps
-from farside.node import Direction, to_ns
+from farside.node import Direction, to_ns, to_s
+
+_Points = list[tuple[int, float | None]]
 
 
 class _Mission(msgspec.Struct):
@@ -18,90 +24,126 @@ class _Mission(msgspec.Struct):
     link: LinkConfig
 
 
+class _Change(msgspec.Struct):
+    """What is read of a change in `changes.json`."""
+
+    at_ns: int
+    mission: _Mission
+
+
+class _Span(NamedTuple):
+    """A direction is asked for in one way from `begin_ns` up to `end_ns`."""
+
+    begin_ns: int
+    end_ns: int
+    way: OneWay
+
+
 class Asked:
-    """The link of the resolved mission in a log; nothing where the log has none.
+    """The link of the resolved mission in a log, and what it became where that changed in the run.
 
     Args:
-        link: the link, resolved.
+        links: the links, resolved, each with the time in ns from which on; none where the log has
+            no mission.
         until_ns: the end of the run.
         problems: what could not be read, as sentences.
     """
 
-    def __init__(self, link: LinkConfig | None, until_ns: int, problems: list[str]) -> None:
-        self._link, self._until_ns = link, until_ns
+    def __init__(
+        self, links: Sequence[tuple[int, LinkConfig]], until_ns: int, problems: Sequence[str] = ()
+    ) -> None:
+        self._links, self._until_ns = links, until_ns
         self.problems = problems
 
     @classmethod
     def of(cls, log: LogFile) -> Self:
         """Read it from a log."""
-        attached = log.attachments.get("mission.json")
-        if attached is None:
-            return cls(None, log.end_ns, [])
+        links: list[tuple[int, LinkConfig]] = []
+        found = log.attachments
+        name = "mission.json"
         try:
-            return cls(msgspec.json.decode(attached.data, type=_Mission).link, log.end_ns, [])
-        except (msgspec.MsgspecError, ValueError) as error:
-            text = f"The link that the mission asked for cannot be read from mission.json: {error}"
-            return cls(None, log.end_ns, [text])
+            if name in found:
+                links.append((0, msgspec.json.decode(found[name].data, type=_Mission).link))
+            name = "changes.json"
+            if links and name in found:
+                changes = msgspec.json.decode(found[name].data, type=list[_Change])
+                links += [(change.at_ns, change.mission.link) for change in changes]
+        except (msgspec.MsgspecError, ValueError, RecursionError) as error:
+            text = f"The link that the mission asked for cannot be read from {name}: {error}"
+            return cls([], log.end_ns, [text])
+        return cls(links, log.end_ns)
 
-    def overhead_byte(self, direction: Direction) -> int:
-        """Bytes sent with each frame on top of its own."""
-        return 0 if self._link is None else self._link.way(direction).overhead_byte
+    def overheads(self, direction: Direction) -> list[tuple[int, int]]:
+        """Bytes sent with each frame on top of its own, and from when on in ns, the last first."""
+        found = [(at_ns, link.way(direction).overhead_byte) for at_ns, link in self._links]
+        return found[::-1]
 
     def delay(self, direction: Direction) -> list[Series]:
         """The light time of what is sent at a time."""
-        if self._link is None:
-            return []
-        way = self._link.way(direction)
-        points = [(0.0, way.delay_s or 0.0)]
-        if way.delay_table:
-            points = [(point.t_s, point.delay_s) for point in way.delay_table]
-        name = "light time" if way.jitter is None else "light time, before jitter"
-        return [self._curve(name, points, "line")]
+        points: _Points = []
+        for begin_ns, end_ns, link in self._in_force():
+            way = link.way(direction)
+            light = Delay(way)
+            between = (to_ns(point.t_s) for point in way.delay_table)
+            within = (time_ns for time_ns in between if begin_ns < time_ns < end_ns)
+            points += [(at_ns, to_s(light.at(at_ns))) for at_ns in (begin_ns, *within, end_ns)]
+        jitters = any(span.way.jitter is not None for span in self._spans(direction))
+        name = "light time, before jitter" if jitters else "light time"
+        return _series(name, points, "line")
 
     def loss(self, direction: Direction, mean_byte: float) -> list[Series]:
         """The share of frames of mean length that are lost in the long run."""
         from farside.link.profile.statistics import loss_statistics  # noqa: PLC0415 - numpy
 
-        points = []
-        for t_s, way in self._ways(direction):
+        points: _Points = []
+        for begin_ns, _, way in self._spans(direction):
             wrong = 0.0
             if way.bit_errors is BitErrorEffect.LOSE:
-                wrong = 1 - (1 - way.bit_error_rate) ** (8 * mean_byte)
-            points.append((t_s, loss_statistics(way.loss, wrong).rate))
-        return [self._curve("asked", points, "steps")] if points else []
+                wrong = 1 - (1 - way.bit_error_rate) ** (8 * (mean_byte + way.overhead_byte))
+            points.append((begin_ns, loss_statistics(way.loss, wrong).rate))
+        return _series("asked", points, "steps")
 
     def rate(self, direction: Direction) -> list[Series]:
-        """The rate cap; nothing where there is none."""
-        points: list[tuple[float, float]] = []
-        for t_s, way in self._ways(direction):
+        """The rate cap, of a trace its mean; nothing where there is none."""
+        points: _Points = []
+        spans = list(self._spans(direction))
+        for begin_ns, end_ns, way in spans:
             if (rate := planning_rate(way)) is None:
+                points.append((begin_ns, None))
                 continue
-            starts_s = [t_s, *(step.t_s for step in way.rate_table if step.t_s > t_s)]
-            points = [point for point in points if point[0] < t_s]
-            points += [(start_s, rate.at(to_ns(start_s))) for start_s in starts_s]
-        return [self._curve("allowed", points, "steps")] if points else []
-
-    def _ways(self, direction: Direction) -> list[tuple[float, OneWay]]:
-        """The direction as it is asked for, from when on."""
-        if self._link is None:
+            within = (time_ns for time_ns in rate.times_ns if begin_ns < time_ns < end_ns)
+            points += [(at_ns, rate.at(at_ns)) for at_ns in (begin_ns, *within)]
+        if all(value is None for _, value in points):
             return []
-        changes = sorted(self._link.changes, key=_at_s)
-        ways = [(0.0, self._link.way(direction))]
-        for change in changes:
-            if change.direction.includes(direction):
-                ways.append((change.at_s, change.applied_to(ways[-1][1])))
-        return ways
+        traced = any(span.way.rate_trace is not None for span in spans)
+        return _series("allowed, of a trace the mean" if traced else "allowed", points, "steps")
 
-    def _curve(self, name: str, points: list[tuple[float, float]], look: str) -> Series:
-        until = ms(self._until_ns)
-        shown = [(ms(to_ns(t_s)), rounded(value)) for t_s, value in points]
-        within = [point for point in shown if point[0] <= until] or shown[:1]
-        if look == "line":
-            within = within + [point for point in shown if point[0] > until][:1]
-            within = within if len(within) > 1 else [*within, (until, within[0][1])]
-        times = steps([t for t, _ in within])
-        return Series(name, times, [value for _, value in within], look=look, asked=True)
+    def _in_force(self) -> Iterator[tuple[int, int, LinkConfig]]:
+        """The links, each with the times in ns from which on, and up to which, it is in force."""
+        begins_ns = [min(at_ns, self._until_ns) for at_ns, _ in self._links]
+        for (begin_ns, end_ns), (_, link) in zip(
+            pairwise([*begins_ns, self._until_ns]), self._links, strict=True
+        ):
+            if begin_ns < end_ns or not begin_ns:
+                yield begin_ns, end_ns, link
+
+    def _spans(self, direction: Direction) -> Iterator[_Span]:
+        """The ways in which a direction is asked for, one after the other."""
+        for from_ns, until_ns, link in self._in_force():
+            ways = [(from_ns, link.way(direction))]
+            own = [change for change in link.changes if change.direction.includes(direction)]
+            for at_ns, change in sorted(((to_ns(one.at_s), one) for one in own), key=itemgetter(0)):
+                # What a change asked for before this link was in force, it asks for from then on.
+                ways.append((max(at_ns, from_ns), change.applied_to(ways[-1][1])))
+            ends_ns = [*(at_ns for at_ns, _ in ways[1:]), until_ns]
+            for (begin_ns, way), end_ns in zip(ways, ends_ns, strict=True):
+                if begin_ns < min(end_ns, until_ns) or not until_ns:
+                    yield _Span(begin_ns, min(end_ns, until_ns), way)
 
 
-def _at_s(change: LinkChange) -> Any:
-    return change.at_s
+def _series(name: str, points: _Points, look: str) -> list[Series]:
+    if not points:
+        return []
+    times = steps([ms(time_ns) for time_ns, _ in points])
+    values = [None if value is None else rounded(value) for _, value in points]
+    return [Series(name, times, values, look=look, asked=True)]

@@ -59,11 +59,11 @@ class Buckets:
 class _Way:
     """One direction as delivered."""
 
-    def __init__(self, until_ns: int, overhead_byte: int) -> None:
+    def __init__(self, until_ns: int, overheads: list[tuple[int, int]]) -> None:
         self.delay = Curve(until_ns)
         self.bits, self.tried, self.lost = (Buckets(until_ns) for _ in range(3))
         self.tally = LinkTally()
-        self._overhead_byte = overhead_byte
+        self._overheads = overheads
 
     def add(self, frame: FrameFate) -> None:
         self.tally.add(frame)
@@ -71,7 +71,9 @@ class _Way:
             return
         if frame.arrival_ns is not None:
             self.delay.add(frame.queued_ns, to_s(frame.arrival_ns - frame.queued_ns))
-            self.bits.add(frame.arrival_ns, (frame.size_byte + self._overhead_byte) * 8)
+            in_force = (byte for at_ns, byte in self._overheads if at_ns <= frame.sent_ns)
+            overhead_byte = next(in_force, 0)
+            self.bits.add(frame.arrival_ns, (frame.size_byte + overhead_byte) * 8)
         if frame.arrival_ns is not None or frame.fate in _MISSED:
             self.tried.add(frame.sent_ns, 1)
             if frame.fate in _MISSED:
@@ -86,7 +88,7 @@ class DeliveredLink:
     def __init__(self, side: Side, asked: Asked) -> None:
         self._asked = asked
         self._ways = {
-            direction: _Way(side.until_ns, self._asked.overhead_byte(direction))
+            direction: _Way(side.until_ns, self._asked.overheads(direction))
             for direction in Direction
         }
 

@@ -144,7 +144,7 @@ function commandCounts() {
   return [`${all} sent`, ...Object.entries(counts).map(([end, count]) => `${count} ${end || "not over"}`)].join(", ") + ".";
 }
 
-let listed = "", items = [];
+let listed = "", items = [], found = [];
 const LISTED = 1500;
 
 function drawEvents() {
@@ -154,6 +154,7 @@ function drawEvents() {
     const fits = { warning: (one) => ["warning", "alarm"].includes(one.level), all: () => true,
       "": (one) => one.level !== "routine" }[wanted];
     const events = here().events.filter(fits), shown = events.slice(0, LISTED);
+    found = events.map(({ t }) => t);
     items = shown.map((event) => {
       const item = html("li", { class: event.level ?? "", tabindex: 0 }, html("span", {}, sign(event.level)),
         html("span", {}, seconds(event.t)), html("span", { class: "soft who" }, event.role), html("span", {}, event.text));
@@ -163,9 +164,10 @@ function drawEvents() {
       return { t: event.t, item };
     });
     byId("events").replaceChildren(...items.map(({ item }) => item));
-    byId("events-note").textContent = events.length > shown.length
-      ? `The first ${LISTED} of ${events.length}.` : events.length ? "" : "None.";
   }
+  // At the ground those up to now: how many are to come is not to be told.
+  const count = asGround() ? countUpTo(found, state.t) : found.length;
+  byId("events-note").textContent = count > LISTED ? `The first ${LISTED} of ${count}.` : count ? "" : "None.";
   const last = countUpTo(items.map(({ t }) => t), state.t) - 1;
   const list = byId("events"), shown = items[last]?.item;
   if (shown) list.scrollTop = Math.max(0, shown.offsetTop - list.offsetTop - list.clientHeight / 2);

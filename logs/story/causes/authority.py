@@ -1,17 +1,18 @@
 """What led to a mode, or to a state of the failsafe: finders for the table of causes."""
 
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import msgspec
 
-from farside.control import Cause, CommandStage, ModeCause
+from farside.control import Cause, CommandStage, Failsafe, ModeCause
 from farside.logs.events import time_text
+from farside.logs.file.parts import LogError
 from farside.logs.story import silence
 from farside.logs.story.causes.crossing import came
 from farside.logs.story.search import Found, Search
 from farside.messages import Drive, SetMode, SetOnLoss
-from farside.node import Direction, to_ns
+from farside.node import NEVER_NS, Direction, to_ns, to_s
 from farside.topics import (
     LINK_OUTAGE,
     ROVER_ACTION_ENDED,
@@ -98,19 +99,20 @@ def ordered_at(
 def failsafe(search: Search, found: Found[FailsafeEntry]) -> Finds:
     """What has become so, or is so no more, since the failsafe was noted before.
 
-    Only what its reason speaks of now, or spoke of before: that no goal is left matters only when
+    Only what the state rests on now, or rested on before: that no goal is left matters only when
     the link is lost. Where the link was silent before it was lost, the silence tells why.
     """
     before = search.last(ROVER_FAILSAFE, found.t_ns - 1)
     now = frozenset(found.message.causes)
     was = frozenset() if before is None else frozenset(before.message.causes)
+    come = (now - was) & rests_on(found.message)
+    gone = frozenset() if before is None else (was - now) & rests_on(before.message)
     told: list[_Any | Given] = []
     for cause in Cause:
-        reason = found.message.why if cause in now else "" if before is None else before.message.why
-        if cause in now ^ was and any(words in reason for words in _SPEAKS[cause]):
+        if cause in come | gone:
             told += _CHANGED[cause](search, found, cause in now)
     yield from told
-    if before is not None and (not told or Cause.LOST in now - was):
+    if before is not None and (not told or (Cause.LOST in come and Cause.SILENCE in was)):
         yield before
 
 
@@ -197,10 +199,13 @@ def _stuck(search: Search, found: Found[FailsafeEntry], so: bool) -> Finds:  # n
     yield from some(search.last(ROVER_STUCK, found.t_ns, lambda entry: entry.stuck is so))
 
 
+_Time = Annotated[float, msgspec.Meta(ge=0)]
+
+
 class _MissionFault(msgspec.Struct):
     what: str
-    start_s: float
-    end_s: float | None = None
+    start_s: _Time
+    end_s: _Time | None = None
 
 
 class _MissionRover(msgspec.Struct):
@@ -216,30 +221,56 @@ def _fault(what: str) -> "_Changed":
         attachment = search.log.attachments.get("mission.json")
         if attachment is None:
             return
-        for fault in msgspec.json.decode(attachment.data, type=_Mission).rover.faults:
+        try:
+            faults = msgspec.json.decode(attachment.data, type=_Mission).rover.faults
+        except msgspec.MsgspecError as error:
+            message = f"{search.log.path}: the mission in it, mission.json, cannot be read: {error}"
+            raise LogError(message) from error
+        for fault in faults:
             at_s = fault.start_s if so else fault.end_s
-            if fault.what == what and at_s is not None and to_ns(at_s) <= found.t_ns:
+            if fault.what != what or at_s is None:
+                continue
+            t_ns = to_ns(min(at_s, to_s(NEVER_NS)))
+            if t_ns <= found.t_ns:
                 verb = "begins" if so else "ends"
-                t_ns = to_ns(at_s)
                 yield Given(t_ns, f"the mission's fault of {what} {verb} at {time_text(t_ns)}")
 
     return find
 
 
-_SPEAKS: Mapping[Cause, tuple[str, ...]] = {
-    Cause.EXPECTED_SILENCE: ("as planned",),
-    Cause.SILENCE: ("nothing is heard", "link is lost"),
-    Cause.LOST: ("link is lost",),
-    Cause.UNCONFIRMED: ("who drives",),
-    Cause.FORBIDDEN: ("forbidden",),
-    Cause.EXHAUSTED: ("no goal",),
-    Cause.RESERVE: ("charge",),
-    Cause.NO_SIGNAL: ("terrain",),
-    Cause.STUCK: ("stuck",),
-    Cause.TILT: ("tilt",),
-    Cause.SENSOR_DEAD: ("where it is",),
+def rests_on(entry: FailsafeEntry) -> frozenset[Cause]:
+    """Those of its causes that a state of the failsafe rests on; the others make no difference.
+
+    Of a lost link the silence is one, since it was lost by that.
+    """
+    so = frozenset(entry.causes)
+    rests = next((causes for causes in _RESTS_ON[entry.state] if causes <= so), frozenset[Cause]())
+    return rests | ({Cause.SILENCE} & so) if Cause.LOST in rests else rests
+
+
+_RESTS_ON: Mapping[Failsafe, tuple[frozenset[Cause], ...]] = {
+    Failsafe.SAFE: (
+        frozenset({Cause.TILT}),
+        frozenset({Cause.SENSOR_DEAD}),
+        frozenset({Cause.STUCK}),
+    ),
+    Failsafe.ALONE: (
+        frozenset({Cause.LOST, Cause.RESERVE}),
+        frozenset({Cause.LOST, Cause.NO_SIGNAL}),
+        frozenset({Cause.LOST}),
+    ),
+    Failsafe.HOLD: (
+        frozenset({Cause.LOST, Cause.FORBIDDEN}),
+        frozenset({Cause.LOST, Cause.EXHAUSTED}),
+        frozenset({Cause.SILENCE}),
+        frozenset({Cause.UNCONFIRMED}),
+    ),
+    Failsafe.NOMINAL: (
+        frozenset({Cause.RESERVE}),
+        frozenset({Cause.EXPECTED_SILENCE}),
+    ),
 }
-"""By which words the failsafe's reasons speak of each of its causes."""
+"""What a state may rest on: the first that is so counts, as in the failsafe's own table."""
 
 _Changed = Callable[[Search, Found[FailsafeEntry], bool], Finds]
 

@@ -30,7 +30,8 @@ class Cause(NamedTuple):
 
     Attributes:
         t_ns: its log time; of what stands in the mission, from when it counts.
-        topic: its topic; empty for what stands in the mission and not in a record.
+        topic: its topic; empty for what stands in the mission and not in a record, and where the
+            chain is cut.
         sentence: what it says.
         depth: how many steps before the record asked for: 1 for what led to it at once. What
             follows with a greater depth led to this one.
@@ -48,7 +49,8 @@ def causes(log: LogFile | Search, record: Record) -> tuple[Cause, ...]:
     """What led to a record, the nearest first; each followed by what led to it in turn.
 
     Where several things together led to one, such as a goal and a mode to an action, each has its
-    own branch, told by `Cause.depth`; what has been told before is not told again. At most 200.
+    own branch, told by `Cause.depth`; what has been told before is not told again. A chain that
+    would have more than 200, or lead back more than 40 steps, is cut, and its last cause says so.
 
     Args:
         log: the log; or a search in it, for whoever asks often.
@@ -64,8 +66,13 @@ def causes(log: LogFile | Search, record: Record) -> tuple[Cause, ...]:
 def causes_of(search: Search, found: Found[msgspec.Struct]) -> tuple[Cause, ...]:
     """`causes` of a record that has been decoded."""
     chain: list[Cause] = []
-    _follow(search, [found], 0, chain, set())
+    is_whole = _follow(search, [found], 0, chain, set())
+    if not is_whole:
+        chain.append(Cause(found.t_ns, "", _CUT, 1, is_first=False))
     return tuple(chain[1:])
+
+
+_CUT = f"more led to it: told are {_MOST} causes at most, and {_DEEPEST} steps back"
 
 
 def _sentence(search: Search, found: Found[msgspec.Struct]) -> str:
@@ -82,24 +89,28 @@ def _follow(
     found: Iterable[Found[msgspec.Struct] | Given],
     depth: int,
     chain: list[Cause],
-    told: set[tuple[int, str, bytes]],
-) -> None:
+    told: set[tuple[int, str, bytes | str]],
+) -> bool:
+    """Add to the chain what was found, and what led to that; false if it had to be cut."""
+    is_whole = True
     for one in found:
+        what = one.sentence if isinstance(one, Given) else msgspec.json.encode(one.message)
+        key = one.t_ns, one.topic, what
+        if key in told:
+            continue
         if len(chain) > _MOST or depth > _DEEPEST:
-            return
+            return False
+        told.add(key)
         if isinstance(one, Given):
             chain.append(Cause(one.t_ns, one.topic, one.sentence, depth, not one.topic))
             continue
-        key = one.t_ns, one.topic, msgspec.json.encode(one.message)
-        if key in told:
-            continue
-        told.add(key)
         place = len(chain)
         text = _sentence(search, one)
         chain.append(Cause(one.t_ns, one.topic, text, depth, is_first=False))
         parents = parents_of(search, one)
-        _follow(search, parents, depth + 1, chain, told)
+        is_whole &= _follow(search, parents, depth + 1, chain, told)
         chain[place] = chain[place]._replace(is_first=not parents)
+    return is_whole
 
 
 def outline(chain: tuple[Cause, ...]) -> Iterator[tuple[int, Cause]]:

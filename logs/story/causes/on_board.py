@@ -1,6 +1,5 @@
 """What led to what the rover decided and did: finders for the table of causes."""
 
-import re
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
@@ -47,6 +46,7 @@ from farside.topics import (
     PolicyMapEntry,
     ProposalEnded,
     StuckEntry,
+    reasons,
 )
 
 _Any = Found[Any]
@@ -79,7 +79,7 @@ def _wanted_by(search: Search, t_ns: int, goal: Tokens | None, command: int | No
     if command is not None:
         yield from _stage(search, command, t_ns, CommandStage.BEGUN)
         return
-    yield from search.at(ROVER_PROPOSAL_ENDED, t_ns, lambda ended: "carried out" in ended.why)
+    yield from search.at(ROVER_PROPOSAL_ENDED, t_ns, lambda ended: reasons.NO_VETO.is_in(ended.why))
     if goal is not None:
         for source in GoalSource:
             yield from _goal_set(search, goal, source, t_ns)
@@ -152,42 +152,42 @@ def _let_begin(search: Search, entry: CommandEntry, t_ns: int) -> Finds:
 
 def _refused(search: Search, entry: CommandEntry, t_ns: int) -> Iterator[_Any]:
     """What the reason of a refusal speaks of."""
-    why = entry.why or ""
+    why = entry.why
     if isinstance(entry.order, Approve | Override | Veto):
         number = entry.order.proposal
         yield from some(
             search.last(ROVER_PROPOSAL_ENDED, t_ns, lambda ended: ended.number == number)
         )
     yield from some(search.last(ROVER_FAILSAFE, t_ns, lambda state: state.why == why))
-    for words, finder in _REASONS.items():
-        if words in why:
+    for reason, finder in REFUSALS.items():
+        if reason.is_in(why):
             yield from some(finder(search, t_ns))
-    if (after := re.search(r"follow on command (\d+)", why)) is not None:
-        number = int(after[1])
-        ends = {stage for stage in CommandStage if stage.is_last}
-        yield from _stage(search, number, t_ns, *ends)
+    for follows in (reasons.NEVER_AFTER, reasons.NOT_AFTER):
+        if (after := follows.number_in(why)) is not None:
+            yield from _stage(search, after, t_ns, *_ENDS)
 
 
-_REASONS: Mapping[str, Callable[[Search, int], _Any | None]] = {
-    "meant for mode": lambda search, t_ns: search.last(ROVER_MODE, t_ns),
-    "blocked here": lambda search, t_ns: search.last(
+_ENDS = tuple(stage for stage in CommandStage if stage.is_last)
+
+REFUSALS: Mapping[reasons.Reason, Callable[[Search, int], _Any | None]] = {
+    reasons.OTHER_MODE: lambda search, t_ns: search.last(ROVER_MODE, t_ns),
+    reasons.BLOCKED_HERE: lambda search, t_ns: search.last(
         ROVER_ACTION_ENDED, t_ns, lambda ended: ended.blocked
     ),
-    "meant for at:": lambda search, t_ns: search.last(ROVER_ACTION_ENDED, t_ns),
-    "a charge of": lambda search, t_ns: search.last(ROVER_BATTERY, t_ns),
-    "battery is flat": lambda search, t_ns: search.last(ROVER_BATTERY, t_ns),
+    reasons.OTHER_PLACE: lambda search, t_ns: search.last(ROVER_ACTION_ENDED, t_ns),
+    reasons.CHARGE_TOO_LOW: lambda search, t_ns: search.last(ROVER_BATTERY, t_ns),
+    reasons.BATTERY_FLAT: lambda search, t_ns: search.last(ROVER_BATTERY, t_ns),
 }
-"""What the words of a refusal point to."""
+"""What the reason of a refusal points to."""
 
 
 def _superseded(search: Search, entry: CommandEntry, t_ns: int) -> Iterator[_Any]:
     """The order that took its place, or the loss of the link."""
-    later = search.at(
-        ROVER_COMMAND,
-        t_ns,
-        lambda one: one.number > entry.number and one.stage is CommandStage.TAKEN,
-    )
-    yield from later[-1:] or some(search.last(ROVER_FAILSAFE, t_ns))
+    number = reasons.MODE_CHANGED.number_in(entry.why)
+    if number is not None:
+        yield from _stage(search, number, t_ns, CommandStage.TAKEN)
+    else:
+        yield from some(search.last(ROVER_FAILSAFE, t_ns))
 
 
 def _withdrawn(search: Search, entry: CommandEntry, t_ns: int) -> Iterator[_Any]:
@@ -255,14 +255,14 @@ _SITUATION: tuple[Topic[Any], ...] = (ROVER_MODE, ROVER_FAILSAFE, ROVER_GOAL, RO
 def proposal_ended(search: Search, found: Found[ProposalEnded]) -> Iterator[_Any]:
     """The command or the change that ended it, and the proposal."""
     ended, t_ns = found.message, found.t_ns
-    if (by := re.search(r"command (\d+)", ended.why)) is not None:
-        yield from _stage(search, int(by[1]), t_ns, CommandStage.TAKEN)
-    elif "vetoed" in ended.why:
+    if (by := reasons.CAME_BETWEEN.number_in(ended.why)) is not None:
+        yield from _stage(search, by, t_ns, CommandStage.TAKEN)
+    elif reasons.VETOED.is_in(ended.why):
         yield from ordered_at(search, t_ns, Veto, lambda order: order.proposal == ended.number)
-    elif "situation" in ended.why:
+    elif reasons.OTHER_SITUATION.is_in(ended.why):
         for topic in _SITUATION:
             yield from search.at(topic, t_ns)[:1]
-    elif "answer came too late" in ended.why:
+    elif reasons.ANSWER_TOO_LATE.is_in(ended.why):
         yield from search.at(ROVER_COMMAND, t_ns, lambda one: one.stage is CommandStage.EXPIRED)[:1]
     yield from some(search.last(ROVER_PROPOSAL, t_ns, lambda made: made.number == ended.number))
 

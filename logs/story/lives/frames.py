@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from farside.frames import Carried, FrameEvent, FrameStage
+from farside.frames import FrameEvent, FrameStage
 from farside.logs.events import time_text
 from farside.logs.spacetime import Word, words
 from farside.logs.story.causes.crossing import message_in
@@ -36,7 +36,8 @@ def frame_story(search: Search, direction: Direction, number: int) -> tuple[str,
             (one for one in sent if (one.direction, one.frame) == (direction, number)), None
         )
     if first is None or found is None:
-        raise SubjectError(f"there is no frame {direction}:{number}: {_there(search, direction)}")
+        none = "the ground knows of no" if search.log.is_as_ground else "there is no"
+        raise SubjectError(f"{none} frame {direction}:{number}: {_there(search, direction)}")
     lines = list(word_lines(found, _name(found)))
     lines += _message(search, found, first)
     lines += _used(search, found)
@@ -49,8 +50,9 @@ def _there(search: Search, direction: Direction) -> str:
     end = GROUND_FRAME if search.log.is_as_ground else SENDER[direction]
     last = search.last(end, NEVER_NS, lambda one: one.direction is direction)
     if last is None:
-        return "the log has none of that direction"
-    return f"those of the log are up to {direction}:{last.message.sequence}"
+        return "it knows of none" if search.log.is_as_ground else "the log has none"
+    known = "those that it knows of" if search.log.is_as_ground else "those of the log"
+    return f"{known} are up to {direction}:{last.message.sequence}"
 
 
 def _message(search: Search, word: Word, made: Found[FrameEvent]) -> Iterator[Line]:
@@ -80,13 +82,13 @@ def _used(search: Search, word: Word) -> Iterator[Line]:
 
 def _use(event: FrameEvent, word: Word) -> str:
     if event.carries or word.carries is None:
-        return sentence_of_use(event)
+        return _brings(event)
     if word.carries.parts > 1:
         return "the message is not whole yet: other parts are missing"
     return "nothing comes of it now: it had arrived before, or waits for those before it"
 
 
-def sentence_of_use(event: FrameEvent) -> str:
+def _brings(event: FrameEvent) -> str:
     """What a frame brought."""
     brought = ", ".join(f"{one.kind} {one.number}" for one in event.carries if one.number)
     return f"it brings {brought}" if brought else f"it brings {event.what.lower()}"
@@ -117,7 +119,7 @@ def _other_attempts(search: Search, word: Word) -> Iterator[Line]:
             (one.kind, one.number) == (carried.kind, carried.number) for one in event.carries
         )
 
-    born = search.first(SENDER[word.direction], has, start_ns=_born_ns(carried))
+    born = search.first(SENDER[word.direction], has, start_ns=carried.time_ns or 0)
     start_ns = word.sent_ns if born is None else born.t_ns
     whole = search.first(
         RECEIVER[word.direction],
@@ -130,10 +132,6 @@ def _other_attempts(search: Search, word: Word) -> Iterator[Line]:
     for line in journeys(search.log, {(carried.kind, carried.number): name}, start_ns, until_ns):
         if line not in own:
             yield line
-
-
-def _born_ns(carried: Carried) -> int:
-    return carried.time_ns or 0
 
 
 def _name(word: Word) -> str:

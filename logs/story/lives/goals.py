@@ -9,9 +9,10 @@ from farside.logs.story.lives.commands import command_story
 from farside.logs.story.lives.journey import Line, learned_text
 from farside.logs.story.search import Found, Search
 from farside.logs.story.sentences import sentence
-from farside.logs.story.subjects import SubjectError, as_token
+from farside.logs.story.subjects import SubjectError
 from farside.messages import GoalAside, GoalReached, SetGoal, Tokens, WithdrawGoal
-from farside.node import Role
+from farside.node import NEVER_NS, Role
+from farside.places import place_token
 from farside.topics import (
     GROUND_COMMAND,
     GROUND_EVENT,
@@ -51,13 +52,39 @@ def goal_story(search: Search, wanted: Tokens) -> tuple[str, list[Line]]:
     lines += _top(search, goal)
     lines += _pursued(search, goal)
     lines += _known(search, goal)
+    ending = _known_end(search, goal) if search.log.is_as_ground else _end(changes)
+    return f"goal {sign_text(goal)}{ending}", lines
+
+
+def _end(changes: list[Found[GoalEntry]]) -> str:
+    """How it ended, for the title: by the last change, once nobody wants it any more."""
+    wanted_by: set[GoalSource] = set()
+    for one in changes:
+        if one.message.change is GoalChange.SET:
+            wanted_by.add(one.message.source)
+        elif one.message.change in _GONE:
+            wanted_by.discard(one.message.source)
     ends = [one for one in changes if one.message.change in _GONE]
-    title = f"goal {sign_text(goal)}"
-    if ends:
-        title += f" - {ends[-1].message.change} at {time_text(ends[-1].t_ns)}"
-    elif changes:
-        title += " - still a goal at the end of the log"
-    return title, lines
+    if wanted_by:
+        return " - still a goal at the end of the log"
+    return f" - {ends[-1].message.change} at {time_text(ends[-1].t_ns)}" if ends else ""
+
+
+def _known_end(search: Search, goal: Tokens) -> str:
+    """The newest that the ground knew of whether it is a goal, for the title."""
+    reached = search.last(
+        GROUND_EVENT,
+        NEVER_NS,
+        lambda one: isinstance(one.event.what, GoalReached) and one.event.what.tokens == goal,
+    )
+    reached_ns = -1 if reached is None else reached.message.event.time_ns
+    heard = search.last(GROUND_TELEMETRY, NEVER_NS)
+    if heard is not None and goal in heard.message.goals and heard.message.time_ns > reached_ns:
+        return f" - a goal by the newest telemetry, of {time_text(heard.message.time_ns)}"
+    if reached is None:
+        return " - not known to be reached"
+    known = time_text(reached.t_ns)
+    return f" - reached at {time_text(reached_ns)}, known at the ground at {known}"
 
 
 def _goal_named(search: Search, wanted: Tokens) -> Tokens:
@@ -73,7 +100,7 @@ def _goal_named(search: Search, wanted: Tokens) -> Tokens:
         what = learned.message.event.what
         if isinstance(what, GoalReached | GoalAside):
             known[what.tokens] = None
-    places = tuple(sorted(as_token(name) for name in wanted))
+    places = tuple(sorted(place_token(name) for name in wanted))
     for tokens in (wanted, places):
         if tokens in known:
             return tokens

@@ -22,7 +22,8 @@ class Line(NamedTuple):
         t_ns: when it was so.
         side: where.
         text: what happened.
-        is_sending: whether it tells that a frame leaves, which comes after all else of its time.
+        is_sending: whether it tells that a frame leaves, or is lost at once, which comes after all
+            else of its time.
     """
 
     t_ns: int
@@ -125,7 +126,8 @@ def word_lines(word: Word, name: str, *, is_needless: bool = False) -> Iterator[
             lost_ns = word.fate.sent_end_ns
         if word.arrives_ns is not None:
             lost_ns, where = word.arrives_ns, receiver
-        yield Line(lost_ns, where, f"{frame} is {word.lost}")
+        at_once = lost_ns == word.sent_ns
+        yield Line(lost_ns, where, f"{frame} is {word.lost}", is_sending=at_once)
     elif word.arrives_ns is not None:
         yield Line(word.arrives_ns, receiver, _arrives(word, frame, is_needless=is_needless))
 

@@ -7,7 +7,7 @@ from farside.logs.events import sign_text, time_text
 from farside.logs.story.causes.crossing import happened
 from farside.logs.story.lives.commands import command_story
 from farside.logs.story.lives.journey import Key, Line, journeys, kept_back, learned_text
-from farside.logs.story.search import Search
+from farside.logs.story.search import Found, Search
 from farside.logs.story.sentences import arc_text, sentence
 from farside.logs.story.subjects import SubjectError
 from farside.messages import Approve, Override, Proposal, Veto
@@ -16,11 +16,14 @@ from farside.topics import (
     GROUND_COMMAND,
     GROUND_EVENT,
     GROUND_PROPOSAL,
+    ROVER_COMMAND,
     ROVER_DECISION,
     ROVER_FRAME,
     ROVER_PROPOSAL,
     ROVER_PROPOSAL_ENDED,
     Decision,
+    ProposalEnded,
+    reasons,
 )
 
 
@@ -60,13 +63,29 @@ def proposal_story(search: Search, number: int) -> tuple[str, list[Line]]:
         lines.append(Line(received.t_ns, Role.GROUND, text))
         lines += _answers(search, number, received.t_ns)
     if ended is not None:
-        lines.append(Line(ended.t_ns, Role.ROVER, sentence(ended.entry)))
+        how = _end(search, ended)
+        lines.append(Line(ended.t_ns, Role.ROVER, f"proposal {number} ends: {how}"))
     title = f"proposal {number}: {proposal.action}, towards {sign_text(proposal.goal)}"
     if ended is not None:
-        title += f" - ended at {time_text(ended.t_ns)}: {ended.message.why}"
+        title += f" - ended at {time_text(ended.t_ns)}: {_end(search, ended)}"
     elif received is None:
         title += " - never arrived at the ground"
     return title, lines
+
+
+def _end(search: Search, ended: Found[ProposalEnded]) -> str:
+    """Why it ended; of a command in between that answers it, what that says."""
+    number, why = reasons.CAME_BETWEEN.number_in(ended.message.why), ended.message.why
+    if number is None:
+        return why
+    answer = search.last(ROVER_COMMAND, ended.t_ns, lambda one: one.number == number)
+    match None if answer is None else answer.message.order:
+        case Approve(proposal=proposal) if proposal == ended.message.number:
+            return f"approved by command {number}"
+        case Override(proposal=proposal) if proposal == ended.message.number:
+            return f"overridden by command {number}"
+        case _:
+            return why
 
 
 def _made(search: Search, proposal: Proposal) -> Iterator[Line]:

@@ -9,6 +9,7 @@ from farside.logs.story.lives.proposals import behind
 from farside.logs.story.search import Found, Search
 from farside.logs.story.sentences import sentence
 from farside.messages import Tokens
+from farside.node import Topic
 from farside.topics import (
     GROUND_COMMAND,
     ROVER_ACTION_ENDED,
@@ -23,9 +24,11 @@ from farside.topics import (
     ROVER_PROPOSAL,
     ROVER_PROPOSAL_ENDED,
     ActionStarted,
+    CommandEntry,
     Decision,
     GoalChange,
     GoalSource,
+    reasons,
 )
 
 
@@ -120,14 +123,20 @@ def _failsafe(search: Search, t_ns: int) -> _Reason | None:
 
 
 def _waiting(search: Search, t_ns: int) -> _Reason | None:
-    last = search.last(ROVER_COMMAND, t_ns, lambda one: one.stage is not CommandStage.TAKEN)
-    if last is None or last.message.stage is not CommandStage.WAITING:
+    waiting: dict[int, Found[CommandEntry]] = {}
+    for one in search.each(ROVER_COMMAND, end_ns=t_ns):
+        if one.message.stage is CommandStage.WAITING:
+            waiting[one.message.number] = one
+        else:
+            waiting.pop(one.message.number, None)
+    if not waiting:
         return None
-    number = last.message.number
+    number, first = next(iter(waiting.items()))
     sent = search.last(GROUND_COMMAND, t_ns, lambda one: one.number == number)
     when = "" if sent is None else when_text(sent.message.when)
-    text = f"command {number} ({order_text(last.message.order)}{when}) waits on board"
-    return f"{text} since {time_text(last.t_ns)}", last
+    text = f"command {number} ({order_text(first.message.order)}{when}) waits on board"
+    text += f" since {time_text(first.t_ns)}"
+    return text + (f", and {len(waiting) - 1} more" if len(waiting) > 1 else ""), first
 
 
 def _guided(search: Search, t_ns: int) -> _Reason | None:
@@ -162,13 +171,21 @@ def _proposed(search: Search, t_ns: int) -> _Reason | None:
 
 
 def _no_way(search: Search, t_ns: int) -> _Reason | None:
-    goals = ", ".join(map(sign_text, goals_at(search, t_ns)))
+    goals = ", ".join(
+        sign_text(tokens) + ("" if aside is None else f", put aside: {aside}")
+        for tokens, aside in goals_at(search, t_ns).items()
+    )
     vetoed = search.last(ROVER_PROPOSAL_ENDED, t_ns)
-    if vetoed is not None and "vetoed" in vetoed.message.why:
-        return f"it has goals ({goals}), and the operator vetoed what it proposed", vetoed
+    if vetoed is not None and reasons.VETOED.is_in(vetoed.message.why):
+        changes = (search.last(topic, t_ns) for topic in _NEW_SITUATION)
+        if not any(change is not None and change.t_ns > vetoed.t_ns for change in changes):
+            return f"it has goals ({goals}), and the operator vetoed what it proposed", vetoed
     text = f"it has goals ({goals}), and knows no way to them from here, or may not explore"
     return text, search.last(ROVER_GOAL, t_ns)
 
+
+_NEW_SITUATION: tuple[Topic[Any], ...] = (ROVER_MODE, ROVER_GOAL, ROVER_ACTION_ENDED)
+"""After a change of these the rover proposes again, whatever was vetoed before."""
 
 _REASONS: tuple[Callable[[Search, int], _Reason | None], ...] = (
     _battery,
@@ -182,16 +199,22 @@ _REASONS: tuple[Callable[[Search, int], _Reason | None], ...] = (
 """Why it may stand still, in the order in which the pilot asks."""
 
 
-def goals_at(search: Search, t_ns: int) -> tuple[Tokens, ...]:
-    """The goals that somebody wants at a moment and that are not put aside."""
-    wanted: dict[tuple[Tokens, GoalSource], bool] = {}
+def goals_at(search: Search, t_ns: int) -> dict[Tokens, str | None]:
+    """The goals that somebody wants at a moment, each with why it is put aside, if it is."""
+    wanted: dict[tuple[Tokens, GoalSource], None] = {}
+    aside: dict[Tokens, str | None] = {}
     for one in search.each(ROVER_GOAL, end_ns=t_ns):
         entry = one.message
-        if entry.change in {GoalChange.REACHED, GoalChange.WITHDRAWN}:
-            wanted.pop((entry.tokens, entry.source), None)
-        else:
-            wanted[entry.tokens, entry.source] = True
-    return tuple(dict.fromkeys(tokens for tokens, _ in wanted))
+        match entry.change:
+            case GoalChange.SET:
+                wanted[entry.tokens, entry.source] = None
+            case GoalChange.REACHED | GoalChange.WITHDRAWN:
+                wanted.pop((entry.tokens, entry.source), None)
+                if not any(tokens == entry.tokens for tokens, _ in wanted):
+                    aside.pop(entry.tokens, None)
+            case GoalChange.SUSPENDED | GoalChange.RECOVERED:
+                aside[entry.tokens] = entry.why
+    return {tokens: aside.get(tokens) for tokens, _ in wanted}
 
 
 def _before_and_after(search: Search, t_ns: int) -> Iterator[str]:

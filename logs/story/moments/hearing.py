@@ -3,6 +3,7 @@
 from collections.abc import Iterator
 from typing import Any
 
+from farside.control import Cause
 from farside.frames import LinkOutage
 from farside.logs.events import OUTAGES, time_text
 from farside.logs.story import silence
@@ -12,7 +13,9 @@ from farside.node import NS_PER_S, Direction, Role, Topic
 from farside.topics import GROUND_SILENCE, ROVER_FAILSAFE
 
 _QUIET_NS = 5 * NS_PER_S
-"""From what gap on it is worth saying what explains it: above the usual heartbeat and telemetry."""
+"""From what gap on it is worth saying what explains it, though the side counts it as no silence."""
+
+_SILENT = {Cause.SILENCE, Cause.EXPECTED_SILENCE}
 
 
 def silence_on(search: Search, role: Role, t_ns: int) -> Iterator[str]:
@@ -28,11 +31,11 @@ def silence_on(search: Search, role: Role, t_ns: int) -> Iterator[str]:
         yield f"the {role} has heard nothing by {time_text(t_ns)}"
     else:
         name = frame_text(direction, heard.message.sequence)
-        gap = seconds(t_ns - heard.t_ns)
-        yield f"the {role} last heard {name} at {time_text(heard.t_ns)}, {gap} before"
+        gap = f"{seconds(t_ns - heard.t_ns)} before" if t_ns > heard.t_ns else "at this moment"
+        yield f"the {role} last heard {name} at {time_text(heard.t_ns)}, {gap}"
     since_ns = 0 if heard is None else heard.t_ns
-    if t_ns - since_ns < _QUIET_NS:
-        yield "that is no silence: less than the usual gap between frames"
+    if t_ns - since_ns < _QUIET_NS and not _counts(search, role, t_ns):
+        yield f"that is no silence: the {role} does not count it as one"
         return
     if not search.log.is_as_ground:
         yield f"why: {explained.text}"
@@ -51,6 +54,15 @@ def silence_on(search: Search, role: Role, t_ns: int) -> Iterator[str]:
         text = f"the next that it hears is {name} at {time_text(following.t_ns)}"
         yield f"{text}, after {seconds(following.t_ns - since_ns)} in all"
     yield from _followed(search, role, since_ns, following.t_ns if following else search.log.end_ns)
+
+
+def _counts(search: Search, role: Role, t_ns: int) -> bool:
+    """Whether a side says that it hears nothing, which the plan may explain."""
+    if role is Role.ROVER:
+        failsafe = search.last(ROVER_FAILSAFE, t_ns)
+        return failsafe is not None and not _SILENT.isdisjoint(failsafe.message.causes)
+    said = search.last(GROUND_SILENCE, t_ns)
+    return said is not None and (said.message.silent or said.message.expected)
 
 
 def _planned(outages: tuple[Found[LinkOutage], ...]) -> Iterator[str]:

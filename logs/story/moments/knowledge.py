@@ -27,7 +27,11 @@ def ground_at(search: Search, t_ns: int) -> Iterator[str]:
     if belief is None:
         yield "it has heard nothing of the rover yet"
         return
-    yield f"it believes the rover {', '.join(_believed(belief.message))}"
+    believed = ", ".join(_believed(belief.message))
+    if believed:
+        yield f"it believes the rover {believed}"
+    else:
+        yield "it does not know yet where the rover is or what it does"
     heard = search.last(GROUND_TELEMETRY, t_ns)
     if heard is not None:
         age = seconds(t_ns - heard.message.time_ns)

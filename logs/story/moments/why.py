@@ -4,6 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from enum import StrEnum
 from typing import Any, NamedTuple
 
+from farside.control import Cause
 from farside.logs.events import time_text
 from farside.logs.file.reading import LogFile
 from farside.logs.story.causes.chain import causes_of, outline
@@ -14,12 +15,11 @@ from farside.logs.story.moments.knowledge import ground_at
 from farside.logs.story.search import Found, Search
 from farside.logs.story.sentences import seconds, sentence
 from farside.messages import FailsafeChanged, ModeChanged
-from farside.node import Role, to_s
+from farside.node import Role, to_ns, to_s
 from farside.topics import GROUND_EVENT, ROVER_FAILSAFE, ROVER_MODE, FailsafeEntry
 from farside.validation import one_line
 
 _LENGTH = 400
-_MOST_CAUSES = 40
 
 
 class Aspect(StrEnum):
@@ -133,11 +133,9 @@ def _at(found: Found[Any]) -> str:
 
 def _because(search: Search, found: Found[Any]) -> Iterator[str]:
     chain = causes_of(search, found)
-    for indent, cause in list(outline(chain))[:_MOST_CAUSES]:
+    for indent, cause in outline(chain):
         when = time_text(cause.t_ns) if cause.topic or cause.t_ns else "mission"
         yield f"{'  ' * indent}{when:>9}  {cause.sentence}"
-    if len(chain) > _MOST_CAUSES:
-        yield f"and {len(chain) - _MOST_CAUSES} more: see farside story"
 
 
 def _mode(search: Search, t_ns: int, _mind: Mind | None) -> _Parts:
@@ -173,12 +171,14 @@ def _since(entry: Found[Any], t_ns: int) -> str:
 def _conditions(entry: FailsafeEntry) -> Iterator[str]:
     """What was so when the state came about, by the failsafe's own account."""
     causes = ", ".join(entry.causes) or "nothing that it looks for"
-    yield f"what was so then: {causes}"
-    yield f"silence that the contact plan does not explain: {entry.silence_s:.1f} s"
-    if entry.countdown_s > 0:
-        yield f"{entry.countdown_s:.1f} s more of it, and the link counts as lost"
+    yield f"what was so when that began: {causes}"
+    quiet = seconds(to_ns(entry.silence_s))
+    yield f"silence by then that the contact plan did not explain: {quiet}"
+    if Cause.LOST in entry.causes:
+        yield "such silence had used up the countdown, so the link counted as lost"
     else:
-        yield "the countdown of such silence is used up: the link counts as lost"
+        left = seconds(to_ns(entry.countdown_s))
+        yield f"another {left} of such silence would have counted as the loss of the link"
 
 
 def _told(search: Search, t_ns: int, kind: type[Any], entry: Found[Any] | None) -> Iterator[str]:

@@ -112,10 +112,16 @@ def open_console(
                 failures.print_error(f"{lost}; the log is {finished.result.log}")
 
         if text:
-            finished = text_run(run_it, station, interrupts)
+            finished = text_run(run_it, station, interrupts, stick=stick)
             over(finished)
         else:
             finished = page_run(
-                run_it, station, interrupts, host=listen or _LOOPBACK, port=port or 0, over=over
+                run_it,
+                station,
+                interrupts,
+                host=listen or _LOOPBACK,
+                port=port or 0,
+                stick=stick,
+                over=over,
             )
     raise typer.Exit(failures.status_of(finished))

@@ -3,11 +3,12 @@
 import sys
 import time
 from collections.abc import Callable, Sequence
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack, nullcontext
 from pathlib import Path
 from typing import Protocol
 
 from farside.acts import Act
+from farside.console.seats import Seats
 from farside.console.station import Station
 from farside.ground.view.view import Focus, GroundView
 from farside.missions.commands.display.patience import patience
@@ -89,8 +90,16 @@ def _run(run: RunMission, station: Station, watcher: Watcher) -> FinishedRun:
     return finished
 
 
-def text_run(run: RunMission, station: Station, interrupts: Interrupts) -> FinishedRun:
+def text_run(
+    run: RunMission, station: Station, interrupts: Interrupts, *, stick: bool
+) -> FinishedRun:
     """Run a mission with the person at this terminal, until both are done.
+
+    Args:
+        run: runs the mission.
+        station: what the terminal shows.
+        interrupts: those that end the run.
+        stick: whether a stick of this host takes part.
 
     Raises:
         Exception: whatever `run` raised.
@@ -101,9 +110,11 @@ def text_run(run: RunMission, station: Station, interrupts: Interrupts) -> Finis
     going = RunInThread(lambda: _run(run, station, watcher), watcher)
     try:
         with patience("starting the run"):
-            begun = going.begun()
+            begun = going.begun(interrupts)
         if begun:
-            ConsoleApp(station).show()
+            app = ConsoleApp(station)
+            with _stick(station, None, app.tell, wanted=stick):
+                app.show()
     finally:
         station.leave()
     return going.finish(interrupts)
@@ -116,6 +127,7 @@ def page_run(
     *,
     host: str,
     port: int,
+    stick: bool,
     over: Callable[[FinishedRun], None],
 ) -> FinishedRun:
     """Run a mission with the person at a page, which stays until Ctrl-C.
@@ -126,6 +138,7 @@ def page_run(
         interrupts: those that end the run, and then the page.
         host: the address where the page listens.
         port: its port; 0 for any that is free.
+        stick: whether a stick of this host takes part.
         over: called when the run is over, while the page is still there.
 
     Raises:
@@ -141,6 +154,7 @@ def page_run(
             raise InfrastructureError(f"{error}: choose another with --listen or --port") from error
         for line in page.lines:
             _say(line)
+        stack.enter_context(_stick(station, page.seats, _say, wanted=stick))
         finished = _run(run, station, AtStation(station, interrupts))
         over(finished)
         if not interrupts.requested or station.is_ended:
@@ -148,6 +162,17 @@ def page_run(
             while not (interrupts.repeated if station.is_ended else interrupts.requested):
                 time.sleep(_LOOK_S)
     return finished
+
+
+def _stick(
+    station: Station, seats: Seats | None, say: Callable[[str], None], *, wanted: bool
+) -> AbstractContextManager[object]:
+    """The stick of this host, while the context lasts; nothing where none is wanted."""
+    if not wanted:
+        return nullcontext()
+    from farside.console.stick.device import HostStick
+
+    return HostStick(station, seats, say=say)
 
 
 def _say(line: str) -> None:

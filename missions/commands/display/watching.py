@@ -11,6 +11,7 @@ from typing import ClassVar, Protocol
 from textual.binding import BindingType
 
 from farside.acts import Act
+from farside.ground.view.view import Focus, GroundView
 from farside.logs import LogError, LogFile
 from farside.logs.terminal.app import ReplayApp
 from farside.logs.terminal.transport import Key
@@ -72,6 +73,14 @@ class Gate(Watcher):
         """See `Watcher.opened`."""
         self._path = log
         self._beside.opened(log)
+
+    def seeing(self, look: Callable[[Focus], GroundView | None]) -> None:
+        """See `Watcher.seeing`."""
+        self._beside.seeing(look)
+
+    def window_ns(self, now_ns: int) -> int | None:
+        """See `Watcher.window_ns`."""
+        return self._beside.window_ns(now_ns)
 
     def orders(self, now_s: float) -> Sequence[Act]:
         """See `Watcher.orders`."""
@@ -139,9 +148,12 @@ class RunInThread:
             return "the run failed"
         return f"the run is over: {self._finished.result.outcome}"
 
-    def begun(self) -> bool:
-        """Wait for something to be recorded, or for the run to end; whether there is a log."""
-        while not self.over and self._gate.log is None:
+    def begun(self, interrupts: Interrupts) -> bool:
+        """Wait for something to be recorded, or for the run to end; whether there is a log.
+
+        A second interrupt ends the waiting.
+        """
+        while not self.over and self._gate.log is None and not interrupts.repeated:
             self._thread.join(_LOOK_S)
         return self._gate.log is not None
 
@@ -154,8 +166,11 @@ class RunInThread:
         while not self.over:
             self._thread.join(_LOOK_S)
             if interrupts.repeated and not self.over:
+                log = self._gate.log
                 print_error(
-                    f"the run is cut off; for a whole log: farside recover {self._gate.log}"
+                    "the run is cut off before anything was recorded"
+                    if log is None
+                    else f"the run is cut off; for a whole log: farside recover {log}"
                 )
                 os._exit(_INTERRUPTED)  # no thread can be ended from another
         if self._error is not None:
@@ -205,6 +220,10 @@ class WatchApp(ReplayApp):
         until_ns: float = player.now_ns
         if player.playing and not player.backwards:
             until_ns += player.speed * to_ns(_AHEAD_S)
+            if player.at_end:
+                # All that was recorded is seen, if not up to the window's end: nothing has the
+                # time of that.
+                until_ns = max(until_ns, self._gate.now_ns + 1)
         self._gate.let(until_ns)
 
     def _look(self) -> str:
@@ -246,7 +265,7 @@ def watched(
     going = RunInThread(lambda: run(gate), gate)
     try:
         with patience("starting the run"):
-            begun = going.begun()
+            begun = going.begun(interrupts)
         if begun and gate.log is not None:
             WatchApp(LogFile(gate.log), going, gate, interrupts, speed=speed).show()
     except LogError as error:

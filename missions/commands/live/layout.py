@@ -1,6 +1,5 @@
 """`farside layout`."""
 
-from importlib.util import find_spec
 from pathlib import Path
 from typing import Annotated
 
@@ -52,7 +51,10 @@ def write_layouts(
             f"  rerun log.rrd {_shown(rerun)}"
         )
     elif rerun is not None:
-        print_error("no blueprint for Rerun, as rerun-sdk is missing: pip install rerun-sdk")
+        print_error(
+            "no blueprint for Rerun, as rerun-sdk is missing or too old: "
+            "pip install --upgrade rerun-sdk"
+        )
 
 
 def _write(foxglove: Path, rerun: Path | None, *, as_ground: bool) -> list[Path]:
@@ -61,10 +63,12 @@ def _write(foxglove: Path, rerun: Path | None, *, as_ground: bool) -> list[Path]
     foxglove.parent.mkdir(parents=True, exist_ok=True)
     with foxglove.open("xb") as file:
         file.write(foxglove_layout(as_ground=as_ground))
-    if rerun is None or find_spec("rerun") is None:
+    if rerun is None:
         return [foxglove]
-    from farside.logs.layouts.rerun import write_blueprint
-
+    try:
+        from farside.logs.layouts.rerun import write_blueprint
+    except ImportError:
+        return [foxglove]
     write_blueprint(rerun)
     return [foxglove, rerun]
 

@@ -4,12 +4,13 @@ import sys
 from collections.abc import Callable, Sequence
 from ipaddress import ip_address
 from pathlib import Path
-from types import TracebackType
 from typing import Self
 
 from farside.acts import Act
 from farside.escaping import printable
+from farside.ground.view.view import Focus, GroundView
 from farside.logs import LogFile
+from farside.logs.file.following import start_of
 from farside.logs.live.feeds import LogFeed, RunFeed
 from farside.logs.live.playbar import PlayBar
 from farside.logs.live.server import TICK_S, LiveServer, ServerError, offered
@@ -18,7 +19,7 @@ from farside.missions.commands.live.address import Address
 from farside.missions.conductor import WallClock, Watcher
 from farside.missions.crew.crew import InfrastructureError
 from farside.missions.interrupts import Interrupts
-from farside.node import Record, Role, to_ns, to_s
+from farside.node import Record, Role, to_ns
 
 _LONGEST_TICK_S = 1.0  # a laptop that slept for an hour does not skip one
 _WALL_CLOCK = WallClock()
@@ -29,7 +30,7 @@ def serve_log(
     address: Address,
     *,
     speed: float,
-    start_ns: int,
+    start_s: float | None = None,
     clock: WallClock = _WALL_CLOCK,
 ) -> None:
     """Play a log to Foxglove until Ctrl-C, from when the first viewer has subscribed.
@@ -38,18 +39,16 @@ def serve_log(
         log: whole, or as the ground had it.
         address: where to listen.
         speed: simulated seconds per wall second.
-        start_ns: where to start.
+        start_s: simulated time at which to start; by default the beginning.
         clock: wall time.
 
     Raises:
         InfrastructureError: if the server cannot listen there.
         LogError: if the log is missing by now.
-        ValueError: if `start_ns` is not within the run.
+        ValueError: if `start_s` is not within the run.
     """
     feed = LogFeed(log)
-    if not 0 <= start_ns <= feed.end_ns:
-        found = f"0 to {to_s(feed.end_ns)} s, found {to_s(start_ns)} s"
-        raise ValueError(f"expected a start within the run, {found}")
+    start_ns = start_of(log, start_s, follow=False)
     bar = PlayBar(Player(feed, speed=speed, start_ns=start_ns), feed, feed.end_ns, waiting=True)
     name = f"{log.path.name}, as the ground saw it" if log.is_as_ground else log.path.name
     with _server(bar, address, end_ns=feed.end_ns, name=name, as_ground=log.is_as_ground) as server:
@@ -104,6 +103,14 @@ class LiveRun(Watcher):
         self._feed.path = log
         self._beside.opened(log)
 
+    def seeing(self, look: Callable[[Focus], GroundView | None]) -> None:
+        """See `Watcher.seeing`."""
+        self._beside.seeing(look)
+
+    def window_ns(self, now_ns: int) -> int | None:
+        """See `Watcher.window_ns`."""
+        return self._beside.window_ns(now_ns)
+
     def orders(self, now_s: float) -> Sequence[Act]:
         """See `Watcher.orders`."""
         return self._beside.orders(now_s)
@@ -139,13 +146,8 @@ class LiveRun(Watcher):
     def __enter__(self) -> Self:
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        traceback: TracebackType | None,
-    ) -> None:
-        self.server.__exit__(kind, error, traceback)
+    def __exit__(self, *_: object) -> None:
+        self.server.stop()
 
 
 def _server(
@@ -154,7 +156,7 @@ def _server(
     channels = offered(as_ground=as_ground)
     try:
         return LiveServer(
-            bar, channels, end_ns=end_ns, name=name, host=address.host, port=address.port
+            bar, channels, end_ns=end_ns, name=printable(name), host=address.host, port=address.port
         )
     except ServerError as error:
         raise InfrastructureError(f"{error}: choose another with --listen or --port") from error

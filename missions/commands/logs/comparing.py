@@ -6,7 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from farside.missions.commands.display.patience import patience
-from farside.missions.commands.logs.finding import tell_damage
+from farside.missions.commands.logs.finding import damage_told
+from farside.missions.commands.values import Json
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -18,11 +19,10 @@ DIFF_STATUS = "Exit status: 0 the runs are equal, record by record; 1 they diffe
 
 
 def diff_logs(
+    context: typer.Context,
     first: Annotated[Path, typer.Argument(metavar="A", help="Log of a run.")],
     second: Annotated[Path, typer.Argument(metavar="B", help="Log of another run.")],
-    json: Annotated[
-        bool, typer.Option("--json", help="Print the result as one JSON object.")
-    ] = False,
+    json: Json = False,
 ) -> None:
     """Say where two runs part for the first time, and what came of it.
 
@@ -41,10 +41,8 @@ def diff_logs(
     from farside.logs.diff.comparing import compare
 
     with patience("comparing the logs"):
-        logs = LogFile(first), LogFile(second)
+        logs = damage_told(context, LogFile(first)), damage_told(context, LogFile(second))
         difference = compare(*logs)
-    for log in logs:
-        tell_damage(log)
     if json:
         print(msgspec.json.encode(difference).decode())  # noqa: T201
     else:

@@ -9,7 +9,6 @@ import typer
 from farside.escaping import printable
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.failures import print_error
-from farside.missions.commands.logs.finding import tell_damage
 from farside.missions.commands.logs.opening import At, run_of
 from farside.missions.commands.values import As
 from farside.validation import did_you_mean, shown
@@ -25,6 +24,7 @@ class _Format(StrEnum):
 
 
 def export_log(
+    context: typer.Context,
     log: Annotated[
         Path | None,
         typer.Argument(metavar="LOG", help="Log of a run; the newest where none is named."),
@@ -62,14 +62,13 @@ def export_log(
             f"expected pyarrow to write tables, found no {error.name}: "
             "pip install 'farside[tables]'"
         ) from error
-    run = run_of(log, as_, at)
+    run = run_of(context, log, as_, at)
     topics = [_topic(name, run) for name in topic or ()]
     folder = run.path.with_suffix("") if out is None else out
     with patience("writing the tables"):
         written = write_tables(run.file, folder, Format(form), topics)
     for table in written:
         print(f"{printable(str(table.path))}: {table.rows} rows")  # noqa: T201
-    tell_damage(run.file)
     if not written:
         print_error(f"{run.path}: no messages, and so no tables")
 

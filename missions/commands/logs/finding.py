@@ -3,6 +3,8 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import typer
+
 from farside.missions.commands.failures import print_error
 
 if TYPE_CHECKING:
@@ -44,7 +46,15 @@ def newest_log(folder: Path = Path("logs/runs")) -> Path:
         raise LogError(f"the logs in {folder} cannot be listed: {error.strerror}") from error
 
 
-def tell_damage(log: "LogFile") -> None:
-    """Say on standard error what is missing from a log, as far as it was read."""
-    for sentence in log.damage:
-        print_error(f"{log.path}: {sentence}")
+def damage_told(context: typer.Context, log: "LogFile") -> "LogFile":
+    """The same log; when the command ends, however it does, standard error says what is missing.
+
+    Only then is known what could not be read of it. Whatever a command reads goes through here.
+    """
+
+    def tell() -> None:
+        for sentence in log.damage:
+            print_error(f"{log.path}: {sentence}")
+
+    context.call_on_close(tell)
+    return log

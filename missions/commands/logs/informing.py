@@ -8,7 +8,6 @@ import typer
 
 from farside.escaping import printable
 from farside.missions.commands.display.patience import patience
-from farside.missions.commands.logs.finding import tell_damage
 from farside.missions.commands.logs.opening import At, run_of
 from farside.missions.commands.values import As
 
@@ -19,6 +18,7 @@ if TYPE_CHECKING:
 
 
 def show_information(
+    context: typer.Context,
     log: Annotated[
         Path | None,
         typer.Argument(metavar="LOG", help="Log of a run; the newest where none is named."),
@@ -42,14 +42,13 @@ def show_information(
     import msgspec
 
     with patience("reading the log"):
-        view = run_of(log, as_, at)
+        view = run_of(context, log, as_, at)
         known = _known(view)
     if json:
         print(msgspec.json.encode(known).decode())  # noqa: T201
     else:
         for line in _shown(known):
             print(line)  # noqa: T201
-    tell_damage(view.file)
 
 
 def _known(view: "RunView") -> "Information | GroundInformation":

@@ -8,14 +8,14 @@ import typer
 from farside.escaping import printable
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.live.address import Listen, Live, Port, address_of, live_speed
-from farside.missions.commands.logs.finding import log_named, tell_damage
+from farside.missions.commands.logs.finding import damage_told, log_named
 from farside.missions.commands.values import As, pace_of
-from farside.node import to_ns
 
 _SPEED = 20.0
 
 
 def replay_log(
+    context: typer.Context,
     log: Annotated[
         Path | None, typer.Argument(metavar="[LOG]", help="Log of a run; by default the newest.")
     ] = None,
@@ -77,32 +77,32 @@ def replay_log(
     from rich.console import Console
 
     from farside.logs import LogFile, replay
+    from farside.logs.file.following import start_of
 
     if sum((live, zenoh is not None)) + (live and follow) > 1:
         raise typer.BadParameter("expected it without --zenoh and --follow", param_hint="--live")
     with patience("reading the log"):
         file = LogFile(log_named(log))
-    if as_ is not None:
-        file = file.as_ground()
-    pace = (1.0 if zenoh is not None else _SPEED) if speed is None else speed
+    file = damage_told(context, file if as_ is None else file.as_ground())
     try:
-        if (address := address_of(live=live, listen=listen, port=port)) is not None:
-            from farside.missions.commands.live.serving import serve_log
-
-            serve_log(file, address, speed=live_speed(pace), start_ns=to_ns(start or 0))
-        elif zenoh is not None:
-            from farside.missions.commands.logs.republishing import republish_log
-
-            republish_log(file, zenoh, speed=pace, start_s=start, follow=follow)
-        else:
-            replay(file, Console(), speed=pace, start_s=start, follow=follow, waiting=patience)
+        start_of(file, start, follow=follow)
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--start") from error
-    finally:
-        tell_damage(file)
+    pace = (1.0 if zenoh is not None else _SPEED) if speed is None else speed
+    if (address := address_of(live=live, listen=listen, port=port)) is not None:
+        from farside.missions.commands.live.serving import serve_log
+
+        serve_log(file, address, speed=live_speed(pace), start_s=start)
+    elif zenoh is not None:
+        from farside.missions.commands.logs.republishing import republish_log
+
+        republish_log(file, zenoh, speed=pace, start_s=start, follow=follow)
+    else:
+        replay(file, Console(), speed=pace, start_s=start, follow=follow, waiting=patience)
 
 
 def recover_log(
+    context: typer.Context,
     log: Annotated[Path, typer.Argument(metavar="LOG", help="A log that nobody finished.")],
 ) -> None:
     """Make a whole log of one that is unfinished or damaged.
@@ -115,7 +115,5 @@ def recover_log(
     from farside.logs import LogFile, recover
 
     with patience("making a whole log"):
-        file = LogFile(log)
-        recovered = recover(file)
+        recovered = recover(damage_told(context, LogFile(log)))
     print(f"{printable(str(recovered.path))}: {recovered.messages} messages")  # noqa: T201
-    tell_damage(file)

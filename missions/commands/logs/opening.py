@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from farside.missions.commands.logs.finding import log_named
+from farside.missions.commands.logs.finding import damage_told, log_named
 from farside.missions.commands.values import Who
 
 if TYPE_CHECKING:
@@ -19,8 +19,12 @@ At = Annotated[
 """The option `--at S`, which goes with `--as ground`."""
 
 
-def run_of(path: Path | None, as_: Who | None, at: float | None) -> "RunView":
+def run_of(
+    context: typer.Context, path: Path | None, as_: Who | None, at: float | None
+) -> "RunView":
     """The run in the log that is named, or in the newest, as it was or as the ground had it.
+
+    What is missing from it is told when the command ends.
 
     Raises:
         LogError: if there is none, or it cannot be read.
@@ -29,9 +33,11 @@ def run_of(path: Path | None, as_: Who | None, at: float | None) -> "RunView":
     from farside.logs import open as open_log
 
     try:
-        return open_log(log_named(path), as_ground=as_ is not None, until_s=at)
+        run = open_log(log_named(path), as_ground=as_ is not None, until_s=at)
     except ValueError as error:
         hint = "--at"
         if as_ is None:
             raise typer.BadParameter("expected it with --as ground", param_hint=hint) from error
         raise typer.BadParameter(str(error), param_hint=hint) from error
+    damage_told(context, run.file)
+    return run

@@ -7,7 +7,8 @@ import typer
 
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.failures import print_error, status_of
-from farside.missions.commands.logs.finding import log_named, tell_damage
+from farside.missions.commands.logs.finding import damage_told, log_named
+from farside.missions.commands.values import Json, Set
 from farside.node import to_s
 
 if TYPE_CHECKING:
@@ -25,10 +26,9 @@ Log = Annotated[
     Path | None,
     typer.Argument(metavar="LOG", help="Log of a run; the newest by default.", show_default=False),
 ]
-Json = Annotated[bool, typer.Option("--json", help="Print the result as one JSON object.")]
 
 
-def verify_log(log: Log = None, json: Json = False) -> None:
+def verify_log(context: typer.Context, log: Log = None, json: Json = False) -> None:
     """Run a log again, and prove that it comes out the same.
 
     Whoever gave the orders, and whatever the pace: they are in the log. Of a log that nobody
@@ -41,18 +41,18 @@ def verify_log(log: Log = None, json: Json = False) -> None:
     import msgspec
     from rich.console import Console
 
+    from farside.logs import LogFile
     from farside.missions.commands.display.steps import going_through
     from farside.missions.reliving.past import read_past
     from farside.missions.reliving.verifying import verify
 
-    log = log_named(log)
     with patience("reading the log"):
-        past = read_past(log)
-    with going_through("living it again", to_s(past.end_ns), Console(stderr=True)) as come_to:
-        verdict = verify(log, come_to)
-    tell_damage(past.log)
+        file = damage_told(context, LogFile(log_named(log)))
+        end_s = to_s(read_past(file).end_ns)
+    with going_through("living it again", end_s, Console(stderr=True)) as come_to:
+        verdict = verify(file, come_to)
     for one in verdict.other_versions:
-        print_error(f"{log}: recorded with {one.name} {one.then}, lived again with {one.now}")
+        print_error(f"{file.path}: recorded with {one.name} {one.then}, lived again with {one.now}")
     if json:
         print(msgspec.json.encode(verdict).decode())  # noqa: T201
     else:
@@ -82,11 +82,9 @@ def _show_verdict(verdict: "Verdict", console: "Console") -> None:
 
 
 def rerun_log(
+    context: typer.Context,
     log: Log = None,
-    set_: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="KEY=VALUE", help="Set a value of the mission."),
-    ] = None,
+    set_: Set = None,
     seed: Annotated[
         int | None, typer.Option(min=0, metavar="N", help="Seed, in place of the run's.")
     ] = None,
@@ -118,20 +116,20 @@ def rerun_log(
     import msgspec
     from rich.console import Console
 
+    from farside.logs import LogFile
     from farside.missions.commands.display.progress import ProgressDisplay
     from farside.missions.commands.display.steps import going_through
     from farside.missions.commands.display.summary import show_summary
     from farside.missions.interrupts import Interrupts
     from farside.missions.reliving.rerunning import load_again, run_again
 
-    log = log_named(log)
-    if from_s is None:
-        with patience("reading the log"):
-            loaded, past = load_again(log, set_ or (), seed)
-    else:
+    with patience("reading the log"):
+        file = damage_told(context, LogFile(log_named(log)))
+        if from_s is None:
+            loaded, past = load_again(file, set_ or (), seed)
+    if from_s is not None:
         with going_through(f"up to {from_s:g} s", from_s, Console(stderr=True)) as come_to:
-            loaded, past = load_again(log, set_ or (), seed, from_s=from_s, progress=come_to)
-    tell_damage(past.log)
+            loaded, past = load_again(file, set_ or (), seed, from_s=from_s, progress=come_to)
     with Interrupts() as interrupts:
         with ProgressDisplay(loaded.last, Console(stderr=True)) as display:
             run = run_again(loaded, past, out=out, watcher=display, interrupts=interrupts)

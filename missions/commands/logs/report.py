@@ -8,12 +8,13 @@ import typer
 
 from farside.escaping import printable
 from farside.missions.commands.display.patience import patience
-from farside.missions.commands.failures import print_error
 from farside.missions.commands.logs.opening import At, run_of
 from farside.missions.commands.values import As
+from farside.validation import shown
 
 
 def report_log(
+    context: typer.Context,
     log: Annotated[
         Path | None,
         typer.Argument(metavar="LOG", help="Log of a run; the newest where none is named."),
@@ -40,7 +41,11 @@ def report_log(
     """
     from farside.logs.report import report_page
 
-    run = run_of(log, as_, at)
+    run = run_of(context, log, as_, at)
+    target = run.path.with_suffix(".html") if out is None else out
+    if target.exists() and target.samefile(run.path):
+        expected = f"expected another file than the log, found {shown(str(target))}"
+        raise typer.BadParameter(expected, param_hint="--out")
     # What is gathered from a day's log has no circles, and looking for some takes an eighth more.
     gc.disable()
     try:
@@ -48,9 +53,6 @@ def report_log(
             page = report_page(run.file)
     finally:
         gc.enable()
-    for damage in run.file.damage:
-        print_error(f"{run.path}: {damage}")
-    target = run.path.with_suffix(".html") if out is None else out
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_text(page, encoding="utf-8")
     print(printable(str(target)))  # noqa: T201

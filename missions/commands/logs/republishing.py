@@ -7,7 +7,6 @@ became known and when it was so. The keys over which the processes of a run work
 the log, of the frames only what became of each.
 """
 
-import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 
@@ -25,6 +24,7 @@ from farside.topics import TOPICS
 
 _LONGEST_SLEEP_S = 0.1  # a signal does not end a sleep
 _DOMAIN = "the programs that listen"
+_WALL_CLOCK = WallClock()
 
 
 class Times(msgspec.Struct, frozen=True):
@@ -40,7 +40,13 @@ def key_of(topic: str) -> str:
 
 
 def republish_log(
-    log: LogFile, endpoint: str, *, speed: float, start_s: float | None, follow: bool
+    log: LogFile,
+    endpoint: str,
+    *,
+    speed: float,
+    start_s: float | None,
+    follow: bool,
+    clock: WallClock = _WALL_CLOCK,
 ) -> None:
     """Publish what a log holds, with the timing that it had, from when anybody subscribes to it.
 
@@ -51,6 +57,7 @@ def republish_log(
         start_s: where to start; by default at the beginning or, to follow, at what was written
             last.
         follow: go on as the log grows, until it is whole.
+        clock: wall time.
 
     Raises:
         InfrastructureError: if there is no session at this endpoint.
@@ -59,7 +66,7 @@ def republish_log(
     """
     start_ns = start_of(log, start_s, follow=follow)
     records = (
-        followed(log, None, time.sleep, start_ns=start_ns)
+        followed(log, None, clock.sleep, start_ns=start_ns)
         if follow
         else log.records(start_ns=start_ns)
     )
@@ -67,9 +74,10 @@ def republish_log(
         with suppress(KeyboardInterrupt), open_session(endpoint, _DOMAIN) as session:
             publishers = {name: session.declare_publisher(key_of(name)) for name in TOPICS}
             print_error(f"waiting for a subscriber to farside/** at {endpoint}")
-            # The stub of the library says bool, for an object that holds one.
+            # Looked at in turn: listeners, one a publisher, would tell in threads of the library's.
+            # Its stub says bool, for an object that holds one.
             while not any(one.matching_status.matching for one in publishers.values()):  # type: ignore[attr-defined]
-                time.sleep(_LONGEST_SLEEP_S)
+                clock.sleep(_LONGEST_SLEEP_S)
             print_error("publishing; Ctrl-C ends it")
 
             def publish(record: Record) -> None:
@@ -82,7 +90,7 @@ def republish_log(
                     congestion_control=zenoh.CongestionControl.BLOCK,
                 )
 
-            count = in_time(records, publish, speed=speed, start_ns=start_ns)
+            count = in_time(records, publish, speed=speed, start_ns=start_ns, clock=clock)
             print_error(f"published {count} messages, up to {to_s(log.end_ns):g} s")
     except ConnectionError as error:
         raise InfrastructureError(str(error)) from error
@@ -94,7 +102,7 @@ def in_time(
     *,
     speed: float,
     start_ns: int,
-    clock: WallClock = WallClock(),  # noqa: B008 - a tuple
+    clock: WallClock = _WALL_CLOCK,
 ) -> int:
     """Publish each record when it is due; returns how many there were.
 

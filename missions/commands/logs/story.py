@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from farside.missions.commands.display.patience import patience
-from farside.missions.commands.logs.finding import log_named
-from farside.missions.commands.values import As
+from farside.missions.commands.logs.finding import damage_told, log_named
+from farside.missions.commands.values import As, Json, completing
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -24,17 +24,14 @@ _KINDS = {
 }
 
 
-def _complete(incomplete: str) -> list[tuple[str, str]]:
-    return [(kind, text) for kind, text in _KINDS.items() if kind.startswith(incomplete)]
-
-
 def tell_story(
+    context: typer.Context,
     log_or_subject: Annotated[
         str,
         typer.Argument(
             metavar="LOG",
-            help="Log of a run; may be left out for the newest in logs/runs.",
-            autocompletion=_complete,
+            help="Log of a run; the newest in logs/runs by default.",
+            autocompletion=completing(_KINDS),
             show_default=False,
         ),
     ],
@@ -43,14 +40,12 @@ def tell_story(
         typer.Argument(
             metavar="SUBJECT",
             help="What to tell of: command:N, proposal:N, event:N, goal:PLACE, frame:up|down:N.",
-            autocompletion=_complete,
+            autocompletion=completing(_KINDS),
             show_default=False,
         ),
     ] = None,
     as_: As = None,
-    json: Annotated[
-        bool, typer.Option("--json", help="Print the story as one JSON object.")
-    ] = False,
+    json: Json = False,
 ) -> None:
     """Tell the story of one thing, from birth to effect.
 
@@ -82,9 +77,9 @@ def tell_story(
     path = None if subject is None else Path(log_or_subject)
     try:
         wanted = subject_of(log_or_subject if subject is None else subject)
-        log = LogFile(log_named(path))
         with patience("reading the log"):
-            told = story(log if as_ is None else log.as_ground(), wanted)
+            log = LogFile(log_named(path))
+            told = story(damage_told(context, log if as_ is None else log.as_ground()), wanted)
     except SubjectError as error:
         raise typer.BadParameter(str(error), param_hint="SUBJECT") from error
     if json:

@@ -1,5 +1,6 @@
 """`farside why`: one moment's reasons."""
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -7,8 +8,8 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from farside.missions.commands.display.patience import patience
-from farside.missions.commands.logs.finding import log_named
-from farside.missions.commands.values import As
+from farside.missions.commands.logs.finding import damage_told, log_named
+from farside.missions.commands.values import As, Json, Who, completing
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -24,17 +25,14 @@ _ASPECTS = {
 }
 
 
-def _complete(incomplete: str) -> list[tuple[str, str]]:
-    return [(name, text) for name, text in _ASPECTS.items() if name.startswith(incomplete)]
-
-
 def tell_why(
+    context: typer.Context,
     log_or_aspect: Annotated[
         str | None,
         typer.Argument(
             metavar="LOG",
             help="Log of a run; the newest in logs/runs by default.",
-            autocompletion=_complete,
+            autocompletion=completing(_ASPECTS),
             show_default=False,
         ),
     ] = None,
@@ -43,7 +41,7 @@ def tell_why(
         typer.Argument(
             metavar="WHAT",
             help="action, mode, failsafe or silence; the action by default.",
-            autocompletion=_complete,
+            autocompletion=completing(_ASPECTS),
             show_default=False,
         ),
     ] = None,
@@ -57,9 +55,7 @@ def tell_why(
         ),
     ] = None,
     as_: As = None,
-    json: Annotated[
-        bool, typer.Option("--json", help="Print the reasons as one JSON object.")
-    ] = False,
+    json: Json = False,
 ) -> None:
     """Say why something was so at a moment of a run.
 
@@ -81,10 +77,10 @@ def tell_why(
     from farside.logs.story import why
 
     path, asked = _told_apart(log_or_aspect, aspect)
-    log = LogFile(log_named(path))
-    t_ns = _moment(log, at)
-    if as_ is not None:
-        log = log.as_ground(t_ns)
+    with patience("reading the log"):
+        log = LogFile(log_named(path))
+    t_ns = _moment(log, at, as_)
+    log = damage_told(context, log if as_ is None else log.as_ground(t_ns))
     with patience("looking for the reasons"):
         reasons = why(log, t_ns, asked, None if as_ is not None else lambda: _mind(log, t_ns))
     if json:
@@ -103,16 +99,19 @@ def _told_apart(first: str | None, second: str | None) -> tuple[Path | None, "As
         return None, Aspect(first)
     if second is not None and second not in names:
         expected = f"expected {', '.join(names)}, found {shown(second)}"
-        raise typer.BadParameter(f"{expected}{did_you_mean(second, names)}")
+        raise typer.BadParameter(f"{expected}{did_you_mean(second, names)}", param_hint="WHAT")
     return (None if first is None else Path(first)), Aspect(second or Aspect.ACTION)
 
 
-def _moment(log: "LogFile", at: float | None) -> int:
+def _moment(log: "LogFile", at: float | None, as_: Who | None) -> int:
+    """The moment that is asked about. The ground does not know when the run ends."""
     from farside.node import to_ns, to_s
 
     if at is None:
         return log.end_ns
-    if not at <= to_s(log.end_ns):
+    if as_ is not None and not math.isfinite(at):
+        raise typer.BadParameter(f"expected a time, found {at:g} s", param_hint="--at")
+    if as_ is None and not at <= to_s(log.end_ns):
         raise typer.BadParameter(
             f"expected a time within the run, 0 to {to_s(log.end_ns):g} s, found {at:g} s",
             param_hint="--at",
@@ -128,7 +127,7 @@ def _mind(log: "LogFile", t_ns: int) -> Iterator[str]:
     from farside.node import to_s
 
     try:
-        yield from mind_of(relive(log.path, to_s(t_ns)).rover)
+        yield from mind_of(relive(log, to_s(t_ns)).rover)
     except RelivingError as error:
         yield f"not known: {error}"
 

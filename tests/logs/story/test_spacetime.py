@@ -10,7 +10,7 @@ from farside.control import Mode, ModeCause, OnLoss
 from farside.frames import Carried, Fate, FrameEvent, FrameFate, FrameStage, OutageReason
 from farside.link.endpoint.services import carried, part_of
 from farside.logs import LogFile, RunView
-from farside.logs.spacetime import Word, words
+from farside.logs.spacetime import Word, lost_to, words
 from farside.messages import Command, Event, ModeChanged, SetOnLoss, Shown
 from farside.node import Direction, Journal, Topic, to_ns
 from farside.topics import GROUND_FRAME, LINK_FRAME, ROVER_FRAME
@@ -234,10 +234,21 @@ def test_in_a_real_run_a_resend_names_the_message_it_repeats(blackout: LogFile) 
     assert {key for key, row in attempts.items() if len(row) > 1} <= arrived
 
 
+def test_an_outage_without_a_reason_loses_frames_all_the_same() -> None:
+    fate = FrameFate(UP, 0, 9, 0, 0, 1, None, Fate.OUTAGE)
+    assert lost_to(fate) == "lost to an outage"
+
+
 def test_records_of_older_logs_still_say_what_became_of_a_frame() -> None:
     made = FrameEvent(UP, 0, FrameStage.MADE, 9, "segment")
     (word,) = _words_of((1, made))
     assert (word.what, word.carries) == ("part of a message", None)
+
+
+def test_what_a_log_calls_a_message_is_no_format() -> None:
+    carries = (Carried("{0.__class__} {1:>999999999999}", 7), Carried("}", 7))
+    (word,) = _words_of((1, FrameEvent(UP, 0, FrameStage.MADE, 9, "segment", carries=carries)))
+    assert word.what == "{0.__class__} {1:>999999999999}, }"
 
 
 def _words_of(*noted: tuple[float, FrameEvent]) -> list[Word]:

@@ -5,12 +5,23 @@ import pytest
 from noting import command_sent, log_of, records_of
 
 from farside.acts import Planned
-from farside.control import CommandStage, OnLoss
+from farside.control import CommandStage, Failsafe, Mode, OnLoss
+from farside.frames import Carried, FrameEvent, FrameStage
 from farside.logs import LogFile
 from farside.logs.story import Kind, Story, Subject, SubjectError, story, story_lines, subject_of
-from farside.messages import Drive, SetOnLoss
-from farside.node import Direction, Role
-from farside.topics import CommandEntry, HeldEntry, HeldFate, OrderGiven
+from farside.messages import Drive, Event, GoalReached, SetOnLoss, Telemetry
+from farside.node import Direction, Journal, Role, to_ns
+from farside.topics import (
+    ROVER_FRAME,
+    CommandEntry,
+    EventLearned,
+    GoalChange,
+    GoalEntry,
+    GoalSource,
+    HeldEntry,
+    HeldFate,
+    OrderGiven,
+)
 
 
 def told(log: LogFile, subject: str) -> Story:
@@ -97,7 +108,7 @@ def test_an_event_that_waits_for_those_before_it(blackout: LogFile) -> None:
 def test_a_proposal_with_its_grounds_and_what_the_operator_made_of_it(blackout: LogFile) -> None:
     found = told(blackout, "proposal:3")
     assert found.title == (
-        "proposal 3: W, towards at:A - ended at 481.6 s: command 81 came in between"
+        "proposal 3: W, towards at:A - ended at 481.6 s: overridden by command 81"
     )
     told_lines = lines(found)
     assert told_lines[:5] == [
@@ -253,6 +264,75 @@ def test_what_is_no_subject(text: str, message: str) -> None:
 
 
 @pytest.mark.parametrize(
+    ("changes", "ending"),
+    [
+        ([("set", "operator")], " - still a goal at the end of the log"),
+        ([("set", "operator"), ("reached", "operator")], " - reached at 1.0 s"),
+        (
+            [("set", "operator"), ("reached", "operator"), ("set", "operator")],
+            " - still a goal at the end of the log",
+        ),
+        (
+            [("set", "operator"), ("set", "mission"), ("withdrawn", "operator")],
+            " - still a goal at the end of the log",
+        ),
+        ([("withdrawn", "mission")], " - withdrawn at 0.0 s"),
+    ],
+)
+def test_how_a_goal_ended(changes: list[tuple[str, str]], ending: str) -> None:
+    """It is over once nobody wants it, and not over if it was set again."""
+    noted = [
+        (float(t_s), GoalEntry(("at:B",), GoalChange(change), 1.0, GoalSource(source)))
+        for t_s, (change, source) in enumerate(changes)
+    ]
+    with log_of(records_of(noted)) as log:
+        assert told(log, "goal:B").title == f"goal at:B{ending}"
+
+
+def test_the_title_of_a_goal_tells_what_the_ground_knows(blackout: LogFile) -> None:
+    titles = {t_s: told(blackout.as_ground(to_ns(t_s)), "goal:B").title for t_s in (602, 900, 990)}
+    assert titles == {
+        602: "goal at:B - not known to be reached",
+        900: "goal at:B - a goal by the newest telemetry, of 619.8 s",
+        990: "goal at:B - reached at 713.2 s, known at the ground at 985.5 s",
+    }
+
+
+@pytest.mark.parametrize(
+    ("reached_s", "ending"),
+    [
+        (3, "a goal by the newest telemetry, of 4.0 s"),
+        (5, "reached at 5.0 s, known at the ground at 9.0 s"),
+    ],
+)
+def test_the_newest_word_of_a_goal_counts(reached_s: int, ending: str) -> None:
+    """It was reached after the newest telemetry, or set again before that."""
+    reached = Event(1, to_ns(reached_s), GoalReached(("at:B",)))
+    heard = Telemetry(
+        to_ns(4), ("at:A",), 1.5, 2.5, 0.0, 1.0, Mode.GUIDED, Failsafe.NOMINAL, None, (("at:B",),),
+        0,
+    )  # fmt: skip
+    with log_of(records_of([(8, heard), (9, EventLearned(reached))])) as log:
+        assert told(log.as_ground(to_ns(9)), "goal:B").title == f"goal at:B - {ending}"
+
+
+def test_a_frame_that_is_lost_at_once_leaves_before_it_is_lost() -> None:
+    def frame(stage: FrameStage) -> FrameEvent:
+        return FrameEvent(
+            Direction.DOWN, 3, stage, 40, "Telemetry", carries=(Carried("telemetry"),)
+        )
+
+    journal = Journal()
+    for stage in (FrameStage.MADE, FrameStage.SHADOWED):
+        journal.note(ROVER_FRAME, frame(stage), log_time_ns=to_ns(5))
+    with log_of(journal.take()) as log:
+        assert lines(told(log, "frame:down:3")) == [
+            "5.00 s rover: telemetry leaves in frame down:3",
+            "5.00 s link: frame down:3 is lost in terrain shadow",
+        ]
+
+
+@pytest.mark.parametrize(
     ("subject", "message"),
     [
         ("command:95", "there is no command 95: the ground gave commands 1 to 94"),
@@ -268,6 +348,20 @@ def test_what_there_is_instead_of_what_there_is_not(
     with pytest.raises(SubjectError) as refusal:
         told(blackout, subject)
     assert message in str(refusal.value)
+
+
+@pytest.mark.parametrize(
+    ("t_s", "subject", "message"),
+    [
+        (0, "frame:down:1", "the ground knows of no frame down:1: it knows of none"),
+        (500, "frame:down:5000", "the ground knows of no frame down:5000: those that it knows of"),
+    ],
+)
+def test_a_frame_that_the_ground_knows_nothing_of_may_exist(
+    blackout: LogFile, t_s: int, subject: str, message: str
+) -> None:
+    with pytest.raises(SubjectError, match=message):
+        told(blackout.as_ground(to_ns(t_s)), subject)
 
 
 def test_an_empty_log_has_nothing_to_tell_of() -> None:

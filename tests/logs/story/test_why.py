@@ -12,19 +12,24 @@ from farside.control import (
     Mode,
     ModeCause,
 )
-from farside.frames import LinkOutage, OutageReason
+from farside.frames import FrameEvent, FrameStage, LinkOutage, OutageReason
 from farside.logs import LogFile
 from farside.logs.story import Aspect, Reasons, SubjectError, story, subject_of, why
-from farside.messages import Drive, Proposal
-from farside.node import Direction, to_ns
+from farside.messages import Drive, Proposal, SetMode
+from farside.node import Direction, Journal, to_ns
 from farside.topics import (
+    ROVER_FRAME,
     BatteryEntry,
+    BeliefEntry,
     CommandEntry,
     GoalChange,
     GoalEntry,
     GoalSource,
+    Known,
+    LearnedBy,
     ModeEntry,
     ProposalEnded,
+    reasons,
 )
 
 
@@ -81,9 +86,9 @@ def test_the_mode(blackout: LogFile) -> None:
 def test_the_failsafe_tells_its_condition_and_the_countdown(blackout: LogFile) -> None:
     assert asked(blackout, 640, Aspect.FAILSAFE)["failsafe hold"] == [
         "failsafe hold: nothing is heard, after 10.0 s of silence, since 630.0 s, for 10.00 s",
-        "what was so then: silence",
-        "silence that the contact plan does not explain: 10.0 s",
-        "20.0 s more of it, and the link counts as lost",
+        "what was so when that began: silence",
+        "silence by then that the contact plan did not explain: 10.02 s",
+        "another 19.98 s of such silence would have counted as the loss of the link",
     ]
 
 
@@ -103,8 +108,27 @@ def test_a_silence_on_both_sides(blackout: LogFile) -> None:
 
 def test_between_two_frames_there_is_no_silence(blackout: LogFile) -> None:
     found = asked(blackout, 100, Aspect.SILENCE)
-    for side in ("on board", "at the ground"):
-        assert found[side][1] == "that is no silence: less than the usual gap between frames"
+    assert found["on board"][1] == "that is no silence: the rover does not count it as one"
+    assert found["at the ground"][1] == "that is no silence: the ground does not count it as one"
+
+
+def test_what_a_side_counts_as_silence_is_silence_however_short() -> None:
+    """In a mission whose failsafe holds after two seconds."""
+    heard = FrameEvent(Direction.UP, 1, FrameStage.USED, 40, "Heartbeat")
+    noted = records_of(
+        [
+            (0.0, failsafe_entry()),
+            (12.0, failsafe_entry(Failsafe.HOLD, 2.0)),
+            (13.0, ModeEntry(Mode.SHARED, ModeCause.OPERATOR)),
+        ]
+    )
+    journal = Journal()
+    journal.note(ROVER_FRAME, heard, log_time_ns=to_ns(10))
+    with log_of(sorted([*noted, *journal.take()], key=lambda one: one.log_time_ns)) as log:
+        assert "does not count it" in asked(log, 11, Aspect.SILENCE)["on board"][1]
+        assert asked(log, 13, Aspect.SILENCE)["on board"][1].startswith("why: ")
+        now = asked(log, 10, Aspect.SILENCE)["on board"][0]
+    assert now == "the rover last heard frame up:1 at 10.0 s, at this moment"
 
 
 def test_an_outage_that_the_plan_knows_is_told_as_such() -> None:
@@ -120,6 +144,17 @@ def test_an_outage_that_the_plan_knows_is_told_as_such() -> None:
     assert found[0] == "the rover has heard nothing by 50.0 s"
 
 
+def test_what_the_ground_thought_before_it_knew_where_the_rover_is() -> None:
+    """It may have heard of something else first, such as by an event."""
+    charge = Known(0.4, to_ns(3), to_ns(10), LearnedBy.EVENT)
+    with log_of(records_of([GUIDED, (10.0, BeliefEntry((), battery=charge))])) as log:
+        thought = [asked(log, t_s, Aspect.MODE)["what the ground thought then"] for t_s in (9, 10)]
+    assert thought == [
+        ["it has heard nothing of the rover yet"],
+        ["it does not know yet where the rover is or what it does"],
+    ]
+
+
 # --- standing still ---------------------------------------------------------------------------
 
 GUIDED = (0.0, ModeEntry(Mode.GUIDED, ModeCause.START))
@@ -128,6 +163,9 @@ ALONE = (0.0, ModeEntry(Mode.AUTONOMOUS, ModeCause.OPERATOR))
 GOAL = (1.0, GoalEntry(("at:B",), GoalChange.SET, 1.0, GoalSource.OPERATOR))
 GONE = (2.0, GoalEntry(("at:B",), GoalChange.WITHDRAWN, 1.0, GoalSource.OPERATOR))
 PROPOSED = (2.0, Proposal(4, to_ns(2), ("at:B",), "E", ()))
+VETOED = ProposalEnded(4, reasons.VETOED.of())
+BY_ITSELF = (Mode.AUTONOMOUS, ModeCause.OPERATOR)
+OPERATOR = GoalSource.OPERATOR
 NOMINAL = (0.0, failsafe_entry())
 
 
@@ -139,10 +177,18 @@ NOMINAL = (0.0, failsafe_entry())
         ([SHARED, GOAL, GONE], "no goal is on the Goal List"),
         ([SHARED, GOAL, PROPOSED], "proposal 4 (E) waits for the operator's word since 2.0 s"),
         (
-            [SHARED, GOAL, PROPOSED, (3.0, ProposalEnded(4, "vetoed by the operator"))],
+            [SHARED, GOAL, PROPOSED, (3.0, VETOED)],
             "it has goals (at:B), and the operator vetoed what it proposed",
         ),
         ([ALONE, GOAL], "it has goals (at:B), and knows no way to them from here"),
+        (
+            [SHARED, GOAL, PROPOSED, (3.0, VETOED), (4.0, ModeEntry(*BY_ITSELF))],
+            "it has goals (at:B), and knows no way to them from here",
+        ),
+        (
+            [ALONE, GOAL, (2.0, GoalEntry(("at:B",), GoalChange.SUSPENDED, 1.0, OPERATOR, "far"))],
+            "it has goals (at:B, put aside: far), and knows no way to them from here",
+        ),
         (
             [ALONE, GOAL, (3.0, failsafe_entry(Failsafe.HOLD, 12))],
             "failsafe hold: nothing is heard, after 12.0 s of silence, so it begins nothing",
@@ -154,6 +200,16 @@ NOMINAL = (0.0, failsafe_entry())
         (
             [GUIDED, (3.0, CommandEntry(5, CommandStage.WAITING, Drive("E")))],
             "command 5 (drive E) waits on board since 3.0 s",
+        ),
+        (
+            [
+                GUIDED,
+                (3.0, CommandEntry(5, CommandStage.WAITING, Drive("E"))),
+                (3.5, CommandEntry(6, CommandStage.WAITING, Drive("W"))),
+                (4.0, CommandEntry(7, CommandStage.TAKEN, SetMode(Mode.GUIDED))),
+                (4.0, CommandEntry(7, CommandStage.DONE, SetMode(Mode.GUIDED))),
+            ],
+            "command 5 (drive E) waits on board since 3.0 s, and 1 more",
         ),
     ],
 )
