@@ -351,13 +351,22 @@ def _commands(session: FakeSession, step: int) -> tuple[CommandRow, ...]:
         elif session.now_ns >= seen:
             rows.append(CommandRow(name, text, ("done",), is_over=True))
         elif session.now_ns >= begins:
-            rows.append(CommandRow(name, text, ("under way, on time",), seen_ns=seen))
+            within = f"word within {to_s(seen - session.now_ns):.1f} s"
+            rows.append(CommandRow(name, text, ("under way, on time", within), seen_ns=seen))
         else:
             can = session.now_ns < until
-            words = ("on its way",) if can else ("too late to take back",)
+            told = [f"begins in {to_s(begins - session.now_ns):.1f} s"]
+            if can:
+                told.append(f"take back: {to_s(until - session.now_ns):.1f} s left")
             rows.append(
                 CommandRow(
-                    name, text, words, Tone.PLAIN, False, begins, seen, until if can else None, can
+                    number=name,
+                    text=text,
+                    words=tuple(told),
+                    begins_ns=begins,
+                    seen_ns=seen,
+                    take_back_until_ns=until if can else None,
+                    can_take_back=can,
                 )
             )
     words = ("held until the link is up",)
