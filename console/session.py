@@ -6,6 +6,8 @@ the orders that were given, and says what the screen shows. It has no thread and
 
 from collections.abc import Iterator, Sequence
 
+from msgspec.structs import replace
+
 from farside.acts import Act, Discard, Planned
 from farside.console.alarms import Alarms
 from farside.console.decisions import Decisions
@@ -180,29 +182,26 @@ class Session:
     def _shown(self, begun: Screen, view: GroundView, chart: Places) -> Screen:
         picture, now_ns = self._picture, self._now_ns
         card = self._card(view)
-        shown = {name: getattr(begun, name) for name in begun.__struct_fields__}
         on_the_way = picture.commands.on_the_way + len(self._queued)
-        return Screen(
-            **{
-                **shown,
-                "rover_ns": max(0, now_ns - view.down.light_ns),
-                "if_nothing": self._over or f"If you do nothing: {view.if_nothing}.",
-                "map": map_view(picture, view, chart),
-                "strip": self._strip.strip(now_ns, view, picture.commands),
-                "status": tuple(self._status(view)),
-                "on_the_way": on_the_way,
-                "proposal": card,
-                "options": option_rows(picture, view, card, chart),
-                "commands": command_rows(picture.commands, self._queued, now_ns),
-                "goals": goal_rows(view),
-                "rover": rover_said(picture, view),
-                "model": model_said(picture, view),
-                "failsafe": failsafe_said(picture, view),
-                "link": link_said(view),
-                "events": self._events.rows(),
-                "alarms": self._alarms.rows(),
-                "exercise": () if self._exercise is None else self._exercise.rows(),
-            }
+        return replace(
+            begun,
+            rover_ns=max(0, now_ns - view.down.light_ns),
+            if_nothing=self._over or f"If you do nothing: {view.if_nothing}.",
+            map=map_view(picture, view, chart),
+            strip=self._strip.strip(now_ns, view, picture.commands),
+            status=tuple(self._status(view)),
+            on_the_way=on_the_way,
+            proposal=card,
+            options=option_rows(picture, view, card, chart),
+            commands=command_rows(picture.commands, self._queued, now_ns),
+            goals=goal_rows(view),
+            rover=rover_said(picture, view),
+            model=model_said(picture, view),
+            failsafe=failsafe_said(picture, view),
+            link=link_said(view),
+            events=self._events.rows(),
+            alarms=self._alarms.rows(),
+            exercise=() if self._exercise is None else self._exercise.rows(),
         )
 
     def _status(self, view: GroundView) -> Iterator[Said]:
