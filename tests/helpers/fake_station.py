@@ -246,7 +246,7 @@ def _screen(session: FakeSession) -> Screen:
             Said("", "not known to the rover"),
         ),
         on_the_way=sum(not command.is_over for command in commands),
-        if_nothing="If you do nothing: the rover stands and waits for your word.",
+        if_nothing=session.over or "If you do nothing: the rover stands and waits for your word.",
         proposal=_proposal(session, proposed),
         options=_options(session, step, proposed),
         commands=commands,
