@@ -6,6 +6,8 @@ the orders that were given, and says what the screen shows. It has no thread and
 
 from collections.abc import Iterator, Sequence
 
+from msgspec.structs import replace
+
 from farside.acts import Act, Discard, Planned
 from farside.console.alarms import Alarms
 from farside.console.decisions import Decisions
@@ -96,7 +98,8 @@ class Session:
         self._mission, self._end_ns = mission, end_ns
         self._picture = Picture(as_ground=True)
         self._view: GroundView | None = None
-        self._queued: list[Act] = []
+        self._queued: dict[int, Act] = {}  # by numbers that never come again
+        self._put_so_far = 0
         self._alarms, self._events, self._strip = Alarms(), EventList(), StripOf()
         self._exercise = exercise
         self._decisions = Decisions(self.pacing)
@@ -148,8 +151,8 @@ class Session:
 
     def orders(self) -> list[Act]:
         """What was ordered since the last call, in order."""
-        given, self._queued = self._queued, []
-        return given
+        given, self._queued = self._queued, {}
+        return list(given.values())
 
     # --- to the person -------------------------------------------------------------------------
 
@@ -179,29 +182,26 @@ class Session:
     def _shown(self, begun: Screen, view: GroundView, chart: Places) -> Screen:
         picture, now_ns = self._picture, self._now_ns
         card = self._card(view)
-        shown = {name: getattr(begun, name) for name in begun.__struct_fields__}
         on_the_way = picture.commands.on_the_way + len(self._queued)
-        return Screen(
-            **{
-                **shown,
-                "rover_ns": max(0, now_ns - view.down.light_ns),
-                "if_nothing": self._over or f"If you do nothing: {view.if_nothing}.",
-                "map": map_view(picture, view, chart),
-                "strip": self._strip.strip(now_ns, view, picture.commands),
-                "status": tuple(self._status(view)),
-                "on_the_way": on_the_way,
-                "proposal": card,
-                "options": option_rows(picture, view, card, chart),
-                "commands": command_rows(picture.commands, self._queued, now_ns),
-                "goals": goal_rows(view),
-                "rover": rover_said(picture, view),
-                "model": model_said(picture, view),
-                "failsafe": failsafe_said(picture, view),
-                "link": link_said(view),
-                "events": self._events.rows(),
-                "alarms": self._alarms.rows(),
-                "exercise": () if self._exercise is None else self._exercise.rows(),
-            }
+        return replace(
+            begun,
+            rover_ns=max(0, now_ns - view.down.light_ns),
+            if_nothing=self._over or f"If you do nothing: {view.if_nothing}.",
+            map=map_view(picture, view, chart),
+            strip=self._strip.strip(now_ns, view, picture.commands),
+            status=tuple(self._status(view)),
+            on_the_way=on_the_way,
+            proposal=card,
+            options=option_rows(picture, view, card, chart),
+            commands=command_rows(picture.commands, self._queued, now_ns),
+            goals=goal_rows(view),
+            rover=rover_said(picture, view),
+            model=model_said(picture, view),
+            failsafe=failsafe_said(picture, view),
+            link=link_said(view),
+            events=self._events.rows(),
+            alarms=self._alarms.rows(),
+            exercise=() if self._exercise is None else self._exercise.rows(),
         )
 
     def _status(self, view: GroundView) -> Iterator[Said]:
@@ -258,14 +258,14 @@ class Session:
             return f"not {done}: no proposal stands"
         if card.number != order.proposal:
             return f"not {done}: proposal {card.number} stands now, not {order.proposal}"
-        if not card.can_answer:
+        if card.answered:
             return f"not {done}: proposal {card.number} is {card.answered}"
         return self._act(order, f"{done} proposal {card.number}")
 
     def take_back(self, number: int | None = None) -> str:
         """Take back a command: by default the newest that can be, what waits here first."""
         if number is None and self._queued:
-            return f"given up here: {_text(self._queued.pop())}"
+            return f"given up here: {_text(self._queued.popitem()[1])}"
         known = self._picture.commands
         if number is None:
             number = max(
@@ -283,9 +283,10 @@ class Session:
     def discard(self, held: int) -> str:
         """Give up what is held at the ground under this number; below 0, what waits here."""
         if held < 0:
-            if -held > len(self._queued):
-                return "not given up: it has gone out"
-            return f"given up here: {_text(self._queued.pop(-held - 1))}"
+            act = self._queued.pop(-held, None)
+            return (
+                "not given up: it has gone out" if act is None else f"given up here: {_text(act)}"
+            )
         if held not in self._picture.commands.held:
             return "not given up: it has been sent"
         return self._put(Discard(held), "gives up what is held at the ground")
@@ -319,14 +320,16 @@ class Session:
         if not silent or insist:
             return self._put(order, said)
         if isinstance(order, Drive | Approve | Override | Veto):
-            return "not ordered: the rover is silent. Insist to send it all the same"
+            insist_too = ", unless you insist" if isinstance(order, Drive) else ""
+            return f"not ordered: the rover is silent{insist_too}"
         held = Planned(order, link_up=True)
         return self._put(held, f"{said}, held at the ground until the link is up")
 
     def _put(self, act: Act, said: str) -> str:
         if self._over:
             return _OVER
-        self._queued.append(act)
+        self._put_so_far += 1
+        self._queued[self._put_so_far] = act
         return said
 
     # --- from the person: time, looking, alarms ------------------------------------------------

@@ -157,10 +157,11 @@ class Page:
             with self._client:
                 ui.notify(
                     f"▲ {said}" if refused else said,
-                    position="top-left",
-                    timeout=4000,
+                    position="bottom-left",
+                    timeout=5000,
                     classes="said refused" if refused else "said",
-                    group=False,
+                    group="said",
+                    badgeStyle="display: none",
                 )
 
     # --- what the person sees ---

@@ -1,6 +1,6 @@
 """Every command on its way, the proposal that stands, and what could be ordered."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping
 
 from farside.acts import Act, Discard, Planned
 from farside.console.screen.mapping import place_text, spots_of
@@ -36,18 +36,18 @@ def order_of(act: Act) -> Order | None:
 
 
 def command_rows(
-    commands: KnownCommands, queued: Sequence[Act], now_ns: int
+    commands: KnownCommands, queued: Mapping[int, Act], now_ns: int
 ) -> tuple[CommandRow, ...]:
     """The commands, newest first: what waits here, what is on the way, and the last that ended."""
     return tuple(_rows(commands, queued, now_ns))[:_ROWS]
 
 
-def _rows(commands: KnownCommands, queued: Sequence[Act], now_ns: int) -> Iterator[CommandRow]:
-    for index, act in reversed(tuple(enumerate(queued, start=1))):
+def _rows(commands: KnownCommands, queued: Mapping[int, Act], now_ns: int) -> Iterator[CommandRow]:
+    for waiting, act in reversed(queued.items()):
         order = order_of(act)
         text = "give up what is held" if order is None else order_text(order)
         yield CommandRow(
-            0, text, ("goes out when time goes on",), Tone.PLAIN, can_take_back=True, held=-index
+            0, text, ("goes out when time goes on",), Tone.PLAIN, can_take_back=True, held=-waiting
         )
     for number, orders in reversed(commands.held.items()):
         text = ", then ".join(map(order_text, orders))
@@ -102,7 +102,9 @@ def _tone(command: KnownCommand) -> Tone:
 # --- the proposal ------------------------------------------------------------------------------
 
 
-def proposal_card(picture: Picture, view: GroundView, queued: Sequence[Act]) -> ProposalCard | None:
+def proposal_card(
+    picture: Picture, view: GroundView, queued: Mapping[int, Act]
+) -> ProposalCard | None:
     """The proposal that stands, with what the ground finds of it; `None` where none does."""
     proposal, review = picture.proposal, view.review
     if proposal is None or review is None or review.proposal != proposal.number:
@@ -121,13 +123,13 @@ def proposal_card(picture: Picture, view: GroundView, queued: Sequence[Act]) -> 
         answered=answered,
         veto_left_s=left_s,
         veto_window_s=proposal.veto_window_s,
-        can_answer=not answered,
+        can_answer=not answered and view.silent_since_ns is None,
     )
 
 
-def answer_text(picture: Picture, queued: Sequence[Act], number: int) -> str:
+def answer_text(picture: Picture, queued: Mapping[int, Act], number: int) -> str:
     """How a proposal was answered, in words; empty while it is not, or that came to nothing."""
-    for act in queued:
+    for act in queued.values():
         order = order_of(act)
         if isinstance(order, Approve | Override | Veto) and order.proposal == number:
             return f"{_ANSWERS[type(order)]}, goes out when time goes on"

@@ -158,7 +158,7 @@ class ProposalCard(msgspec.Struct, frozen=True, omit_defaults=True):
         veto_left_s: the time left in which a veto arrives before the rover acts; `None` where
             consent is by approval.
         veto_window_s: how long that is in all.
-        can_answer: whether it can be answered now.
+        can_answer: whether it can be answered now: not twice, and not into unexpected silence.
     """
 
     number: int
@@ -186,7 +186,8 @@ class CommandRow(msgspec.Struct, frozen=True, omit_defaults=True):
             it did or is not known.
         take_back_until_ns: until when it can be taken back for sure.
         can_take_back: whether a take-back can still be tried.
-        held: the number of holding of what is held at the ground.
+        held: the number of holding of what is held at the ground; below 0 of what waits at the
+            console while time stands.
     """
 
     number: int

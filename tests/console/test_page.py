@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Literal
 from urllib.parse import urlsplit
 
 import pytest
@@ -176,6 +177,10 @@ def test_lists_do_not_move_under_the_pointer(visitor: Visitor, station: FakeStat
     visitor.page.get_by_label("take back: 93").wait_for()
 
 
+NAMELESS = """() => [...document.querySelectorAll('button, [role=switch], [role=img]')]
+  .filter((node) => !(node.innerText?.trim() || node.getAttribute('aria-label')
+    || node.labels?.[0]?.innerText)).map((node) => node.outerHTML)"""
+
 PAD = """
 window.pad = {connected: true, axes: [0, 0], buttons: [...Array(17)].map(() => ({pressed: false})),
   vibrationActuator: {playEffect: (kind, effect) => { effects.push(effect.strongMagnitude); }}};
@@ -228,19 +233,16 @@ def test_two_pages_look_one_commands_and_hands_over(
         visitor.sees("ask for command")
 
 
-@pytest.mark.parametrize("width", [1280, 820])
+@pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (820, "dark")])
 def test_the_page_is_readable_without_scrolling(
-    browser: Browser, served: Serving, width: int
+    browser: Browser, served: Serving, width: int, scheme: Literal["light", "dark"]
 ) -> None:
-    height = 800 if width == 1280 else 1180
-    with visiting(browser, served.address, width=width, height=height) as visitor:
-        page = visitor.page
-        assert page.evaluate("document.documentElement.scrollHeight") <= height
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
-        sizes = page.evaluate(
-            """() => [...document.querySelectorAll('.console *')]
-            .filter((node) => [...node.childNodes].some(
-              (one) => one.nodeType === 3 && one.data.trim()))
-            .map((node) => parseFloat(getComputedStyle(node).fontSize))"""
-        )
-        assert min(sizes) >= 14
+    height = {1280: 800, 820: 1180}[width]
+    with visiting(browser, served.address, width=width, height=height, scheme=scheme) as visitor:
+        assert visitor.page.evaluate("document.documentElement.scrollHeight") <= height
+        assert visitor.page.evaluate("document.documentElement.scrollWidth") <= width
+        texts = visitor.texts()
+        assert len(texts) > 40
+        assert not [text for text, size, _ in texts if size < 14]
+        assert not [text for text, _, contrast in texts if contrast < 4.5]
+        assert not visitor.page.evaluate(NAMELESS)

@@ -203,6 +203,17 @@ def test_what_waits_while_time_stands_can_be_given_up() -> None:
     assert ground.ordered() == []
 
 
+def test_who_gives_up_what_has_gone_out_meanwhile_hits_nothing_else() -> None:
+    ground = AtTheGround()
+    ground.session.set_mode(Mode.SHARED)
+    seen_as = ground.screen.commands[0].held
+    ground.ordered()
+    ground.session.set_goal("B")
+
+    assert ground.session.discard(seen_as) == "not given up: it has gone out"
+    assert ground.ordered() == [SetGoal(("at:B",), 2.0)]
+
+
 def test_escape_takes_back_the_newest_that_can_be_and_no_command_twice() -> None:
     ground = AtTheGround()
     ground.note(command_sent(1, Drive("E")), command_sent(2, Drive("E")))
@@ -230,6 +241,19 @@ def test_into_silence_a_move_is_not_ordered_and_a_setting_waits_for_the_link() -
     assert [act.link_up for act in ground.ordered() if isinstance(act, Planned)] == [True, True]
     ground.session.choose("W", insist=True)
     assert ground.ordered() == [Drive("W")]
+
+
+def test_into_silence_no_proposal_is_answered_and_who_insists_drives() -> None:
+    ground = AtTheGround(Mode.SHARED, proposal=14)
+    ground.see(replace(ground.view, silent_since_ns=to_ns(5)))
+    assert not ground.screen.proposal.can_answer
+
+    assert ground.session.approve(14) == "not ordered: the rover is silent"
+    assert ground.session.veto(14) == "not ordered: the rover is silent"
+    assert ground.session.choose("E").startswith("not ordered: the rover is silent, unless")
+    assert ground.ordered() == []
+    ground.session.choose("E", insist=True)
+    assert ground.ordered() == [Drive("E")]
 
 
 def test_what_is_held_at_the_ground_can_be_given_up() -> None:
