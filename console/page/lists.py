@@ -12,7 +12,7 @@ from farside.places import is_place_token, place_name
 Presses = Callable[[Press], None]
 
 
-def _small(text: str, told: str, press: Callable[[], None]) -> ui.button:
+def _small(text: str, told: str, press: Callable[[], None] | None = None) -> ui.button:
     button = ui.button(text, color=None, on_click=press).props("no-caps dense").classes("small")
     button.props["aria-label"] = told
     return button
@@ -87,7 +87,7 @@ class _Alarm:
             self._button = _small(
                 "ack.",
                 f"acknowledge: {row.text}",
-                lambda: press(Press(What.ACKNOWLEDGE, number=row.number)),
+                lambda: press(Press(What.ACKNOWLEDGE, alarms=(row.number,))),
             )
 
     def show(self, item: AlarmRow) -> None:
@@ -148,6 +148,7 @@ class Foot:
 
     def __init__(self, press: Presses, asks_meanwhile: Callable[[], None]) -> None:
         self._all = False
+        self._newest: tuple[EventRow, ...] = ()
         with ui.element("footer"):
             with ui.element("section").classes("events").props('aria-label="events"'):
                 self._events = Rows[EventRow](
@@ -159,11 +160,8 @@ class Foot:
             with ui.element("section").classes("alarms").props('aria-label="alarms"'):
                 with ui.element("div").classes("head"):
                     self._count = ui.label()
-                    _small(
-                        "ack. all (X)",
-                        "acknowledge all alarms",
-                        lambda: press(Press(What.ACKNOWLEDGE)),
-                    )
+                    every = _small("ack. all (X)", "acknowledge all alarms")
+                    every.on("click", js_handler="() => farside.acknowledge()")
                     ui.switch(
                         "all events", on_change=lambda event: self._show_all(all_=event.value)
                     ).props("dense")
@@ -177,11 +175,15 @@ class Foot:
 
     def _show_all(self, *, all_: bool) -> None:
         self._all = all_
+        self._show_events()
 
     def show(self, screen: Screen) -> None:
         """Show what is so now."""
-        shown = [row for row in screen.events if self._all or not row.routine]
-        self._events.show(shown)
+        self._newest = screen.events
+        self._show_events()
         self._alarms.show(screen.alarms)
         count = sum(not row.acknowledged for row in screen.alarms)
         self._count.set_text(f"ALARMS {count}")
+
+    def _show_events(self) -> None:
+        self._events.show([row for row in self._newest if self._all or not row.routine])

@@ -82,7 +82,8 @@ def test_every_key_does_what_the_help_says(visitor: Visitor, station: FakeStatio
         "warp until the next contact",
         "faster",
         "slower",
-        "acknowledge None",
+        "acknowledge 1",
+        "acknowledge 2",
     )
     visitor.press("h", "h", "h")
     station.wait_for("heat True", "heat False")
@@ -130,7 +131,8 @@ def test_a_key_held_down_orders_once(visitor: Visitor, station: FakeStation) -> 
         visitor.page.keyboard.down("ArrowUp")
     visitor.page.keyboard.up("ArrowUp")
     visitor.press("n")
-    station.wait_for("choose N", "warp until something arrives")
+    station.wait_for("warp until something arrives")
+    assert station.session.asked == ["choose N", "warp until something arrives"]
 
 
 def test_a_late_approve_never_hits_another_proposal(visitor: Visitor, station: FakeStation) -> None:
@@ -147,6 +149,7 @@ def test_a_late_approve_never_hits_another_proposal(visitor: Visitor, station: F
     visitor.settle()
     visitor.page.get_by_role("button", name="Approve ⏎").click()
     station.wait_for("approve 15")
+    visitor.page.locator("[role=status]", has_text="Proposal 15: ").wait_for(state="attached")
 
 
 def test_an_action_shows_what_it_will_do_before_it_is_done(
@@ -166,6 +169,19 @@ def test_the_goal_in_focus_is_the_one_under_the_pointer(
     visitor.page.get_by_text("C, priority 1").hover()
     visitor.sees("to C: 24.1 s to go")
     assert station.session.looked_at == "C"
+
+
+def test_alarms_stay_until_they_are_acknowledged_and_what_was_missed_can_be_read(
+    visitor: Visitor, station: FakeStation
+) -> None:
+    visitor.page.get_by_label("acknowledge: blocked at 3,4").click()
+    station.wait_for("acknowledge 2")
+    visitor.sees("ALARMS 1")
+    visitor.page.get_by_label("what it did meanwhile").click()
+    visitor.sees("nothing was learned late")
+    station.wait_for("read")
+    visitor.press("Escape")
+    visitor.sees_no_dialog()
 
 
 def test_lists_do_not_move_under_the_pointer(visitor: Visitor, station: FakeStation) -> None:
