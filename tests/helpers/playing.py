@@ -22,7 +22,7 @@ from farside.node import to_ns
 
 _PATIENCE_S = 20.0
 _KEYS = {"N": "ArrowUp", "E": "ArrowRight", "S": "ArrowDown", "W": "ArrowLeft"}
-_NEAR_S = 30.0
+_NEAR_S = 590.0
 
 
 class HeardStation(Station):
@@ -47,6 +47,12 @@ class HeardStation(Station):
         with self._moved:
             came = self._moved.wait_for(lambda: is_so(self._session), timeout=_PATIENCE_S)
         assert came, f"waited in vain until {what}; {self.screen().if_nothing}"
+
+
+def _is_back(session: Session) -> bool:
+    """Whether a warp is over, and what is shown is as new as can be."""
+    view = session._view
+    return not session.pacing.until and view is not None and view.now_ns == session._now_ns
 
 
 class LiveRun:
@@ -137,7 +143,7 @@ class Player:
     def order(self, *keys: str, settled: bool = False) -> str:
         """Press keys that order one thing; the answer."""
         if self.screen.paused and keys != (" ",):
-            self.order(" ")
+            self.order(" ", settled=True)
         count = len(self.station.said)
         if settled:
             self.visitor.settle()
@@ -146,15 +152,17 @@ class Player:
         return self.station.said[count]
 
     def _do(self, press: Press) -> None:
-        settled = self.screen.mode.text == "SHARED"
+        card = self.screen.proposal
+        if card is not None:
+            self.visitor.sees(card.title)
         match press.what:
             case "choose":
-                said = self.order(_KEYS[press.which], settled=settled or not self.station.said)
+                said = self.order(_KEYS[press.which], settled=card is not None or not self.station.said)
             case "approve":
                 said = self.order("Enter", settled=True)
             case "goal":
                 self.visitor.press("g")
-                self.visitor.page.get_by_label("place, such as B or 7,4").wait_for()
+                self.visitor.page.locator("input:focus").wait_for()
                 said = self.order(*press.which, "Enter")
                 self.visitor.sees_no_dialog()
             case _:
@@ -167,11 +175,14 @@ class Player:
     def _let_pass(self, screen: Screen) -> None:
         """Until something arrives; where nothing will, for a moment."""
         if self.person.stage == "wait":
-            left_s = 600 - screen.now_ns / 1e9
-            self.order(*"..." if left_s > _NEAR_S else ",")
-        if screen.on_the_way or screen.mode.text != "GUIDED":
+            near = screen.now_ns >= to_ns(_NEAR_S)
+            self.order(*(",," if near else "....."))  # 10x, or 60x
+            self._pass_until(to_ns(600 if near else _NEAR_S))
+        elif screen.on_the_way or screen.mode.text == "SHARED":
             self.order("n")
-            self.station.until("something arrives", lambda session: not session.pacing.until)
+            self.station.until("something arrives", _is_back)
         else:
-            now_ns = screen.now_ns
-            self.station.until("time passes", lambda session: session.screen().now_ns > now_ns)
+            self._pass_until(screen.now_ns + 1)
+
+    def _pass_until(self, now_ns: int) -> None:
+        self.station.until("time passes", lambda session: session._now_ns >= now_ns)
