@@ -12,6 +12,7 @@ from fake_station import FakeStation
 from playwright.sync_api import Browser
 
 from farside.console.page.serving import Serving, serving
+from farside.console.stick.cues import cue_of, nearness, rumble_of
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="needs chromium")
 
@@ -218,9 +219,12 @@ def test_a_gamepad_chooses_as_the_keys_do_and_is_felt_at_once(
     near = page.evaluate(
         """() => new Promise((tell) => { effects.length = 0; pad.axes = [-0.5, 0];
         requestAnimationFrame(() => requestAnimationFrame(() => tell(
-          [effects.length > 0, document.querySelector('[data-near]').dataset.option])));})"""
+          [effects.at(-1), document.querySelector('[data-near]').dataset.option])));})"""
     )
-    assert near == [True, "W"]
+    west = next(option for option in station.screen().options if option.action == "W")
+    felt = rumble_of(cue_of(west), nearness(0.5)).strength
+    assert felt > 0.1
+    assert near == [round(felt, 2), "W"], "the same as a stick of this host would feel"
     assert station.session.asked == []
 
     visitor.settle()
