@@ -1,4 +1,4 @@
-"""`blackout`, played whole by a person at the page: as people use it, and with all that may happen."""
+"""`blackout`, played whole by a person at the page, whatever happens to pages meanwhile."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -29,9 +29,10 @@ def browser() -> Iterator[Browser]:
 @contextmanager
 def played(browser: Browser, out: Path) -> Iterator[tuple[LiveRun, Serving, Player]]:
     """A run that has begun, and somebody before its page."""
+    live = LiveRun(out)
     with (
-        LiveRun(out) as live,
         serving(live.station) as served,
+        live,
         visiting(browser, served.address) as visitor,
     ):
         yield live, served, Player(live.station, visitor)
@@ -41,7 +42,7 @@ def assert_shows(visitor: Visitor, screen: Screen) -> None:
     """While time stands: the page says what the station does."""
 
     def says(where: str, text: str) -> None:
-        visitor.page.locator(where).filter(has_text=text).first.wait_for()
+        visitor.page.locator(f"{where}:visible").filter(has_text=text).first.wait_for()
 
     assert screen.paused or screen.over
     says(".clocks", clock(screen.now_ns))
@@ -68,7 +69,9 @@ def finishes(live: LiveRun, player: Player) -> None:
     player.visitor.sees("goal at:B reached")
     player.visitor.press("Escape")
     player.visitor.sees_no_dialog()
-    live.station.until("all is ticked", lambda session: all(s.done for s in session.screen().exercise))
+    live.station.until(
+        "all is ticked", lambda session: all(s.done for s in session.screen().exercise)
+    )
     player.order("n")
 
 
@@ -98,7 +101,9 @@ def test_a_person_plays_the_whole_of_blackout_by_keys(browser: Browser, tmp_path
     assert verify(run.log).equal
     assert all(step.done for step in player.screen.exercise)
     assert visitor.said == []
-    assert {urlsplit(address).netloc for address in visitor.requests} == {urlsplit(served.address).netloc}
+    assert {urlsplit(address).netloc for address in visitor.requests} == {
+        urlsplit(served.address).netloc
+    }
 
 
 def test_what_happens_to_pages_does_nothing_to_the_run(browser: Browser, tmp_path: Path) -> None:
@@ -107,7 +112,7 @@ def test_what_happens_to_pages_does_nothing_to_the_run(browser: Browser, tmp_pat
         first = player.visitor
         player.play(lambda screen: screen.now_ns > to_ns(100))
         first.page.reload()
-        first.here()
+        first.here().settle()
 
         player.play(lambda screen: screen.proposal is not None and screen.proposal.can_answer)
         with visiting(browser, served.address) as second:
@@ -115,16 +120,15 @@ def test_what_happens_to_pages_does_nothing_to_the_run(browser: Browser, tmp_pat
             second.press("Enter")
             second.hears("another page commands")
             second.page.get_by_role("button", name="ask for command").click()
-            try: first.page.get_by_role("button", name="hand over command").click()
-            except: first.page.screenshot(path="/tmp/b/first.png"); second.page.screenshot(path="/tmp/b/second.png"); print(live.station.screen().paused); raise
-            try: second.sees("you command")
-            except: first.page.screenshot(path="/tmp/b/first.png"); second.page.screenshot(path="/tmp/b/second.png"); raise
+            first.sees("hand over command")
+            first.look()
+            first.page.get_by_role("button", name="hand over command").click()
+            second.sees("you command")
             first.sees("ask for command")
             first.page.close()
 
             player.visitor = second
             player.play(lambda screen: "unexpected" in str(screen.status))
-            player.order(" ")
             player.order("n")
             second.page.context.set_offline(offline=True)
             second.sees("Connection lost")

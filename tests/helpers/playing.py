@@ -22,7 +22,7 @@ from farside.node import to_ns
 
 _PATIENCE_S = 20.0
 _KEYS = {"N": "ArrowUp", "E": "ArrowRight", "S": "ArrowDown", "W": "ArrowLeft"}
-_NEAR_S = 590.0
+_MOMENT_NS = to_ns(600)
 
 
 class HeardStation(Station):
@@ -137,18 +137,23 @@ class Player:
                 self._do(press)
             else:
                 self._let_pass(screen)
-        if not self.screen.paused and not self.screen.over:
-            self.order(" ")
+        self._stop()
 
     def order(self, *keys: str, settled: bool = False) -> str:
         """Press keys that order one thing; the answer."""
-        if self.screen.paused and keys != (" ",):
-            self.order(" ", settled=True)
-        count = len(self.station.said)
         if settled:
             self.visitor.settle()
-        self.visitor.press(*keys)
-        self.station.until(f"{keys} is answered", lambda _: len(self.station.said) > count)
+        return self._answered(lambda: self.visitor.press(*keys), str(keys))
+
+    def click(self, name: str) -> str:
+        """Click a button that orders something; the answer."""
+        button = self.visitor.page.get_by_role("button", name=name, exact=True)
+        return self._answered(button.click, name)
+
+    def _answered(self, act: Callable[[], object], name: str) -> str:
+        count = len(self.station.said)
+        act()
+        self.station.until(f"{name} is answered", lambda _: len(self.station.said) > count)
         return self.station.said[count]
 
     def _do(self, press: Press) -> None:
@@ -157,10 +162,13 @@ class Player:
             self.visitor.sees(card.title)
         match press.what:
             case "choose":
-                said = self.order(_KEYS[press.which], settled=card is not None or not self.station.said)
+                said = self.order(
+                    _KEYS[press.which], settled=card is not None or not self.station.said
+                )
             case "approve":
                 said = self.order("Enter", settled=True)
             case "goal":
+                self._stop()
                 self.visitor.press("g")
                 self.visitor.page.locator("input:focus").wait_for()
                 said = self.order(*press.which, "Enter")
@@ -172,17 +180,27 @@ class Player:
                 self.visitor.sees_no_dialog()
         assert not said.startswith("not "), f"{press}: {said}"
 
+    def _stop(self) -> None:
+        if not self.screen.paused and not self.screen.over:
+            self.visitor.sees("▮▮ pause")
+            self.order(" ", settled=True)
+
     def _let_pass(self, screen: Screen) -> None:
         """Until something arrives; where nothing will, for a moment."""
         if self.person.stage == "wait":
-            near = screen.now_ns >= to_ns(_NEAR_S)
-            self.order(*(",," if near else "....."))  # 10x, or 60x
-            self._pass_until(to_ns(600 if near else _NEAR_S))
+            self.click("10x")
+            self._until_then(_MOMENT_NS)
         elif screen.on_the_way or screen.mode.text == "SHARED":
             self.order("n")
             self.station.until("something arrives", _is_back)
         else:
-            self._pass_until(screen.now_ns + 1)
+            if screen.paused:
+                self.visitor.sees("▶ go on")
+                self.order(" ", settled=True)
+            self._until_then(screen.now_ns + 1)
 
-    def _pass_until(self, now_ns: int) -> None:
-        self.station.until("time passes", lambda session: session._now_ns >= now_ns)
+    def _until_then(self, now_ns: int) -> None:
+        self.station.until(
+            "time has passed",
+            lambda session: session._now_ns >= now_ns or bool(session.pacing.slowed),
+        )
