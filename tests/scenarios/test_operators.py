@@ -67,10 +67,11 @@ def again(run: FinishedRun, changes: Mapping[str, object] = {}) -> dict[str, obj
     ],
     ids=["one process", "short windows", "processes"],
 )
-def test_the_orders_of_a_log_give_the_same_run(tmp_path: Path, how: dict[str, object]) -> None:
-    first = run_mission(load_mission("blackout"), in_process=True, out=tmp_path)
-    loaded = load_mission("blackout", again(first))
-    assert run_mission(loaded, out=tmp_path, **how).digest == first.digest  # type: ignore[arg-type]
+def test_the_orders_of_a_log_give_the_same_run(
+    blackout: FinishedRun, tmp_path: Path, how: dict[str, object]
+) -> None:
+    loaded = load_mission("blackout", again(blackout))
+    assert run_mission(loaded, out=tmp_path, **how).digest == blackout.digest  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize(
@@ -117,36 +118,36 @@ def test_nobody_else_takes_orders_from_outside(
         rehearsal.operator(operator).run()
 
 
-def test_the_log_of_a_killed_run_has_its_orders_up_to_then(tmp_path: Path) -> None:
-    first = run_mission(load_mission("blackout"), in_process=True, out=tmp_path)
+def test_the_log_of_a_killed_run_has_its_orders_up_to_then(
+    blackout: FinishedRun, tmp_path: Path
+) -> None:
     cut = tmp_path / "cut.mcap"
-    cut.write_bytes(first.log.read_bytes()[: first.log.stat().st_size // 2])
-    loaded = load_mission("blackout", {**again(first), "ground.recorded.log": str(cut)})
-    assert 0 < len(loaded.mission.ground.recorded.orders or ()) < len(first.entries(GROUND_ORDER))
+    cut.write_bytes(blackout.log.read_bytes()[: blackout.log.stat().st_size // 2])
+    loaded = load_mission("blackout", {**again(blackout), "ground.recorded.log": str(cut)})
+    orders = loaded.mission.ground.recorded.orders or ()
+    assert 0 < len(orders) < len(blackout.entries(GROUND_ORDER))
 
 
 def test_what_is_no_log_of_orders_is_refused(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    blackout: FinishedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    first = run_mission(load_mission("blackout"), in_process=True, out=tmp_path)
-
     def refused(path: Path) -> str:
         with pytest.raises(MissionError, match=r"ground\.recorded\.log: ") as error:
-            load_mission("blackout", {**again(first), "ground.recorded.log": str(path)})
+            load_mission("blackout", {**again(blackout), "ground.recorded.log": str(path)})
         return str(error.value)
 
     other = tmp_path / "other.mcap"
     other.write_text("no log")
     assert "is not a log" in refused(other)
     assert "cannot be read: Is a directory" in refused(tmp_path)
-    whole = bytearray(first.log.read_bytes())
+    whole = bytearray(blackout.log.read_bytes())
     whole[len(whole) // 3] ^= 0xFF
     other.write_bytes(whole)
     assert "damaged" in refused(other)
     monkeypatch.setattr(reading, "MAX_ORDERS", 5)
-    assert "expected at most 5 messages of /ground/order, found more" in refused(first.log)
+    assert "expected at most 5 messages of /ground/order, found more" in refused(blackout.log)
     monkeypatch.setattr(GROUND_ORDER, "name", "/ground/elsewhere")
-    assert "found none" in refused(first.log)
+    assert "found none" in refused(blackout.log)
 
 
 def test_each_operator_of_the_documents_can_be_checked_as_it_stands_there(tmp_path: Path) -> None:
