@@ -23,8 +23,12 @@ settings.load_profile("farside")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The longest tests first, so that no worker waits for them at the end."""
-    items.sort(key=lambda item: item.path.name != "test_docs.py")
+    """The longest tests first, so that no worker waits for them at the end.
+
+    Beside them all that need an installed wheel: so one worker has them, and builds it once.
+    """
+    first = ("test_docs.py", "test_packaging.py")
+    items.sort(key=lambda item: first.index(name) if (name := item.path.name) in first else 2)
 
 
 @pytest.fixture(scope="session")

@@ -54,8 +54,9 @@ def blocks(language: str) -> list[str]:
 
 
 def commands() -> list[str]:
+    """All of them in order; one that stands in several documents once."""
     lines = [line for block in blocks("sh") for line in block.splitlines()]
-    return [command_of(line) for line in lines if line.strip()]
+    return list(dict.fromkeys(command_of(line) for line in lines if line.strip()))
 
 
 def command_of(line: str) -> str:
