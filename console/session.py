@@ -361,10 +361,19 @@ class Session:
         """Let time pass as fast as it can until something happens."""
         if until is Until.CONTACT and (self._view is None or self._view.up.changes_ns is None):
             return "not warped: the contact plan has no further contact"
+        if until is Until.ARRIVAL and self._waits_for_orders():
+            return "not warped: nothing is on its way, and the rover waits for your orders"
         self.pacing.warp(until)
         if self._view is not None:
             self._decisions.see(self._view)  # a contact that ends is no reason to stop now
         return f"time passes until {until}"
+
+    def _waits_for_orders(self) -> bool:
+        view, known = self._view, self._picture
+        silent = view is None or view.silent_since_ns is not None or view.silence_expected
+        return known.mode is Mode.GUIDED and not (
+            silent or known.commands.on_the_way or self._queued
+        )
 
     def look_at(self, place: str | None) -> None:
         """Look at the way to a place of the chart, or at that to the top-goal."""

@@ -72,7 +72,8 @@ def finishes(live: LiveRun, player: Player) -> None:
     live.station.until(
         "all is ticked", lambda session: all(s.done for s in session.screen().exercise)
     )
-    player.order("n")
+    player.click("60x")
+    player.order(*"...")
 
 
 def test_a_person_plays_the_whole_of_blackout_by_keys(browser: Browser, tmp_path: Path) -> None:

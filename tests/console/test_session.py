@@ -298,6 +298,15 @@ def test_a_warp_to_a_contact_needs_a_plan_with_one() -> None:
     assert ground.session.pacing.until is None
 
 
+def test_time_is_not_warped_to_an_arrival_when_the_rover_waits_for_orders() -> None:
+    """It would pass up to an alarm, or to the end of the mission."""
+    ground = AtTheGround()
+    assert ground.session.warp(Until.ARRIVAL).startswith("not warped: nothing is on its way")
+
+    ground.session.choose("W")
+    assert ground.session.warp(Until.ARRIVAL) == "time passes until something arrives"
+
+
 def test_nothing_but_what_the_ground_noted_is_read() -> None:
     ground, other = AtTheGround(), AtTheGround()
     truth = [Pose(3.5, 1.5, 0, 0, "at:B", 0.1), ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST)]
