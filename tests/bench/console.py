@@ -1,25 +1,113 @@
-"""`make bench`: how soon a hand on a stick feels what the ground thinks of where it goes.
+"""`make bench`: what the console's page costs, and how soon a hand on a stick feels a cue.
 
-SDL's own virtual pad is moved and tells when it is made to rumble; everything between is what
-`farside console --stick` runs. The rover is 20 minutes of light time away.
+The page is what `farside console` serves, with `blackout` in four processes behind it and its
+script for a person; the browser is headless Chromium on the same machine. Speeds are medians of
+runs that take turns, so that a machine whose speed drifts drifts for all of them.
+
+At the stick of this host, SDL's own virtual pad is moved and tells when it is made to rumble; on
+the page, a pad of the page's own Gamepad API. Everything between is what a person runs. The rover
+is 20 minutes of light time away.
 """
 
+import os
 import random
 import statistics
+import subprocess
+import sys
+import tempfile
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, nullcontext
+from pathlib import Path
 from queue import SimpleQueue
+from typing import NamedTuple
 
+from browsing import chromium
+from console_page import Visitor, visiting
+from playwright.sync_api import Browser
 from rich.console import Console
+from rich.progress import track
 from rich.table import Table
 from virtual_stick import StationStub, VirtualStick, options, screen_of
 
+from farside.console.page.serving import serving
+from farside.console.session import Session
+from farside.console.station import Station
 from farside.console.stick.device import HostStick
+from farside.missions import load_mission, run_mission
+from farside.missions.commands.console.running import AtStation
+from farside.missions.interrupts import Interrupts
+from farside.node import Record, to_ns
 
 MOVEMENTS = 200
 LIMIT_MS = 50.0
+ROUNDS = 7
+PACE = 60.0
+PACED_S = 19.0
+FULL_SPEED = 1e6
+
+
+# --- a run, in a process of its own ----------------------------------------------------------------
+
+
+class Unhurried(AtStation):
+    """Goes on as before where a person would be asked to decide."""
+
+    def __init__(self, station: Station, session: Session, pace: float) -> None:
+        super().__init__(station, Interrupts())
+        self._session, self._pace = session, pace
+
+    def watch(self, now_s: float, records: Sequence[Record]) -> None:
+        self._session.pacing.speed = self._pace
+        super().watch(now_s, records)
+
+
+def run(pace: float) -> None:
+    """Serve the page of a run that begins once standard input says so; say its speed at the end."""
+    loaded = load_mission("blackout")
+    session = Session("blackout", to_ns(loaded.mission.duration_s), speed=pace)
+    station = Station(session, end=lambda: None)
+    with tempfile.TemporaryDirectory() as out, serving(station) as page:
+        print(page.address, flush=True)
+        sys.stdin.readline()
+        watcher = Unhurried(station, session, pace)
+        print(run_mission(loaded, out=Path(out), watcher=watcher).result.speedup, flush=True)
+
+
+class Speeds(NamedTuple):
+    """Simulated seconds per wall second, and frames that the page drew per wall second."""
+
+    run: float
+    page_hz: float
+
+
+def speeds(pace: float, browser: Browser | None) -> Speeds:
+    """Those of a run whose page this browser has open, or none."""
+    command = [sys.executable, __file__, "run", str(pace)]
+    with subprocess.Popen(  # noqa: S603
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        address = process.stdout.readline().strip()
+        with nullcontext() if browser is None else visiting(browser, address) as visitor:
+            process.stdin.write("begin\n")
+            process.stdin.flush()
+            page_hz = 0.0 if visitor is None else frames_hz(visitor, PACED_S if pace == PACE else 2)
+            return Speeds(float(process.stdout.readline()), page_hz)
+
+
+def frames_hz(visitor: Visitor, seconds: float) -> float:
+    """Frames that the page draws in a wall second, once the run has begun."""
+    visitor.page.wait_for_function("() => document.querySelector('.farside-map circle')", timeout=60_000)
+    frames, began_s = visitor.page.evaluate("() => farside.frames"), time.perf_counter()
+    time.sleep(seconds)
+    drawn = visitor.page.evaluate("() => farside.frames") - frames
+    return float(drawn / (time.perf_counter() - began_s))
+
+
+# --- the stick -------------------------------------------------------------------------------------
 
 
 def stick_latency() -> list[float]:
@@ -62,7 +150,24 @@ def _busy() -> Iterator[None]:
 
 
 def main() -> None:
-    """Print the latencies."""
+    """Print the tables."""
+    console = Console()
+    cores = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, {max(cores)})
+    with chromium() as browser:
+        paced = [speeds(PACE, looks) for looks in (None, browser)]
+    os.sched_setaffinity(0, cores)
+    print(paced)
+    with chromium() as browser:
+        full = [
+            [speeds(FULL_SPEED, looks) for looks in (None, browser)]
+            for _ in track(range(ROUNDS), "measuring", console=console)
+        ]
+        print(full)
+    stick_table(console)
+
+
+def stick_table(console):
     table = Table("stick to rumble", "median", "p99", "worst", "line")
     for name, beside in (("nothing else", nullcontext()), ("a busy thread", _busy())):
         with beside:
@@ -75,8 +180,11 @@ def main() -> None:
             f"{max(latencies_ms):.1f} ms",
             f"{LIMIT_MS:g} ms",
         )
-    Console().print(table)
+    console.print(table)
 
 
 if __name__ == "__main__":
-    main()
+    if sys.argv[1:2] == ["run"]:
+        run(float(sys.argv[2]))
+    else:
+        main()
