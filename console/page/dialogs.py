@@ -16,7 +16,7 @@ KEYS = (
     ("Enter", "approve the proposal"),
     ("Backspace", "veto the proposal"),
     ("Esc", "take back the newest command that can be taken back"),
-    ("G", "set a goal at the pointer, or by its name"),
+    ("G, or a click", "set a goal at the pointer; G elsewhere: by its name"),
     ("M", "mode: guided, shared or autonomous"),
     ("space", "pause, go on"),
     (", and .", "slower, faster"),
@@ -25,7 +25,7 @@ KEYS = (
     ("H", "map: plain, heat, columns"),
     ("X", "acknowledge all alarms"),
     ("?", "this help"),
-    ("gamepad", "left stick: choose; hold it for a second to insist; A approves, B vetoes"),
+    ("gamepad", "left stick: choose, hold it to insist; A approves, B vetoes; Start: command"),
 )
 
 MODES = {

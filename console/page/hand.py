@@ -16,6 +16,9 @@ from farside.messages import Tokens
 SETTLED_MS = 500.0
 """A button whose meaning changed within this wall time does nothing (project default)."""
 
+JUST_CHANGED = "not done: what this does has just changed; look, and press again"
+"""What the person is told then."""
+
 
 class What(StrEnum):
     """What can be asked for from a page."""
@@ -47,7 +50,8 @@ class Press(msgspec.Struct, frozen=True, omit_defaults=True, forbid_unknown_fiel
     Attributes:
         what: what is asked for.
         word: the action, the place or the mode; empty for no place.
-        number: of the proposal, the command, what is held, or the alarm (0 for all).
+        number: of the proposal, the command, or what is held.
+        alarms: the alarms that were seen and are acknowledged.
         amount: the priority of a goal, or the speed.
         tokens: the goal to withdraw.
         shown_ms: for how long the page had shown the same meaning of what was pressed.
@@ -59,6 +63,7 @@ class Press(msgspec.Struct, frozen=True, omit_defaults=True, forbid_unknown_fiel
     number: int = 0
     amount: float | None = None
     tokens: Tokens = ()
+    alarms: tuple[int, ...] = ()
     shown_ms: float | None = None
     insist: bool = False
 
@@ -87,7 +92,7 @@ class Hand:
             quiet = press.what is What.LOOK
             return "" if quiet else "not done: another page commands; ask for command at the top"
         if press.shown_ms is not None and press.shown_ms < SETTLED_MS:
-            return "not done: what this does has just changed; look, and press again"
+            return JUST_CHANGED
         return self._station.do(_does(press))
 
     def ask(self) -> str:
@@ -125,6 +130,14 @@ def _pause(session: Session, press: Press) -> str:
     return session.pause() if session.pacing.paused != wants else ""
 
 
+def _acknowledge(session: Session, press: Press) -> str:
+    """Only what was seen: an alarm that comes at this very moment stays."""
+    if not press.alarms:
+        return "not acknowledged: no alarm stands"
+    said = [session.acknowledge(alarm) for alarm in press.alarms]
+    return said[0] if len(said) == 1 else f"{len(said)} acknowledged"
+
+
 def _set_heat(session: Session, press: Press) -> str:
     session.show_heat(press.word == "shown")
     return ""
@@ -158,6 +171,6 @@ _DOES: dict[What, Callable[[Session, Press], str]] = {
     What.CONTACT: lambda session, _: session.warp(Until.CONTACT),
     What.HEAT: _set_heat,
     What.LOOK: _look,
-    What.ACKNOWLEDGE: lambda session, press: session.acknowledge(press.number or None),
+    What.ACKNOWLEDGE: _acknowledge,
     What.READ: _read,
 }

@@ -5,14 +5,14 @@ from collections.abc import Callable
 from nicegui import ui
 
 from farside.console.page.hand import Press, What
-from farside.console.page.parts import Facts, Rows, Words, clock, left, toned
+from farside.console.page.parts import Facts, Rows, Words, clock, toned
 from farside.console.screen.screen import AlarmRow, CommandRow, EventRow, GoalRow, Screen
 from farside.places import is_place_token, place_name
 
 Presses = Callable[[Press], None]
 
 
-def _small(text: str, told: str, press: Callable[[], None]) -> ui.button:
+def _small(text: str, told: str, press: Callable[[], None] | None = None) -> ui.button:
     button = ui.button(text, color=None, on_click=press).props("no-caps dense").classes("small")
     button.props["aria-label"] = told
     return button
@@ -31,23 +31,13 @@ class _Command:
             with ui.element("div").classes("what"):
                 self._text = ui.label().classes("text")
                 self._words = Words("soft")
-            self._until = Words("until")
             self._back = _small(
                 button, f"{button[:-2]}: {row.number or ''} {row.text}", lambda: press(order)
             )
 
-    def show(self, item: CommandRow, now_ns: int) -> None:
+    def show(self, item: CommandRow) -> None:
         self._text.set_text(item.text)
-        words = list(item.words)
-        if item.begins_ns is not None and item.begins_ns > now_ns:
-            words.append(f"begins in {left(item.begins_ns, now_ns)}")
-        if item.seen_ns is not None and item.seen_ns > now_ns:
-            words.append(f"seen in {left(item.seen_ns, now_ns)}")
-        self._words.say(" · ".join(words))
-        until = item.take_back_until_ns
-        self._until.say(
-            f"{left(until, now_ns)} left" if until is not None and until > now_ns else ""
-        )
+        self._words.say(" · ".join(item.words))
         self._back.set_visibility(item.can_take_back or item.held is not None)
         toned(self.root, item.tone)
         self.root.classes(add="over" if item.is_over else "", remove="" if item.is_over else "over")
@@ -68,7 +58,7 @@ class _Goal:
         self.root.on("mouseenter", lambda: press(Press(What.LOOK, place)), args=[])
         self.root.on("mouseleave", lambda: press(Press(What.LOOK)), args=[])
 
-    def show(self, item: GoalRow, _: int) -> None:
+    def show(self, item: GoalRow) -> None:
         self._text.set_text(item.text)
         toned(self.root, item.tone)
 
@@ -80,10 +70,10 @@ class _Event:
         with ui.element("div").classes("event") as self.root:
             ui.label(f"{clock(row.so_ns)} so").classes("soft")
             ui.label(f"{clock(row.learned_ns)} learned").classes("soft")
-            ui.label(row.text)
+            ui.label(row.text).classes("what")
         toned(self.root, row.tone)
 
-    def show(self, item: EventRow, _: int) -> None:
+    def show(self, item: EventRow) -> None:
         """An event stays as it is."""
 
 
@@ -97,10 +87,10 @@ class _Alarm:
             self._button = _small(
                 "ack.",
                 f"acknowledge: {row.text}",
-                lambda: press(Press(What.ACKNOWLEDGE, number=row.number)),
+                lambda: press(Press(What.ACKNOWLEDGE, alarms=(row.number,))),
             )
 
-    def show(self, item: AlarmRow, _: int) -> None:
+    def show(self, item: AlarmRow) -> None:
         self._text.set_text(item.text + (f" ({item.count} times)" if item.count > 1 else ""))
         self._times.set_text(f"{clock(item.so_ns)} so, {clock(item.learned_ns)} learned")
         self._button.set_visibility(not item.acknowledged)
@@ -122,7 +112,7 @@ class Way:
 
     def show(self, screen: Screen) -> None:
         """Show what is so now."""
-        self._rows.show(screen.commands, screen.now_ns)
+        self._rows.show(screen.commands)
 
 
 class Blocks:
@@ -146,7 +136,7 @@ class Blocks:
 
     def show(self, screen: Screen) -> None:
         """Show what is so now."""
-        self._goals.show(screen.goals, screen.now_ns)
+        self._goals.show(screen.goals)
         self._facts["rover"].show(screen.rover)
         self._facts["model"].show(screen.model)
         self._facts["failsafe"].show(screen.failsafe)
@@ -158,6 +148,7 @@ class Foot:
 
     def __init__(self, press: Presses, asks_meanwhile: Callable[[], None]) -> None:
         self._all = False
+        self._newest: tuple[EventRow, ...] = ()
         with ui.element("footer"):
             with ui.element("section").classes("events").props('aria-label="events"'):
                 self._events = Rows[EventRow](
@@ -169,11 +160,8 @@ class Foot:
             with ui.element("section").classes("alarms").props('aria-label="alarms"'):
                 with ui.element("div").classes("head"):
                     self._count = ui.label()
-                    _small(
-                        "ack. all (X)",
-                        "acknowledge all alarms",
-                        lambda: press(Press(What.ACKNOWLEDGE)),
-                    )
+                    every = _small("ack. all (X)", "acknowledge all alarms")
+                    every.on("click", js_handler="() => farside.acknowledge()")
                     ui.switch(
                         "all events", on_change=lambda event: self._show_all(all_=event.value)
                     ).props("dense")
@@ -187,11 +175,15 @@ class Foot:
 
     def _show_all(self, *, all_: bool) -> None:
         self._all = all_
+        self._show_events()
 
     def show(self, screen: Screen) -> None:
         """Show what is so now."""
-        shown = [row for row in screen.events if self._all or not row.routine]
-        self._events.show(shown, screen.now_ns)
-        self._alarms.show(screen.alarms, screen.now_ns)
+        self._newest = screen.events
+        self._show_events()
+        self._alarms.show(screen.alarms)
         count = sum(not row.acknowledged for row in screen.alarms)
         self._count.set_text(f"ALARMS {count}")
+
+    def _show_events(self) -> None:
+        self._events.show([row for row in self._newest if self._all or not row.routine])

@@ -15,7 +15,7 @@ from farside.console.page.dialogs import (
     step_words,
     told_late,
 )
-from farside.console.page.hand import Hand, Press, What
+from farside.console.page.hand import JUST_CHANGED, SETTLED_MS, Hand, Press, What
 from farside.console.page.lists import Blocks, Foot, Way
 from farside.console.page.next import Next
 from farside.console.page.parts import Words, toned
@@ -47,6 +47,7 @@ class Page:
         self._heat: tuple[Spot, ...] | None = None
         self._screen: Screen | None = None
         self._seat: tuple[bool, bool] | None = None
+        self._seat_s = 0.0
         self._announced: tuple[int, frozenset[int]] = (0, frozenset())
         self._read_until = 0
         self._wants_heat = False
@@ -136,7 +137,9 @@ class Page:
         self._run(f"farside.view({as_json(view)})")
 
     def _ask(self) -> None:
-        if self._hand.has_stick:
+        if time.monotonic() - self._seat_s < SETTLED_MS / 1000:
+            self._tell(JUST_CHANGED)
+        elif self._hand.has_stick:
             self._tell(self._hand.hand_over())
         else:
             self._tell(self._hand.ask())
@@ -157,10 +160,11 @@ class Page:
             with self._client:
                 ui.notify(
                     f"▲ {said}" if refused else said,
-                    position="top-left",
-                    timeout=4000,
+                    position="bottom-left",
+                    timeout=5000,
                     classes="said refused" if refused else "said",
-                    group=False,
+                    group="said",
+                    badgeStyle="display: none",
                 )
 
     # --- what the person sees ---
@@ -232,7 +236,7 @@ class Page:
         seat = (self._hand.has_stick, seats.asks is not None)
         if seat == self._seat:
             return
-        self._seat = seat
+        self._seat, self._seat_s = seat, time.monotonic()
         has, asked = seat
         if has:
             self._top.seat("hand over command" if asked else "you command", asked=asked)

@@ -6,7 +6,6 @@ from typing import Generic, Protocol, TypeVar
 from nicegui import ui
 
 from farside.console.screen.screen import Said, Tone
-from farside.node import to_s
 
 Item_contra = TypeVar("Item_contra", contravariant=True)
 Item = TypeVar("Item")
@@ -18,14 +17,6 @@ def clock(now_ns: int) -> str:
     tenths = now_ns // 100_000_000
     seconds = tenths // 10
     return f"{seconds // 3600}:{seconds // 60 % 60:02}:{seconds % 60:02}.{tenths % 10}"
-
-
-def left(until_ns: int, now_ns: int) -> str:
-    """The time left, such as `2.9 s` or `5:07`; never below zero."""
-    seconds = max(0.0, to_s(until_ns - now_ns))
-    if seconds < 100:
-        return f"{int(seconds * 10) / 10:.1f} s"
-    return f"{int(seconds) // 60}:{int(seconds) % 60:02}"
 
 
 def toned(element: ui.element, tone: Tone, *, stale: bool = False) -> None:
@@ -84,7 +75,7 @@ class Row(Protocol[Item_contra]):
 
     root: ui.element
 
-    def show(self, item: Item_contra, now_ns: int, /) -> None:
+    def show(self, item: Item_contra) -> None:
         """Show what is so of its item now."""
 
 
@@ -109,7 +100,7 @@ class Rows(Generic[Item]):
         self._key, self._make = key, make
         self._rows: dict[Hashable, Row[Item]] = {}
         self._is_held = False
-        self._last: tuple[list[Item], int] = ([], 0)
+        self._last: list[Item] = []
         self.root = ui.element("div").classes("rows").props(f'role=list aria-label="{label}"')
         self.root.on("mouseenter", lambda: self._hold(held=True), args=[])
         self.root.on("mouseleave", lambda: self._hold(held=False), args=[])
@@ -118,17 +109,17 @@ class Rows(Generic[Item]):
 
     def _hold(self, *, held: bool) -> None:
         self._is_held = held
-        self.show(*self._last)
+        self.show(self._last)
 
-    def show(self, items: Iterable[Item], now_ns: int) -> None:
+    def show(self, items: Iterable[Item]) -> None:
         """Show these, the first above."""
-        self._last = list(items), now_ns
-        new = {self._key(item): item for item in self._last[0]}
+        self._last = list(items)
+        new = {self._key(item): item for item in self._last}
         if not self._is_held and list(new) != list(self._rows):
             self._arrange(new)
         for key, row in self._rows.items():
             if key in new:
-                row.show(new[key], now_ns)
+                row.show(new[key])
 
     def _arrange(self, new: dict[Hashable, Item]) -> None:
         for key in [key for key in self._rows if key not in new]:

@@ -93,6 +93,7 @@ def serving(
         visits = served.visits = Visits(station)
         config = uvicorn.Config(
             Guard(app, token, real),
+            log_config=None,
             log_level="error",
             access_log=False,
             ws="websockets-sansio",

@@ -46,6 +46,7 @@ class Drawing(msgspec.Struct, frozen=True):
         options: the actions with their cues.
         proposal: the number of the proposal that can be answered; 0 without one.
         proposed: its action.
+        alarms: the numbers of those not acknowledged.
         newest: what can be taken back, the newest of it; `None` without one.
     """
 
@@ -56,6 +57,7 @@ class Drawing(msgspec.Struct, frozen=True):
     options: tuple[OptionRow, ...]
     proposal: int
     proposed: str
+    alarms: tuple[int, ...]
     newest: Newest | None
 
 
@@ -109,6 +111,7 @@ def _picture(version: int, screen: Screen) -> Picture:
         screen.options,
         proposal.number if proposal and answerable else 0,
         proposal.action if proposal and answerable else "",
+        tuple(row.number for row in screen.alarms if not row.acknowledged),
         next(
             (
                 Newest(row.number, row.held, row.text)

@@ -45,7 +45,6 @@ class Top:
                 self._mode.props("no-caps")
                 self._facts = Facts()
                 self._way = Words("way")
-                self._state = Words("state")
                 ui.element("span").classes("grow")
                 self._pace = Words("pace")
 
@@ -69,8 +68,9 @@ class Top:
         self._mission.set_text(screen.mission)
         self._here.set_text(clock(screen.now_ns))
         self._rover.set_text(clock(max(0, screen.rover_ns)))
-        pace = "time stands" if screen.paused else screen.warp or f"at {screen.speed:g}x"
-        self._pace.say(" · ".join(filter(None, [pace, screen.slowed])))
+        self._pace.say(screen.over or screen.standing or _pace(screen))
+        tone = Tone.WORD if screen.over else Tone.CAUTION if screen.standing else Tone.PLAIN
+        toned(self._pace.label, tone)
         self._pause.set_text("▶ go on" if screen.paused else "▮▮ pause")
         plain = not screen.paused and not screen.warp
         for speed, button in self._speeds.items():
@@ -79,13 +79,16 @@ class Top:
         toned(self._mode, screen.mode.tone, stale=screen.mode.stale)
         self._facts.show(screen.status)
         self._way.say(f"{screen.on_the_way} ON THE WAY" if screen.on_the_way else "")
-        toned(self._state.label, Tone.WORD if screen.over else Tone.CAUTION)
-        self._state.say(screen.over or screen.standing)
 
     def seat(self, text: str, *, asked: bool) -> None:
         """Say who commands; `asked`: whether another page asks for it."""
         self._seat.set_text(text)
         toned(self._seat, Tone.WORD if asked else Tone.PLAIN)
+
+
+def _pace(screen: Screen) -> str:
+    pace = "time stands" if screen.paused else screen.warp or f"at {screen.speed:g}x"
+    return " · ".join(filter(None, [pace, screen.slowed]))
 
 
 def _clock(name: str) -> ui.label:

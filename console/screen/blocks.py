@@ -110,31 +110,29 @@ def _failsafe(picture: Picture, view: GroundView) -> Iterator[Said]:
         text = str(known.state) + (f": {known.cause}" if known.cause else "")
         tone = tones.get(known.state, Tone.WRONG)
         yield Said("", text, tone, is_stale(picture, BeliefItem.FAILSAFE))
-    silent = view.silent_since_ns is not None
-    for name, at_ns in (("holds", known.holds_ns), ("alone", known.alone_ns)):
-        if at_ns is None:
-            continue
-        if at_ns <= now_ns:
-            yield Said(
-                name, f"since {span_text(now_ns - at_ns)}, if it hears nothing", Tone.CAUTION
-            )
-        else:
-            tone = Tone.CAUTION if silent else Tone.PLAIN
-            yield Said(name, f"in {span_text(at_ns - now_ns)}, if it hears nothing more", tone)
+    coming = [
+        f"{name} in {span_text(at_ns - now_ns)}" if at_ns > now_ns else f"may be {name} by now"
+        for name, at_ns in (("on hold", known.holds_ns), ("alone", known.alone_ns))
+        if at_ns is not None
+    ]
+    if coming:
+        tone = Tone.PLAIN if view.silent_since_ns is None else Tone.CAUTION
+        yield Said("if it hears nothing more", ", ".join(coming), tone)
     if known.will:
-        yield Said("then", known.will)
+        yield Said("", known.will)
 
 
 def link_said(view: GroundView) -> tuple[Said, ...]:
-    """The link: light time, contact, silence, rate, and what waits."""
+    """The link: contact, rate, silence, and what waits; the status strip has the light time."""
     return tuple(_link(view))
 
 
 def _link(view: GroundView) -> Iterator[Said]:
-    yield Said("light", light_text(view))
     for name, way in (("up", view.up), ("down", view.down)):
         yield Said(name, _way(way, view.now_ns), Tone.PLAIN if way.is_open else Tone.CAUTION)
-    yield silence_said(view)
+    silence = silence_said(view)
+    if silence.name == "silence":
+        yield silence
     if view.up.queued_until_ns > view.now_ns:
         yield Said("sending", f"for {span_text(view.up.queued_until_ns - view.now_ns)} more")
     if view.missing_s >= 1:

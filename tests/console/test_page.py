@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Literal
 from urllib.parse import urlsplit
 
 import pytest
@@ -81,7 +82,8 @@ def test_every_key_does_what_the_help_says(visitor: Visitor, station: FakeStatio
         "warp until the next contact",
         "faster",
         "slower",
-        "acknowledge None",
+        "acknowledge 1",
+        "acknowledge 2",
     )
     visitor.press("h", "h", "h")
     station.wait_for("heat True", "heat False")
@@ -146,6 +148,7 @@ def test_a_late_approve_never_hits_another_proposal(visitor: Visitor, station: F
     visitor.settle()
     visitor.page.get_by_role("button", name="Approve ⏎").click()
     station.wait_for("approve 15")
+    visitor.page.locator("[role=status]", has_text="Proposal 15: ").wait_for(state="attached")
 
 
 def test_an_action_shows_what_it_will_do_before_it_is_done(
@@ -167,6 +170,19 @@ def test_the_goal_in_focus_is_the_one_under_the_pointer(
     assert station.session.looked_at == "C"
 
 
+def test_alarms_stay_until_they_are_acknowledged_and_what_was_missed_can_be_read(
+    visitor: Visitor, station: FakeStation
+) -> None:
+    visitor.page.get_by_label("acknowledge: blocked at 3,4").click()
+    station.wait_for("acknowledge 2")
+    visitor.sees("ALARMS 1")
+    visitor.page.get_by_label("what it did meanwhile").click()
+    visitor.sees("nothing was learned late")
+    station.wait_for("read")
+    visitor.press("Escape")
+    visitor.sees_no_dialog()
+
+
 def test_lists_do_not_move_under_the_pointer(visitor: Visitor, station: FakeStation) -> None:
     visitor.page.get_by_label("take back: 92").hover()
     station.advance(4.0)
@@ -175,6 +191,10 @@ def test_lists_do_not_move_under_the_pointer(visitor: Visitor, station: FakeStat
     visitor.page.mouse.move(10, 10)
     visitor.page.get_by_label("take back: 93").wait_for()
 
+
+NAMELESS = """() => [...document.querySelectorAll('button, [role=switch], [role=img]')]
+  .filter((node) => !(node.innerText?.trim() || node.getAttribute('aria-label')
+    || node.labels?.[0]?.innerText)).map((node) => node.outerHTML)"""
 
 PAD = """
 window.pad = {connected: true, axes: [0, 0], buttons: [...Array(17)].map(() => ({pressed: false})),
@@ -228,19 +248,16 @@ def test_two_pages_look_one_commands_and_hands_over(
         visitor.sees("ask for command")
 
 
-@pytest.mark.parametrize("width", [1280, 820])
+@pytest.mark.parametrize(("width", "scheme"), [(1280, "light"), (820, "dark")])
 def test_the_page_is_readable_without_scrolling(
-    browser: Browser, served: Serving, width: int
+    browser: Browser, served: Serving, width: int, scheme: Literal["light", "dark"]
 ) -> None:
-    height = 800 if width == 1280 else 1180
-    with visiting(browser, served.address, width=width, height=height) as visitor:
-        page = visitor.page
-        assert page.evaluate("document.documentElement.scrollHeight") <= height
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
-        sizes = page.evaluate(
-            """() => [...document.querySelectorAll('.console *')]
-            .filter((node) => [...node.childNodes].some(
-              (one) => one.nodeType === 3 && one.data.trim()))
-            .map((node) => parseFloat(getComputedStyle(node).fontSize))"""
-        )
-        assert min(sizes) >= 14
+    height = {1280: 800, 820: 1180}[width]
+    with visiting(browser, served.address, width=width, height=height, scheme=scheme) as visitor:
+        assert visitor.page.evaluate("document.documentElement.scrollHeight") <= height
+        assert visitor.page.evaluate("document.documentElement.scrollWidth") <= width
+        texts = visitor.texts()
+        assert len(texts) > 40
+        assert not [text for text, size, _ in texts if size < 14]
+        assert not [text for text, _, contrast in texts if contrast < 4.5]
+        assert not visitor.page.evaluate(NAMELESS)

@@ -13,6 +13,7 @@ from fake_station import FakeStation
 from playwright.sync_api import Browser
 from websockets.exceptions import InvalidStatus
 from websockets.sync.client import connect
+from websockets.typing import Origin
 
 from farside.console.page.serving import LOOPBACK, PageError, Serving, serving
 
@@ -66,13 +67,13 @@ def test_the_page_of_another_site_is_refused(served: Serving) -> None:
 
 @pytest.mark.parametrize(
     ("query", "origin"),
-    [("", None), (f"&token={WORD}", "http://elsewhere.example")],
+    [("", None), (f"&token={WORD}", Origin("http://elsewhere.example"))],
     ids=["no token", "another site"],
 )
-def test_a_websocket_is_refused_too(served: Serving, query: str, origin: str | None) -> None:
+def test_a_websocket_is_refused_too(served: Serving, query: str, origin: Origin | None) -> None:
     host = urlsplit(served.address).netloc
     address = f"ws://{host}/_nicegui_ws/socket.io/?EIO=4&transport=websocket{query}"
-    with pytest.raises(InvalidStatus) as refused, connect(address, origin=origin):  # type: ignore[arg-type]
+    with pytest.raises(InvalidStatus) as refused, connect(address, origin=origin):
         pass
     assert refused.value.response.status_code == 403
 

@@ -1,5 +1,6 @@
 """Who has the stick, of the pages that look."""
 
+from hypothesis import settings
 from hypothesis import strategies as st
 from hypothesis.stateful import RuleBasedStateMachine, invariant, rule
 
@@ -117,4 +118,5 @@ class SeatsMachine(RuleBasedStateMachine):
         self.holder = new
 
 
+SeatsMachine.TestCase.settings = settings(max_examples=40, stateful_step_count=25)
 TestSeats = SeatsMachine.TestCase

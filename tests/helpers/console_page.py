@@ -55,6 +55,10 @@ class Visitor:
         for key in keys:
             self.page.keyboard.press(key)
 
+    def texts(self) -> list[tuple[str, float, float]]:
+        """The texts that are shown, each with its size in px and its contrast."""
+        return [(text, size, contrast) for text, size, contrast in self.page.evaluate(_TEXTS)]
+
     def sees(self, text: str) -> None:
         """Wait until this stands somewhere on the page."""
         self.page.get_by_text(text).first.wait_for()
@@ -66,6 +70,28 @@ class Visitor:
     def hears(self, text: str) -> None:
         """Wait until the page tells this."""
         self.page.locator(".q-notification", has_text=text).first.wait_for()
+
+
+_TEXTS = """() => {
+  const channels = (colour) => colour.match(/[0-9.]+/g).map(Number);
+  const light = (colour) => channels(colour).slice(0, 3).map((c) => c / 255)
+    .map((c) => (c <= 0.03928 ? c / 12.92 : ((c + 0.055) / 1.055) ** 2.4))
+    .reduce((sum, c, i) => sum + c * [0.2126, 0.7152, 0.0722][i], 0);
+  const ground = (node) => {
+    for (let at = node; at; at = at.parentElement) {
+      const colour = getComputedStyle(at).backgroundColor;
+      if ((channels(colour)[3] ?? 1) > 0.5) return colour;
+    }
+    return 'rgb(255, 255, 255)';
+  };
+  const own = (node) => [...node.childNodes].some((one) => one.nodeType === 3 && one.data.trim());
+  return [...document.querySelectorAll('.console *')].filter((node) => own(node)
+    && node.checkVisibility() && !(node instanceof SVGElement)).map((node) => {
+      const style = getComputedStyle(node);
+      const [a, b] = [light(style.color), light(ground(node))].sort((a, b) => b - a);
+      return [node.textContent, parseFloat(style.fontSize), (a + 0.05) / (b + 0.05)];
+    });
+}"""
 
 
 @contextmanager

@@ -10,6 +10,7 @@ function learnMeanings(frame) {
   means("proposal", frame.proposal);
   means("newest", JSON.stringify(frame.newest));
   means("paused", frame.paused);
+  means("alarms", frame.alarms.join());
   // A drive behind another is the same to the hand: who orders several in a row is not held up.
   for (const { action, does } of frame.options) means(`choose ${action}`, does.replace(/ after command \d+$/, ""));
 }
@@ -24,6 +25,7 @@ function press(what, fields = {}, control = null) {
 const answer = (what) => press(what, { number: seen.frame?.proposal ?? 0 }, "proposal");
 const choose = (action, insist) => press("choose", { word: action, insist }, `choose ${action}`);
 const pause = () => press(seen.frame?.paused ? "play" : "pause", {}, "paused");
+const acknowledge = () => press("acknowledge", { alarms: seen.frame?.alarms ?? [] }, "alarms");
 const takeBack = () => {
   const { number = 0, held = null } = seen.frame?.newest ?? {};
   if (held === null) press("take_back", { number }, "newest");
@@ -63,7 +65,7 @@ const KEYS = {
   Enter: () => answer("approve"), Backspace: () => answer("veto"), Escape: takeBack, " ": pause,
   g: goalHere, m: () => open("mode"), h: () => send("opens", "view"), "?": () => open("help"),
   ",": () => press("slower"), ".": () => press("faster"), n: () => press("arrival"), c: () => press("contact"),
-  x: () => press("acknowledge"),
+  x: acknowledge,
 };
 
 const isTyping = (node) => node.isContentEditable || ["INPUT", "TEXTAREA", "SELECT"].includes(node.tagName);

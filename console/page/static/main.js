@@ -19,7 +19,7 @@ function drawSoon() {
 
 const farside = window.farside = {
   frames: 0, meanings,
-  answer, choose, pause,
+  answer, choose, pause, acknowledge,
   draw(frame) {
     seen.frame = frame;
     fresh = true;

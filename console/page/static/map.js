@@ -42,10 +42,10 @@ class MapDrawing {
       return { nodes: columns.nodes, box: columns.box, unit: 22, at: (x, y) => columns.project(x, y, up(x, y)) };
     }
     const unit = Math.max(1, Math.min(this.width / east, this.height / north));
-    const nodes = [yardOf(rows, unit)];
-    if (seen.view === "heat") nodes.push(...this.heat(unit, north));
+    const yard = yardOf(rows, unit), name = yard.querySelector("text");
+    if (seen.view === "heat") this.heat(unit, north).forEach((node) => yard.insertBefore(node, name));
     const box = [(east * unit - this.width) / 2, (north * unit - this.height) / 2, this.width, this.height];
-    return { nodes, box, unit, at: (x, y) => [x * unit, (north - y) * unit] };
+    return { nodes: [yard], box, unit, at: (x, y) => [x * unit, (north - y) * unit] };
   }
 
   heat(unit, rows) {
@@ -54,7 +54,7 @@ class MapDrawing {
     for (const [east, north, value] of seen.heat) {
       const level = Math.round(LEVELS * value / greatest), [x, y] = [px(east * unit), px((rows - 1 - north) * unit)];
       levels.set(level, (levels.get(level) ?? "") + `M${x} ${y}h${px(unit)}v${px(unit)}h${px(-unit)}z`);
-      if (unit >= 34) words.push(text(x + unit / 2, y + unit - 6, String(Math.round(value)), { class: "cost halo", "text-anchor": "middle" }));
+      if (unit >= 34) words.push(text(x + unit / 2, y + unit - 6, String(Math.round(value)), { class: "halo", "text-anchor": "middle" }));
     }
     return [...[...levels].map(([level, d]) => svg("path", { d, class: "heat", fill: ramp(level / LEVELS, 0) })), ...words];
   }
@@ -85,7 +85,7 @@ class MapDrawing {
     const line = (spots, cls) => spots?.length > 1 && nodes.push(svg("path", { d: rounded(spots.map((spot) => this.middle(spot))), class: cls }));
     line(map.track, "track");
     line(map.policy, "policy");
-    if (unit >= 34) {
+    if (unit >= 34 && seen.view === "map") {
       const taken = new Set([map.now, ...map.after ?? []].filter(Boolean).flatMap(({ spots }) => spots).map(cellOf));
       for (const goal of map.goals ?? []) taken.add(`${goal.east},${goal.north}`);
       for (const spot of (map.policy ?? []).filter((one) => !taken.has(cellOf(one)))) {
@@ -118,7 +118,7 @@ class MapDrawing {
   }
 
   goal(goal) {
-    const [x, y] = this.laid.at(goal.east + 0.64, goal.north + 0.4), r = px(Math.max(8, this.laid.unit * 0.26));
+    const [x, y] = this.laid.at(goal.east + 0.68, goal.north + 0.36), r = px(Math.max(8, this.laid.unit * 0.26));
     const shape = svg("path", { d: `M${px(x)} ${px(y - r)}l${r} ${r}l${-r} ${r}l${-r} ${-r}z`, class: goal.is_sent ? "goal sent" : "goal" });
     return [svg("g", {}, svg("title", {}, goal.name), shape), text(x, y + 5, String(goal.order), { class: goal.is_sent ? "halo" : "goal-order", "text-anchor": "middle" })];
   }
