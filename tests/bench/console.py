@@ -17,7 +17,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from queue import SimpleQueue
@@ -32,6 +32,7 @@ from rich.table import Table
 from virtual_stick import StationStub, VirtualStick, options, screen_of
 
 from farside.console.page.serving import serving
+from farside.console.screen.screen import Chart, Screen
 from farside.console.session import Session
 from farside.console.station import Station
 from farside.console.stick.device import HostStick
@@ -48,7 +49,7 @@ PACED_S = 19.0
 FULL_SPEED = 1e6
 
 
-# --- a run, in a process of its own ----------------------------------------------------------------
+# --- a run, in a process of its own --------------------------------------------------------------
 
 
 def run(pace: float) -> None:
@@ -58,10 +59,15 @@ def run(pace: float) -> None:
     session.pacing.slow = lambda why, *, above=1.0: None  # type: ignore[method-assign] # the script decides
     station = Station(session, end=lambda: None)
     with tempfile.TemporaryDirectory() as out, serving(station) as page:
-        print(page.address, flush=True)
+        _tell(page.address)
         sys.stdin.readline()
         watcher = AtStation(station, Interrupts())
-        print(run_mission(loaded, out=Path(out), watcher=watcher).result.speedup, flush=True)
+        _tell(run_mission(loaded, out=Path(out), watcher=watcher).result.speedup)
+
+
+def _tell(what: object) -> None:
+    sys.stdout.write(f"{what}\n")
+    sys.stdout.flush()
 
 
 class Speeds(NamedTuple):
@@ -89,14 +95,16 @@ def speeds(pace: float, browser: Browser | None) -> Speeds:
 
 def frames_hz(visitor: Visitor, seconds: float) -> float:
     """Frames that the page draws in a wall second, once the run has begun."""
-    visitor.page.wait_for_function("() => document.querySelector('.farside-map circle')", timeout=60_000)
+    visitor.page.wait_for_function(
+        "() => document.querySelector('.farside-map circle')", timeout=60_000
+    )
     frames, began_s = visitor.page.evaluate("() => farside.frames"), time.perf_counter()
     time.sleep(seconds)
     drawn = visitor.page.evaluate("() => farside.frames") - frames
     return float(drawn / (time.perf_counter() - began_s))
 
 
-# --- the stick -------------------------------------------------------------------------------------
+# --- the stick -----------------------------------------------------------------------------------
 
 
 def stick_latency() -> list[float]:
@@ -138,38 +146,110 @@ def _busy() -> Iterator[None]:
         working.join()
 
 
+def page_latency(browser: Browser) -> list[float]:
+    """Wall milliseconds from each movement of a page's pad to the call that makes it rumble."""
+    with serving(FarAway()) as page, visiting(browser, page.address) as visitor:
+        found: list[float] = visitor.page.evaluate(_PAD, MOVEMENTS)
+    return found
+
+
+class FarAway:
+    """Shows a rover 20 minutes of light time away to a page."""
+
+    version = 1
+    chart = Chart(("#####", "#A.B#", "#####"), 1.0)
+
+    def screen(self) -> Screen:
+        """See `farside.console.page.shown.Shown`."""
+        return screen_of(options(E="problematic", W="invalid"))
+
+    def do(self, _: Callable[[Session], str]) -> str:
+        """Nothing is to be ordered."""
+        return "not ordered"
+
+
+_PAD = """async (movements) => {
+    let level = null, felt = () => {};
+    const rumbles = () => new Promise((told) => { felt = told; });
+    const playEffect = (_, { strongMagnitude }) => { level = strongMagnitude; felt(); };
+    const buttons = [...Array(17)].map(() => ({ pressed: false }));
+    const pad = { connected: true, axes: [0, 0], buttons, vibrationActuator: { playEffect } };
+    Object.defineProperty(navigator, "getGamepads", { value: () => [pad] });
+    const latencies = [];
+    for (let number = 0; number < movements; number++) {
+        await new Promise((over) => setTimeout(over, 20 * Math.random()));  // between two polls
+        const moved = performance.now();
+        pad.axes = [number % 2 ? 0.6 : -0.6, 0];
+        do await rumbles(); while (!level);
+        latencies.push(performance.now() - moved);
+        pad.axes = [0, 0];
+        do await rumbles(); while (level);
+    }
+    return latencies;
+}"""
+
+
+# --- the tables ----------------------------------------------------------------------------------
+
+
+def page_table(cores: set[int]) -> Table:
+    """What the page costs a run; measured on these cores, paced on one of them alone."""
+    with _pinned({max(cores)}), chromium() as browser:
+        paced = {looks: speeds(PACE, browser if looks else None) for looks in (False, True)}
+    full: dict[bool, list[Speeds]] = {False: [], True: []}
+    with chromium() as browser:
+        for _ in track(range(ROUNDS), "measuring"):
+            for looks, found in full.items():
+                found.append(speeds(FULL_SPEED, browser if looks else None))
+    table = Table("page of blackout, four processes", "alone", "with the page", "line")
+    alone, beside = paced[False], paced[True]
+    table.add_row("60x, one core: x real time", f"{alone.run:.1f}", f"{beside.run:.1f}", "60")
+    table.add_row("60x, one core: frames/s", "", f"{beside.page_hz:.1f}", "10")
+    middle = {looks: statistics.median(one.run for one in found) for looks, found in full.items()}
+    table.add_row(
+        f"full speed, {len(cores)} cores: x real time",
+        f"{middle[False]:.0f}",
+        f"{middle[True]:.0f}",
+    )
+    ratios = [after.run / before.run for before, after in zip(*full.values(), strict=True)]
+    lost = 100 * (1 - statistics.median(ratios))
+    table.add_row("of its speed lost to the page", "", f"{lost:.0f} %", "10 %")
+    return table
+
+
+def stick_table() -> Table:
+    """How soon a movement is felt."""
+    table = Table("movement to rumble", "median", "p99", "worst", "line")
+    with _busy():
+        _add_latencies(table, "stick, beside a busy thread", stick_latency())
+    _add_latencies(table, "stick", stick_latency())
+    with chromium() as browser:
+        _add_latencies(table, "pad on the page", page_latency(browser))
+    return table
+
+
+def _add_latencies(table: Table, name: str, latencies_ms: list[float]) -> None:
+    p99_ms = statistics.quantiles(latencies_ms, n=100)[98]
+    numbers = (statistics.median(latencies_ms), p99_ms, max(latencies_ms))
+    table.add_row(name, *(f"{number:.1f} ms" for number in numbers), f"{LIMIT_MS:g} ms")
+
+
+@contextmanager
+def _pinned(cores: set[int]) -> Iterator[None]:
+    """This process, and those that it starts, on these cores."""
+    before = os.sched_getaffinity(0)
+    os.sched_setaffinity(0, cores)
+    try:
+        yield
+    finally:
+        os.sched_setaffinity(0, before)
+
+
 def main() -> None:
     """Print the tables."""
     console = Console()
-    cores = os.sched_getaffinity(0)
-    os.sched_setaffinity(0, {max(cores)})
-    with chromium() as browser:
-        paced = [speeds(PACE, looks) for looks in (None, browser)]
-    os.sched_setaffinity(0, cores)
-    print(paced)
-    with chromium() as browser:
-        full = [
-            [speeds(FULL_SPEED, looks) for looks in (None, browser)]
-            for _ in track(range(ROUNDS), "measuring", console=console)
-        ]
-        print(full)
-    stick_table(console)
-
-
-def stick_table(console):
-    table = Table("stick to rumble", "median", "p99", "worst", "line")
-    for name, beside in (("nothing else", nullcontext()), ("a busy thread", _busy())):
-        with beside:
-            latencies_ms = stick_latency()
-        p99_ms = statistics.quantiles(latencies_ms, n=100)[98]
-        table.add_row(
-            name,
-            f"{statistics.median(latencies_ms):.1f} ms",
-            f"{p99_ms:.1f} ms",
-            f"{max(latencies_ms):.1f} ms",
-            f"{LIMIT_MS:g} ms",
-        )
-    console.print(table)
+    console.print(page_table(os.sched_getaffinity(0)))
+    console.print(stick_table())
 
 
 if __name__ == "__main__":
