@@ -7,6 +7,8 @@ import pytest
 from distributions import build, checkout, environment, install
 from hypothesis import settings
 
+from farside.missions import FinishedRun, load_mission, run_mission
+
 pytest_plugins = ["pytester"]
 
 # The user's terminal and tastes are none of the tests' business. Set before anything reads them,
@@ -21,8 +23,19 @@ settings.load_profile("farside")
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """The longest tests first, so that no worker waits for them at the end."""
-    items.sort(key=lambda item: item.path.name != "test_docs.py")
+    """The longest tests first, so that no worker waits for them at the end.
+
+    Beside them all that need an installed wheel: so one worker has them, and builds it once.
+    """
+    first = ("test_docs.py", "test_packaging.py")
+    items.sort(key=lambda item: first.index(name) if (name := item.path.name) in first else 2)
+
+
+@pytest.fixture(scope="session")
+def blackout(tmp_path_factory: pytest.TempPathFactory) -> FinishedRun:
+    """The shipped mission `blackout` as it is, run once for all who only read its log."""
+    out = tmp_path_factory.mktemp("blackout")
+    return run_mission(load_mission("blackout"), in_process=True, out=out)
 
 
 DECOYS = (

@@ -54,7 +54,7 @@ class _Goal:
     def __init__(self, press: Presses, row: GoalRow) -> None:
         place = next(map(place_name, filter(is_place_token, row.tokens)), "")
         with ui.element("span").classes("goal-row") as self.root:
-            self._text = ui.label()
+            self._text = ui.label().classes("text")
             _small(
                 "✕",
                 f"withdraw the goal {row.text}",
@@ -125,7 +125,9 @@ class Blocks:
 
     def __init__(self, press: Presses, asks_goal: Callable[[], None]) -> None:
         with ui.element("section").classes("blocks").props('aria-label="rover and link"'):
-            ui.label("GOALS").classes("head")
+            with ui.element("div").classes("head"):
+                ui.label("GOALS").style("display: inline")
+                _small("+", "set a goal at a place", asks_goal)
             with ui.element("div").classes("goals"):
                 self._goals = Rows[GoalRow](
                     lambda row: row.tokens,
@@ -133,7 +135,6 @@ class Blocks:
                     label="goals",
                     empty="none",
                 )
-                _small("+ goal", "set a goal at a place", asks_goal)
             self._facts = {}
             for name in ("rover", "model", "failsafe", "link"):
                 ui.label(name.upper()).classes("head")

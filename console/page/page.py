@@ -47,7 +47,7 @@ class Page:
         self._heat: tuple[Spot, ...] | None = None
         self._screen: Screen | None = None
         self._seat: tuple[bool, bool] | None = None
-        self._seat_s = 0.0
+        self._seat_s = -SETTLED_MS
         self._announced: tuple[int, frozenset[int]] = (0, frozenset())
         self._read_until = 0
         self._wants_heat = False
@@ -236,7 +236,9 @@ class Page:
         seat = (self._hand.has_stick, seats.asks is not None)
         if seat == self._seat:
             return
-        self._seat, self._seat_s = seat, time.monotonic()
+        if self._seat is not None:
+            self._seat_s = time.monotonic()
+        self._seat = seat
         has, asked = seat
         if has:
             self._top.seat("hand over command" if asked else "you command", asked=asked)

@@ -43,7 +43,7 @@ def command_rows(
 
 
 def _rows(commands: KnownCommands, queued: Mapping[int, Act], now_ns: int) -> Iterator[CommandRow]:
-    for waiting, act in reversed(queued.items()):
+    for waiting, act in reversed(list(queued.items())):
         order = order_of(act)
         text = "give up what is held" if order is None else order_text(order)
         yield CommandRow(

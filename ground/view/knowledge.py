@@ -92,6 +92,24 @@ class Knowledge:
         start = self.start
         return start.likely[0].sign[0] if start is not None and start.likely else None
 
+    @cached_property
+    def charted_place(self) -> str | None:
+        """The Token of the place that the moves on their way lead to by the chart alone.
+
+        For a model that knows nothing of these moves yet.
+        """
+        chart, telemetry = self.sources.chart, self.telemetry
+        cell = chart.cells.get(self.heard_place or "")
+        moves = [one.action for one in self.coming if one.action is not None]
+        if telemetry is not None and telemetry.action is not None and telemetry.begun is None:
+            moves.insert(0, telemetry.action)
+        for move in moves:
+            if cell is None:
+                return None
+            beside = cell.beside(move)
+            cell = beside if beside in chart.tokens else cell
+        return None if cell is None else chart.tokens[cell]
+
     @property
     def heard_place(self) -> str | None:
         """The Token of the place where the rover was last heard to be."""

@@ -10,7 +10,7 @@ from farside.ground.foresight import Outcome
 from farside.ground.view.knowledge import Knowledge, sign_words
 from farside.ground.view.view import Option, OptionKind
 from farside.messages import Drive, Proposal, SetMode
-from farside.places import ACTIONS, ON_CHARGE
+from farside.places import ACTIONS, ON_CHARGE, place_name
 from farside.topics import Likely
 
 _UNSURE = 0.5
@@ -41,7 +41,7 @@ def options(known: Knowledge) -> tuple[Option, ...]:
 
 
 def _option(known: Knowledge, action: str) -> Option:
-    place = known.start_place
+    place = known.start_place or known.charted_place
     outcomes = () if place is None else known.sources.outlook.outcomes(place, action)
     troubles = sorted(_troubles(known, place, action, outcomes), key=lambda one: -one.severity)
     why = [trouble.why for trouble in troubles]
@@ -58,6 +58,8 @@ def _option(known: Knowledge, action: str) -> Option:
         kind = OptionKind.FREE
         if not outcomes and place is not None and known.sources.shadow is not None:
             why.append("not tried here yet")
+        if known.start_place is None and place is not None:
+            why.append(f"begins at {place_name(place)} by the chart alone")
     if known.mode_then is Mode.AUTONOMOUS and kind is not OptionKind.INVALID:
         why.append("you take over by it: the mode will be guided")
     likely = tuple(Likely((one.place,), round(one.probability, 4)) for one in outcomes)
@@ -79,10 +81,10 @@ def _troubles(
     yield from _of_the_rover(known)
     yield from _contradictions(known, action)
     start = known.start
-    if start is None or place is None:
+    if place is None:
         yield Trouble(_ELSEWHERE, "it is not known where it would begin")
         return
-    if start.likely[0].probability < _UNSURE:
+    if start is not None and start.likely and start.likely[0].probability < _UNSURE:
         sure = start.likely[0].probability
         yield Trouble(_ELSEWHERE, f"only {sure:.0%} sure where it would begin")
     yield from _of_the_place(known, place, action, outcomes)

@@ -12,6 +12,7 @@ from fake_station import FakeStation
 from playwright.sync_api import Browser
 
 from farside.console.page.serving import Serving, serving
+from farside.console.stick.cues import cue_of, nearness, rumble_of
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="needs chromium")
 
@@ -131,7 +132,8 @@ def test_a_key_held_down_orders_once(visitor: Visitor, station: FakeStation) -> 
         visitor.page.keyboard.down("ArrowUp")
     visitor.page.keyboard.up("ArrowUp")
     visitor.press("n")
-    station.wait_for("choose N", "warp until something arrives")
+    station.wait_for("warp until something arrives")
+    assert station.session.asked == ["choose N", "warp until something arrives"]
 
 
 def test_a_late_approve_never_hits_another_proposal(visitor: Visitor, station: FakeStation) -> None:
@@ -192,6 +194,10 @@ def test_lists_do_not_move_under_the_pointer(visitor: Visitor, station: FakeStat
     visitor.page.get_by_label("take back: 93").wait_for()
 
 
+FARTHEST = """() => Math.max(...[...document.querySelectorAll('.console *')]
+  .filter((node) => !(node instanceof SVGElement))
+  .map((node) => node.getBoundingClientRect().right))"""
+
 NAMELESS = """() => [...document.querySelectorAll('button, [role=switch], [role=img]')]
   .filter((node) => !(node.innerText?.trim() || node.getAttribute('aria-label')
     || node.labels?.[0]?.innerText)).map((node) => node.outerHTML)"""
@@ -213,9 +219,12 @@ def test_a_gamepad_chooses_as_the_keys_do_and_is_felt_at_once(
     near = page.evaluate(
         """() => new Promise((tell) => { effects.length = 0; pad.axes = [-0.5, 0];
         requestAnimationFrame(() => requestAnimationFrame(() => tell(
-          [effects.length > 0, document.querySelector('[data-near]').dataset.option])));})"""
+          [effects.at(-1), document.querySelector('[data-near]').dataset.option])));})"""
     )
-    assert near == [True, "W"]
+    west = next(option for option in station.screen().options if option.action == "W")
+    felt = rumble_of(cue_of(west), nearness(0.5)).strength
+    assert felt > 0.1
+    assert near == [round(felt, 2), "W"], "the same as a stick of this host would feel"
     assert station.session.asked == []
 
     visitor.settle()
@@ -255,7 +264,7 @@ def test_the_page_is_readable_without_scrolling(
     height = {1280: 800, 820: 1180}[width]
     with visiting(browser, served.address, width=width, height=height, scheme=scheme) as visitor:
         assert visitor.page.evaluate("document.documentElement.scrollHeight") <= height
-        assert visitor.page.evaluate("document.documentElement.scrollWidth") <= width
+        assert visitor.page.evaluate(FARTHEST) <= width
         texts = visitor.texts()
         assert len(texts) > 40
         assert not [text for text, size, _ in texts if size < 14]

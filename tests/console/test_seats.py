@@ -79,11 +79,12 @@ class SeatsMachine(RuleBasedStateMachine):
         self.seats, self.now_s = Seats(), 0.0
         self.open: list[str] = []
         self.holder: str | None = None
-        self.left_s: float | None = None
 
     @rule(page=PAGES)
     def comes(self, page: str) -> None:
+        here = self.holder in self.open
         self.seats.open(page, self.now_s)
+        assert not here or self.seats.holds(self.holder)
         self.open.append(page)
 
     @rule(page=PAGES)
@@ -94,8 +95,10 @@ class SeatsMachine(RuleBasedStateMachine):
 
     @rule(page=PAGES)
     def asks(self, page: str) -> None:
+        here = self.holder in self.open
         has = self.seats.ask(page, self.now_s)
         assert has == self.seats.holds(page)
+        assert not here or self.seats.holds(self.holder), "it is taken from nobody who is here"
 
     @rule(page=PAGES)
     def hands_over(self, page: str) -> None:

@@ -62,6 +62,16 @@ def test_a_rover_with_an_empty_model_can_be_driven() -> None:
     assert {one.action for one in view.options if one.kind is OptionKind.FREE} == {"N", "E"}
 
 
+def test_behind_a_move_that_the_model_does_not_know_the_chart_says_where_it_begins() -> None:
+    empty = ShadowModel(dict.fromkeys(ACTIONS, 1.0), Parameters())
+    view = Stand(telemetry(9.0, "A"), model=empty).give(Drive("E"), Drive("E")).view()
+
+    onward = option(view, "E")
+    assert onward.kind is OptionKind.FREE
+    assert onward.why == ("not tried here yet", "begins at 3,1 by the chart alone")
+    assert option(view, "S").why == ("a wall is there on the chart",)
+
+
 def test_a_wall_that_was_met_is_invalid_though_the_chart_has_none() -> None:
     found = option(stand_at("A", "N", "N").view(), "N")
     assert (found.kind, found.severity, found.why) == (

@@ -12,7 +12,7 @@ from farside.control import Failsafe, Mode, ModeCause
 from farside.frames import Fate, FrameFate
 from farside.logs import LogFile, Recorder
 from farside.messages import Telemetry
-from farside.missions import load_mission, run_mission
+from farside.missions import FinishedRun
 from farside.node import Direction, Record, to_ns
 from farside.places import Chart
 from farside.topics import GoalChange, GoalEntry, GoalSource, ModeEntry, Pose, Yard
@@ -117,12 +117,9 @@ def run() -> Handmade:
 
 
 @pytest.fixture(scope="session")
-def flown(tmp_path_factory: pytest.TempPathFactory) -> LogFile:
+def flown(blackout: FinishedRun) -> LogFile:
     """The log of the shipped blackout mission."""
-    finished = run_mission(
-        load_mission("blackout"), in_process=True, out=tmp_path_factory.mktemp("flown")
-    )
-    return LogFile(finished.log)
+    return LogFile(blackout.log)
 
 
 @pytest.fixture
@@ -135,10 +132,3 @@ def handmade() -> type[Handmade]:
 def path(tmp_path: Path) -> Path:
     """A path for a new log."""
     return tmp_path / "run.mcap"
-
-
-@pytest.fixture(scope="session")
-def blackout(tmp_path_factory: pytest.TempPathFactory) -> LogFile:
-    """The log of the mission `blackout`, run once for all."""
-    run = run_mission(load_mission("blackout"), in_process=True, out=tmp_path_factory.mktemp("run"))
-    return LogFile(run.log)

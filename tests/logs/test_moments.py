@@ -121,9 +121,9 @@ def played(log: LogFile, times_s: Sequence[float]) -> list[Picture]:
 
 @pytest.mark.parametrize("as_ground", [False, True])
 def test_a_picture_sought_is_the_picture_played(
-    blackout: LogFile, short: None, as_ground: bool
+    flown: LogFile, short: None, as_ground: bool
 ) -> None:
-    log = blackout.as_ground() if as_ground else blackout
+    log = flown.as_ground() if as_ground else flown
     for time_s, expected in zip(TIMES_S, played(log, TIMES_S), strict=True):
         sought = picture_at(log, to_ns(time_s))
         assert sought.chart is not None
@@ -133,10 +133,10 @@ def test_a_picture_sought_is_the_picture_played(
 
 @pytest.mark.parametrize("step", [1, -1], ids=["forwards", "backwards"])
 def test_it_is_the_same_from_what_was_kept_on_the_way(
-    blackout: LogFile, short: None, step: int
+    flown: LogFile, short: None, step: int
 ) -> None:
-    moments = Moments(blackout)
-    order = list(zip(TIMES_S, played(blackout, TIMES_S), strict=True))[::step]
+    moments = Moments(flown)
+    order = list(zip(TIMES_S, played(flown, TIMES_S), strict=True))[::step]
     for time_s, expected in (*order, *order):
         sought = moments.at(to_ns(time_s))
         sought.chart = None
@@ -144,24 +144,24 @@ def test_it_is_the_same_from_what_was_kept_on_the_way(
         sought.settle(to_ns(5000))  # which is for the caller to do
 
 
-def test_the_events_about_a_time_are_found(blackout: LogFile) -> None:
+def test_the_events_about_a_time_are_found(flown: LogFile) -> None:
     state, lines = Picture(), list[EventLine]()
-    for record in blackout.records(PICTURE_TOPICS):
+    for record in flown.records(PICTURE_TOPICS):
         line = state.apply(LogEntry.of(record))
         if line is not None and not line.routine:
             lines.append(line)
     assert len(lines) > 30
-    moments, times_ns = Moments(blackout), [line.t_ns for line in lines]
+    moments, times_ns = Moments(flown), [line.t_ns for line in lines]
 
-    for time_ns in (0, to_ns(59.0), times_ns[20], to_ns(690.0), blackout.end_ns):
+    for time_ns in (0, to_ns(59.0), times_ns[20], to_ns(690.0), flown.end_ns):
         after = bisect_right(times_ns, time_ns)
         before = bisect_right(times_ns, time_ns - 1) - 1
         assert moments.next_event(time_ns) == (lines[after] if after < len(lines) else None)
         assert moments.previous_event(time_ns) == (lines[before] if before >= 0 else None)
 
 
-def test_a_seek_reads_no_more_than_what_is_recent_however_long_the_run(blackout: LogFile) -> None:
-    day = Repeated(blackout, 72)
+def test_a_seek_reads_no_more_than_what_is_recent_however_long_the_run(flown: LogFile) -> None:
+    day = Repeated(flown, 72)
 
     picture_at(day, day.end_ns // 3)
 

@@ -24,15 +24,15 @@ from farside.topics import CommandEntry, StuckEntry
 from tests.logs.conftest import Handmade
 
 
-def test_the_same_log_gives_the_same_page_in_less_than_a_megabyte(blackout: LogFile) -> None:
-    page = report_page(blackout)
+def test_the_same_log_gives_the_same_page_in_less_than_a_megabyte(flown: LogFile) -> None:
+    page = report_page(flown)
 
-    assert report_page(LogFile(blackout.path)) == page
+    assert report_page(LogFile(flown.path)) == page
     assert len(page.encode()) < 1_000_000
 
 
-def test_a_page_as_the_ground_had_it_holds_nothing_else(blackout: LogFile) -> None:
-    page = report_page(blackout.as_ground(to_ns(700)))
+def test_a_page_as_the_ground_had_it_holds_nothing_else(flown: LogFile) -> None:
+    page = report_page(flown.as_ground(to_ns(700)))
 
     assert list(data_of(page)) == ["ground"]
     assert "success" not in page.partition("<script")[0]
@@ -117,8 +117,8 @@ def test_a_thinned_way_stays_near_all_that_is_left_out(moves: list[tuple[int, in
             assert abs(y + share * (y2 - y) - north) <= allowed
 
 
-def test_words_are_told_with_their_losses_and_what_was_sent_again(blackout: LogFile) -> None:
-    words = views_of(blackout)["so"].words
+def test_words_are_told_with_their_losses_and_what_was_sent_again(flown: LogFile) -> None:
+    words = views_of(flown)["so"].words
 
     named = iter(words.named)
     rows = [

@@ -34,9 +34,9 @@ def browser() -> Iterator[Browser]:
 
 
 @pytest.fixture(scope="module")
-def page(blackout: LogFile, tmp_path_factory: pytest.TempPathFactory) -> Path:
+def page(flown: LogFile, tmp_path_factory: pytest.TempPathFactory) -> Path:
     path = tmp_path_factory.mktemp("page") / "run.html"
-    path.write_text(report_page(blackout), encoding="utf-8")
+    path.write_text(report_page(flown), encoding="utf-8")
     return path
 
 

@@ -62,8 +62,8 @@ def test_as_ground_there_is_only_what_the_ground_sent_and_heard(log: LogFile) ->
     assert rows[-1].count("─") == 41
 
 
-def test_the_numbers_of_commands_stand_where_they_were_sent(blackout: LogFile) -> None:
-    rows = drawn(blackout, 619, width=100)
+def test_the_numbers_of_commands_stand_where_they_were_sent(flown: LogFile) -> None:
+    rows = drawn(flown, 619, width=100)
 
     assert "──92──" in rows[0]
     assert "──93──" in rows[0]

@@ -15,7 +15,7 @@ from rich.console import Console
 
 from farside.logs import LogFile
 from farside.logs.result import RunResult
-from farside.missions import load_mission
+from farside.missions import FinishedRun, load_mission
 from farside.missions.commands.display import summary
 from farside.missions.commands.display.progress import ProgressDisplay
 from farside.missions.commands.display.summary import show_summary
@@ -23,13 +23,14 @@ from farside.missions.format import mission_schema
 from farside.missions.loading import shipped_missions
 from farside.node import Role
 
+SHORT = ("--in-process", "--set", "duration_s=2", "--set", "expect=[]")
 YARD = 'world.map="#####\\n#A.B#\\n#####"'
 
 
 def test_run_prints_a_summary_and_leaves_a_log(
     farside: Callable[..., tuple[int, str, str]], tmp_path: Path
 ) -> None:
-    status, out, err = farside("run", "blackout", "--in-process")
+    status, out, err = farside("run", "blackout", *SHORT)
     assert status == 0
     assert "blackout: success" in out
     assert "logs/runs/blackout-seed1-1.mcap" in out
@@ -50,7 +51,7 @@ def test_a_signal_that_comes_with_the_summary_does_not_cut_it(
 
     monkeypatch.setattr(summary, "show_summary", interrupted)
 
-    status, out, _ = farside("run", "blackout", "--in-process")
+    status, out, _ = farside("run", "blackout", *SHORT)
 
     assert (status, "digest" in out) == (0, True)
 
@@ -198,7 +199,7 @@ def test_check_sums_up_a_valid_mission(farside: Callable[..., tuple[int, str, st
 
 STRANDED = (
     "--set=rover.battery.capacity_j=2000",
-    "--set=duration_s=600",
+    "--set=duration_s=140",
     '--set=expect=[{what="charge", at_least=0.2}]',
 )
 
@@ -242,10 +243,9 @@ def test_check_warns_of_a_script_that_can_never_go_on(
 
 
 def test_replay_into_a_pipe_prints_one_line_per_event(
-    farside: Callable[..., tuple[int, str, str]],
+    farside: Callable[..., tuple[int, str, str]], blackout: FinishedRun
 ) -> None:
-    _, out, _ = farside("run", "blackout", "--in-process", "--json")
-    status, lines, _ = farside("replay", json.loads(out)["log"], "--start", "620")
+    status, lines, _ = farside("replay", str(blackout.log), "--start", "620")
     assert status == 0
     assert "rover   mode autonomous: link lost" in lines
 
@@ -313,27 +313,25 @@ def test_a_byte_order_mark_is_skipped(
 ) -> None:
     mission = shipped_missions()["blackout"].read_bytes()
     (tmp_path / "bom.toml").write_bytes(b"\xef\xbb\xbf" + mission)
-    more = ("--in-process", "--set", "duration_s=2", "--set", "expect=[]")
-    assert farside(command, "bom.toml", *(more if command == "run" else ()))[0] == 0
+    assert farside(command, "bom.toml", *(SHORT if command == "run" else ()))[0] == 0
 
 
 def test_the_digest_can_be_copied_whole_from_80_columns(
     farside: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("COLUMNS", "80")
-    short = ("--in-process", "--set", "duration_s=2", "--set", "expect=[]")
-    digest = json.loads(farside("run", "blackout", "--json", *short)[1])["digest"]
+    digest = json.loads(farside("run", "blackout", "--json", *SHORT)[1])["digest"]
     for forced in ({}, {"FORCE_COLOR": "1"}):
         for name, value in forced.items():
             monkeypatch.setenv(name, value)
-        assert f"digest  {digest}" in farside("run", "blackout", *short)[1].splitlines()
+        assert f"digest  {digest}" in farside("run", "blackout", *SHORT)[1].splitlines()
 
 
 def test_no_color_is_honoured(
     farside: Callable[..., tuple[int, str, str]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("FORCE_COLOR", "1")
-    short = ("run", "blackout", "--in-process", "--set", "duration_s=2", "--set", "expect=[]")
+    short = ("run", "blackout", *SHORT)
     coloured = re.compile(r"\x1b\[[0-9;]*3[0-7]m")
     assert coloured.search(farside(*short)[1])
     monkeypatch.setenv("NO_COLOR", "1")

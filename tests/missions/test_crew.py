@@ -358,6 +358,27 @@ def test_a_link_that_delivers_into_the_past_is_complained_about() -> None:
     assert msgspec.msgpack.decode(said, type=Complaint).about is Role.LINK
 
 
+@pytest.mark.parametrize(
+    ("payload", "words"),
+    [
+        (b"\xc1", "cannot be decoded"),
+        (frames(0), "window 0 in window 1"),
+        (frames(2), "window 2 in window 1"),
+        (frames(1, down(15)), "in direction down"),
+    ],
+)
+def test_the_link_is_complained_about_by_an_end(payload: bytes, words: str) -> None:
+    party = Party(Role.ROVER, End("rover", Direction.DOWN))
+    for window in range(2):
+        advance = Advance(window, 10 * window + 10)
+        party.take((advance_key(Role.ROVER), msgspec.msgpack.encode(advance)))
+
+    [(key, said)] = party.take((in_key(Role.ROVER), payload))
+    complaint = msgspec.msgpack.decode(said, type=Complaint)
+    assert (key, complaint.about) == (report_key(Role.ROVER), Role.LINK)
+    assert words in complaint.what
+
+
 def record(topic: str, time_ns: int, payload: bytes, publish_time_ns: int = 0) -> Record:
     return Record(topic, time_ns, publish_time_ns, payload)
 

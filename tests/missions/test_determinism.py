@@ -11,9 +11,10 @@ from typing import Any, cast
 
 import pytest
 from noting import with_pictures
+from short_life import SHORT as LIFE
 
 from farside.logs import LogFile, Recorder, digest_of
-from farside.missions import load_mission, run_mission
+from farside.missions import FinishedRun, load_mission, run_mission
 from farside.missions.build import build_node
 from farside.missions.conductor import Conductor, WallClock, Watcher
 from farside.missions.crew.crew import InProcessCrew
@@ -40,9 +41,9 @@ def digest(tmp_path: Path, changes: Mapping[str, Any] | None = None, **how: Any)
 
 
 @pytest.fixture(scope="module")
-def reference(tmp_path_factory: pytest.TempPathFactory) -> str:
+def reference(blackout: FinishedRun) -> str:
     """The digest of the whole shipped mission."""
-    return digest(tmp_path_factory.mktemp("reference"))
+    return blackout.digest
 
 
 def test_a_second_run_in_one_process(reference: str, tmp_path: Path) -> None:
@@ -54,19 +55,18 @@ def test_a_run_with_a_process_for_each_role(reference: str, tmp_path: Path) -> N
     assert digest(tmp_path, in_process=False) == reference
 
 
-@pytest.mark.parametrize("window_s", [0.04, 0.64, 1.28, 0.2])
-def test_a_run_with_windows_of_any_length(reference: str, tmp_path: Path, window_s: float) -> None:
-    """One tick, half the light time, all of it, and a length that does not divide it."""
-    assert digest(tmp_path, window_ns=to_ns(window_s)) == reference
+def test_a_run_with_short_windows(reference: str, tmp_path: Path) -> None:
+    assert digest(tmp_path, window_ns=to_ns(0.2)) == reference
 
 
-@pytest.mark.parametrize("window_s", [0.04, 0.64])
-def test_windows_of_any_length_over_a_bad_link(tmp_path: Path, window_s: float) -> None:
-    reference = digest(tmp_path, BAD)
-    assert digest(tmp_path, BAD, window_ns=to_ns(window_s)) == reference
+@pytest.mark.parametrize("changes", [LIFE, LIFE | BAD], ids=["good link", "bad link"])
+def test_a_run_with_windows_of_any_length(tmp_path: Path, changes: dict[str, Any]) -> None:
+    """One tick, all of the light time, and a length that does not divide it."""
+    digests = {digest(tmp_path, changes, window_ns=to_ns(window_s)) for window_s in (0.1, 0.3, 0.2)}
+    assert digests == {digest(tmp_path, changes)}
 
 
-@pytest.mark.parametrize("hash_seed", ["0", "1", "4711"])
+@pytest.mark.parametrize("hash_seed", ["0", "4711"])
 def test_a_run_under_any_hash_seed(reference: str, tmp_path: Path, hash_seed: str) -> None:
     command = [
         sys.executable,
@@ -85,8 +85,8 @@ def test_a_run_under_any_hash_seed(reference: str, tmp_path: Path, hash_seed: st
     assert json.loads(result.stdout)["digest"] == reference
 
 
-def test_another_seed_is_another_run(reference: str, tmp_path: Path) -> None:
-    assert digest(tmp_path, {"seed": 2}) != reference
+def test_another_seed_is_another_run(tmp_path: Path) -> None:
+    assert digest(tmp_path, {**SHORT, "seed": 2}) != digest(tmp_path, SHORT)
 
 
 def test_the_digest_of_a_run_is_that_of_its_log(tmp_path: Path) -> None:

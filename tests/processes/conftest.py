@@ -6,7 +6,8 @@ import signal
 import subprocess
 import sys
 import uuid
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import msgspec
@@ -18,6 +19,7 @@ from farside.node import Record, Role, to_ns
 
 PATIENCE_S = 30.0
 LONGEST_S = 120
+_LOOK_S = 0.005
 PROC = Path("/proc")
 
 LAUNCHER = """
@@ -57,6 +59,18 @@ def patience() -> Iterator[None]:
 def mission() -> MissionFile:
     """The blackout mission, shortened to a minute."""
     return msgspec.structs.replace(load_mission("blackout").mission, duration_s=60.0)
+
+
+def until(process: subprocess.Popen[bytes], happened: Callable[[], bool]) -> None:
+    """Wait until something has happened, or the process has ended.
+
+    Nothing tells of a file that grows or of another's children, so this looks again and again. In
+    between it waits for the end of the process, and leaves the processor to what it waits for.
+    """
+    while not happened():
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(timeout=_LOOK_S)
+            return
 
 
 class Voyage:
@@ -104,11 +118,6 @@ class Family:
     def roles(self) -> dict[Role, int]:
         """The processes that have a role as an argument of its own."""
         return {Role(word): pid for pid in self.pids() for word in arguments(pid) if word in ROLES}
-
-    def wait_for(self, count: int) -> None:
-        """Wait until `count` roles have a process."""
-        while len(self.roles()) < count:
-            os.sched_yield()
 
     def all_end(self) -> bool:
         """Wait until no process is left; `False` if one does not end."""

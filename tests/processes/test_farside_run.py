@@ -17,7 +17,7 @@ from farside.logs import LogError, LogFile
 from farside.logs import open as open_log
 from farside.node import Role, to_ns
 from farside.topics import TRUTH_POSE
-from tests.processes.conftest import Family
+from tests.processes.conftest import Family, until
 
 pytestmark = pytest.mark.processes
 
@@ -58,9 +58,8 @@ class Terminal:
 
     def until(self, t_s: float) -> None:
         """Wait until the log has reached `t_s`."""
-        while not self._has_reached(t_s):
-            assert self.process.poll() is None, self.process.communicate()
-            os.sched_yield()
+        until(self.process, lambda: self._has_reached(t_s))
+        assert self.process.poll() is None, self.process.communicate()
 
     def _has_reached(self, t_s: float) -> bool:
         try:

@@ -1,7 +1,6 @@
 """Whoever stops a run, at whatever moment and however often, is left with a log that is right."""
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -12,6 +11,7 @@ import pytest
 from mcap.reader import make_reader
 
 from farside.logs import LogFile
+from tests.processes.conftest import until
 
 pytestmark = pytest.mark.processes
 
@@ -28,11 +28,6 @@ def start(out: Path, *options: str, ignoring: bool = False) -> subprocess.Popen[
         )
     finally:
         signal.signal(signal.SIGINT, before)
-
-
-def wait_for(run: subprocess.Popen[bytes], happened: Callable[[], bool]) -> None:
-    while run.poll() is None and not happened():
-        os.sched_yield()
 
 
 def is_of(log: Path, size_byte: int) -> Callable[[], bool]:
@@ -55,7 +50,7 @@ def test_an_interrupted_run_leaves_a_log_that_is_right_and_says_where(
     log = tmp_path / "blackout-seed1-1.mcap"
     # So long that no signal comes too late, however busy the machine is.
     run = start(tmp_path, *options, "--set", "duration_s=1e6")
-    wait_for(run, is_of(log, size_byte))
+    until(run, is_of(log, size_byte))
     for _ in range(times):
         run.send_signal(number)
     out, err = run.communicate()
@@ -78,7 +73,7 @@ def test_a_run_in_the_background_of_a_script_can_be_stopped_too(tmp_path: Path) 
     """A shell without job control has what it starts in the background ignore Ctrl-C."""
     log = tmp_path / "blackout-seed1-1.mcap"
     run = start(tmp_path, "--in-process", "--pace", "10", ignoring=True)
-    wait_for(run, log.exists)
+    until(run, log.exists)
     run.send_signal(signal.SIGINT)
     run.communicate()
 
@@ -88,7 +83,7 @@ def test_a_run_in_the_background_of_a_script_can_be_stopped_too(tmp_path: Path) 
 
 def test_a_run_that_is_stopped_before_its_first_window_leaves_no_log(tmp_path: Path) -> None:
     run = start(tmp_path)
-    wait_for(run, lambda: bool(children_of(run.pid)))
+    until(run, lambda: bool(children_of(run.pid)))
     run.send_signal(signal.SIGINT)
     _, err = run.communicate()
 

@@ -8,17 +8,16 @@ import pytest
 from killing import common_end_ns, hashes_by_npm, killed_log, read_by_mcap, records_of
 
 from farside.logs import LogFile
-from farside.missions import load_mission, run_mission
+from farside.missions import FinishedRun
 from farside.node import Record
 
 pytestmark = pytest.mark.processes
 
 
 @pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> list[Record]:
+def whole(blackout: FinishedRun) -> list[Record]:
     """All records of the same run when nobody kills it."""
-    out = tmp_path_factory.mktemp("whole")
-    return records_of(run_mission(load_mission("blackout"), in_process=True, out=out).log)
+    return records_of(blackout.log)
 
 
 @pytest.fixture(scope="module")

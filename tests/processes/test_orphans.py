@@ -6,7 +6,7 @@ import signal
 import pytest
 
 from farside.node import Role
-from tests.processes.conftest import Family, Launcher
+from tests.processes.conftest import Family, Launcher, until
 
 pytestmark = pytest.mark.processes
 
@@ -25,7 +25,7 @@ def test_a_killed_launcher_leaves_no_orphan(launcher: Launcher, family: Family) 
 def test_a_launcher_killed_during_its_start_leaves_no_orphan(
     started: int, launcher: Launcher, family: Family
 ) -> None:
-    family.wait_for(started)
+    until(launcher.process, lambda: len(family.roles()) >= started)
     launcher.process.kill()
     launcher.last_words()
     assert family.all_end()
@@ -42,7 +42,7 @@ def test_ctrl_c_leaves_no_orphan(launcher: Launcher, family: Family) -> None:
 def test_ctrl_c_during_the_start_leaves_no_orphan(
     started: int, launcher: Launcher, family: Family
 ) -> None:
-    family.wait_for(started)
+    until(launcher.process, lambda: len(family.roles()) >= started)
     launcher.interrupt()
     assert launcher.last_words().endswith(b"KeyboardInterrupt\n")
     assert family.all_end()

@@ -124,9 +124,9 @@ def test_stored_telemetry_goes_below_live_and_never_holds_it_up(
 @pytest.mark.parametrize(
     ("preset", "blackout_s", "end_s"),
     [
-        ("moon", (600, 1500), 2400),
-        ("earth-geo", (600, 1500), 2400),
-        ("tether", (600, 1500), 2400),
+        ("moon", (100, 500), 900),
+        ("earth-geo", (100, 500), 900),
+        ("tether", (100, 500), 900),
         ("mars-direct", (1000, 1700), 6600),  # live telemetry alone would take 84 % of its rate
         ("mars-direct", (1000, 2700), 8400),  # and this is more than the store holds
     ],

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+import msgspec
 import pytest
 from nodes import flown
 from restless import lists
@@ -32,7 +33,9 @@ class Still(PlainController):
 
 @pytest.mark.parametrize("name", shipped_missions())
 def test_at_the_end_of_a_shipped_mission_the_ground_has_the_model(name: str) -> None:
-    flight = flown(load_mission(name).mission)
+    """Of `mars-relay` at the end of its second pass."""
+    mission = load_mission(name).mission
+    flight = flown(msgspec.structs.replace(mission, duration_s=min(mission.duration_s, 7_800.0)))
     shadow = flight.shadow
     assert shadow is not None
     assert shadow.in_step

@@ -117,7 +117,7 @@ def test_a_run_gives_again_what_stands_in_the_results() -> None:
     assert delayed("goals", 10.0, 1) in RESULTS["delays"]
     assert delayed("trust", 60.0, 2) in RESULTS["delays"]
     assert delayed("wait", 2.56, 3, 0.25) in RESULTS["lessons"]
-    assert supervised("tether", 0, 2) in RESULTS["supervised"]
+    assert supervised("shadow", 1, 2) in RESULTS["supervised"]
     # As the file has it: there are no tuples in JSON.
     assert json.loads(json.dumps(priced("shadow", 4))) in RESULTS["price"]
 

@@ -83,7 +83,7 @@ class MapDrawing {
   shapes(map) {
     const { unit } = this.laid, nodes = [];
     const line = (spots, cls) => spots?.length > 1 && nodes.push(svg("path", { d: rounded(spots.map((spot) => this.middle(spot))), class: cls }));
-    line(map.track, "track");
+    for (const piece of pieces(map.track ?? [])) line(piece, "track");
     line(map.policy, "policy");
     if (unit >= 34 && seen.view === "map") {
       const taken = new Set([map.now, ...map.after ?? []].filter(Boolean).flatMap(({ spots }) => spots).map(cellOf));
@@ -156,4 +156,15 @@ class MapDrawing {
     const place = placeAt(east, north);
     return place && { east, north, place };
   }
+}
+
+// Places that follow one another in a row; which way it went between others nobody has told.
+function pieces(spots) {
+  const found = [];
+  for (const spot of spots) {
+    const last = found.at(-1)?.at(-1);
+    if (last && Math.abs(last[0] - spot[0]) + Math.abs(last[1] - spot[1]) === 1) found.at(-1).push(spot);
+    else found.push([spot]);
+  }
+  return found;
 }

@@ -45,8 +45,8 @@ def unexplained(log: LogFile, every: int = 1) -> Iterator[str]:
                 yield f"{record}: {cause}"
 
 
-def test_everything_in_a_blackout_has_a_cause(blackout: LogFile) -> None:
-    assert list(unexplained(blackout, every=4)) == []
+def test_everything_in_a_blackout_has_a_cause(flown: LogFile) -> None:
+    assert list(unexplained(flown, every=4)) == []
 
 
 @pytest.mark.parametrize(("name", "until_s"), [("shadow", 210.0), ("tether", 240.0)])
@@ -88,9 +88,9 @@ def sentences(chain: tuple[Cause, ...]) -> list[str]:
     return [cause.sentence for cause in chain]
 
 
-def test_an_action_with_consent_goes_back_to_the_order_for_the_goal(blackout: LogFile) -> None:
+def test_an_action_with_consent_goes_back_to_the_order_for_the_goal(flown: LogFile) -> None:
     """From the move over the approval and the proposal, across the link twice, to the goal."""
-    chain = chain_of(blackout, ROVER_ACTION_STARTED.name, 605.4)
+    chain = chain_of(flown, ROVER_ACTION_STARTED.name, 605.4)
     told = sentences(chain)
     assert told[:3] == [
         "decides on E, goal-directed, towards at:B, by command 91",
@@ -111,9 +111,9 @@ def test_an_action_with_consent_goes_back_to_the_order_for_the_goal(blackout: Lo
 
 
 def test_an_action_of_its_own_has_a_goal_and_the_loss_of_the_link_behind_it(
-    blackout: LogFile,
+    flown: LogFile,
 ) -> None:
-    chain = chain_of(blackout, ROVER_ACTION_STARTED.name, 650)
+    chain = chain_of(flown, ROVER_ACTION_STARTED.name, 650)
     assert [cause.sentence for cause in chain if cause.is_first] == [
         "the operator orders: goal at:B, priority 2",
         "uplink: blackout begins",
@@ -123,9 +123,9 @@ def test_an_action_of_its_own_has_a_goal_and_the_loss_of_the_link_behind_it(
 
 
 def test_a_mission_goal_comes_on_the_list_by_the_mission_and_the_failsafe(
-    blackout: LogFile,
+    flown: LogFile,
 ) -> None:
-    chain = chain_of(blackout, ROVER_GOAL.name, 650)
+    chain = chain_of(flown, ROVER_GOAL.name, 650)
     assert sentences(chain) == [
         "the mission gives the rover the goal at:C",
         "failsafe alone: the link is lost, after 30.0 s of silence",
@@ -135,14 +135,14 @@ def test_a_mission_goal_comes_on_the_list_by_the_mission_and_the_failsafe(
     ]
 
 
-def test_the_failsafe_tells_only_what_its_reason_speaks_of(blackout: LogFile) -> None:
+def test_the_failsafe_tells_only_what_its_reason_speaks_of(flown: LogFile) -> None:
     """That the rover is unconfirmed changed as well, and is not why it holds."""
-    chain = chain_of(blackout, ROVER_FAILSAFE.name, 763.48)
+    chain = chain_of(flown, ROVER_FAILSAFE.name, 763.48)
     assert [cause.sentence for cause in chain if cause.depth == 1] == ["goal at:C reached"]
 
 
-def test_a_chain_is_indented_only_where_it_branches(blackout: LogFile) -> None:
-    chain = chain_of(blackout, ROVER_ACTION_STARTED.name, 650)
+def test_a_chain_is_indented_only_where_it_branches(flown: LogFile) -> None:
+    chain = chain_of(flown, ROVER_ACTION_STARTED.name, 650)
     indents = [indent for indent, _ in outline(chain)]
     assert indents[:2] == [0, 1]
     assert set(indents[1:]) == {1}
@@ -150,16 +150,16 @@ def test_a_chain_is_indented_only_where_it_branches(blackout: LogFile) -> None:
 
 
 def test_a_command_that_arrived_at_the_second_attempt_names_the_loss_of_the_first(
-    blackout: LogFile,
+    flown: LogFile,
 ) -> None:
     """The frame that brought it, and then the one that was lost."""
     number = next(
         word.carries.number
-        for word in words(blackout)
+        for word in words(flown)
         if word.carries is not None and word.carries.kind == "command" and word.carries.attempt == 2
     )
     taken = f'"number":{number},"stage":"taken"'
-    record = next(one for one in blackout.records([ROVER_COMMAND]) if taken in one.payload.decode())
-    brought, lost = (one for one in causes(blackout, record) if one.depth == 1)
+    record = next(one for one in flown.records([ROVER_COMMAND]) if taken in one.payload.decode())
+    brought, lost = (one for one in causes(flown, record) if one.depth == 1)
     assert f"with command {number}, sent 2 × arrives after" in brought.sentence
     assert f"with command {number} was lost on the way" in lost.sentence

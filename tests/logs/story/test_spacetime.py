@@ -204,13 +204,13 @@ def test_a_message_is_known_by_its_kind_and_number(message: msgspec.Struct, foun
     assert carried(message) == found
 
 
-def test_in_a_real_run_every_frame_is_one_word_and_says_what_it_carries(blackout: LogFile) -> None:
-    found = list(words(blackout))
+def test_in_a_real_run_every_frame_is_one_word_and_says_what_it_carries(flown: LogFile) -> None:
+    found = list(words(flown))
     counts = Counter((word.direction, word.frame) for word in found)
     assert set(counts.values()) == {1}
     for direction in Direction:
         of_way = [word for word in found if word.direction is direction]
-        link = RunView(blackout).link_counters(direction)
+        link = RunView(flown).link_counters(direction)
         arrived = [word for word in of_way if word.arrives_ns is not None and word.lost is None]
         lost = Counter(word.lost for word in of_way)
         assert len(arrived) == link.delivered
@@ -218,11 +218,11 @@ def test_in_a_real_run_every_frame_is_one_word_and_says_what_it_carries(blackout
     assert {word.what for word in found if word.carries is None} == {"report"}
 
 
-def test_in_a_real_run_a_resend_names_the_message_it_repeats(blackout: LogFile) -> None:
+def test_in_a_real_run_a_resend_names_the_message_it_repeats(flown: LogFile) -> None:
     """Of each message the attempts count from 1, and it arrives once before they end."""
     attempts: dict[tuple[str, int | None, int], list[int]] = {}
     arrived = set()
-    for word in sorted(words(blackout), key=lambda word: word.sent_ns):
+    for word in sorted(words(flown), key=lambda word: word.sent_ns):
         if word.carries is None or word.carries.number is None:
             continue
         key = word.carries.kind, word.carries.number, word.carries.part

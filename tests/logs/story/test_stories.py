@@ -33,9 +33,9 @@ def lines(found: Story) -> list[str]:
     return [f"{when} {side}: {text}" for when, _, side, text in story_lines(found)]
 
 
-def test_a_command_caught_in_the_blackout(blackout: LogFile) -> None:
+def test_a_command_caught_in_the_blackout(flown: LogFile) -> None:
     """It is done as the link fails; the ground learns so six minutes later."""
-    found = told(blackout, "command:93")
+    found = told(flown, "command:93")
     assert found.title == (
         "command 93: approve proposal 14 - done at 621.6 s, known at the ground at 985.5 s"
     )
@@ -73,23 +73,23 @@ def test_a_command_caught_in_the_blackout(blackout: LogFile) -> None:
     ]
 
 
-def test_as_the_ground_only_what_it_could_know_is_told(blackout: LogFile) -> None:
-    found = told(blackout.as_ground(), "command:93")
+def test_as_the_ground_only_what_it_could_know_is_told(flown: LogFile) -> None:
+    found = told(flown.as_ground(), "command:93")
     assert {line.side for line in found.lines} == {Role.GROUND}
     assert "617.36 s ground: command 93 leaves in frame up:1074" in lines(found)
     assert not any("lost" in line.text or "light time" in line.text for line in found.lines)
 
 
-def test_before_the_word_came_the_ground_knows_less(blackout: LogFile) -> None:
-    found = told(blackout.as_ground(700_000_000_000), "command:93")
+def test_before_the_word_came_the_ground_knows_less(flown: LogFile) -> None:
+    found = told(flown.as_ground(700_000_000_000), "command:93")
     assert found.title == "command 93: approve proposal 14 - not known to be over"
     assert lines(found)[-1] == (
         "629.08 s ground: command 93 overdue: should have been done by 622.6 s, no word"
     )
 
 
-def test_an_event_that_waits_for_those_before_it(blackout: LogFile) -> None:
-    assert lines(told(blackout, "event:187")) == [
+def test_an_event_that_waits_for_those_before_it(flown: LogFile) -> None:
+    assert lines(told(flown, "event:187")) == [
         "621.64 s rover: command 93 (approve proposal 14) is done",
         "621.84 s rover: event 187 leaves in frame down:1253 (13 ms to send)",
         "621.85 s link: frame down:1253 is lost to the blackout",
@@ -105,8 +105,8 @@ def test_an_event_that_waits_for_those_before_it(blackout: LogFile) -> None:
     ]
 
 
-def test_a_proposal_with_its_grounds_and_what_the_operator_made_of_it(blackout: LogFile) -> None:
-    found = told(blackout, "proposal:3")
+def test_a_proposal_with_its_grounds_and_what_the_operator_made_of_it(flown: LogFile) -> None:
+    found = told(flown, "proposal:3")
     assert found.title == (
         "proposal 3: W, towards at:A - ended at 481.6 s: overridden by command 81"
     )
@@ -128,17 +128,17 @@ def test_a_proposal_with_its_grounds_and_what_the_operator_made_of_it(blackout: 
     assert "485.48 s rover: command 81 is done: E took 3.80 s" in told_lines
 
 
-def test_a_proposal_that_the_blackout_kept_from_the_operator(blackout: LogFile) -> None:
+def test_a_proposal_that_the_blackout_kept_from_the_operator(flown: LogFile) -> None:
     """It ended on board before it could be shown; its frames are counted, not listed."""
-    found = lines(told(blackout, "proposal:15"))
+    found = lines(told(flown, "proposal:15"))
     assert "630.00 s rover: proposal 15 ends: the situation is another one" in found
     again = [line for line in found if "times more" in line]
     assert len(again) == 2, "a row for each of its two parts"
     assert len(found) < 20
 
 
-def test_a_goal_from_the_order_to_the_ground_knowing_that_it_is_reached(blackout: LogFile) -> None:
-    found = told(blackout, "goal:B")
+def test_a_goal_from_the_order_to_the_ground_knowing_that_it_is_reached(flown: LogFile) -> None:
+    found = told(flown, "goal:B")
     assert found.title == "goal at:B - reached at 713.2 s"
     told_lines = lines(found)
     for line in (
@@ -164,15 +164,15 @@ def test_a_goal_from_the_order_to_the_ground_knowing_that_it_is_reached(blackout
         assert line in told_lines
 
 
-def test_a_mission_goal_says_why_it_came_on_the_list(blackout: LogFile) -> None:
-    assert lines(told(blackout, "goal:C"))[0] == (
+def test_a_mission_goal_says_why_it_came_on_the_list(flown: LogFile) -> None:
+    assert lines(told(flown, "goal:C"))[0] == (
         "650.00 s rover: goal at:C set (mission, priority 1), since failsafe alone: "
         "the link is lost, after 30.0 s of silence"
     )
 
 
-def test_a_frame_and_the_other_attempts_at_the_same(blackout: LogFile) -> None:
-    found = told(blackout, "frame:down:1300")
+def test_a_frame_and_the_other_attempts_at_the_same(flown: LogFile) -> None:
+    found = told(flown, "frame:down:1300")
     assert found.title == "frame down:1300: event 186, sent 8 × - lost to the blackout"
     assert lines(found) == [
         "619.40 s rover: command 93 (approve proposal 14) begins",
@@ -186,8 +186,8 @@ def test_a_frame_and_the_other_attempts_at_the_same(blackout: LogFile) -> None:
     ]
 
 
-def test_a_story_for_programs(blackout: LogFile) -> None:
-    found = msgspec.json.decode(msgspec.json.encode(told(blackout, "frame:up:1102").as_json))
+def test_a_story_for_programs(flown: LogFile) -> None:
+    found = msgspec.json.decode(msgspec.json.encode(told(flown, "frame:up:1102").as_json))
     assert found["subject"] == "frame:up:1102"
     assert found["lines"][0] == {
         "t_s": 658.0,
@@ -289,8 +289,8 @@ def test_how_a_goal_ended(changes: list[tuple[str, str]], ending: str) -> None:
         assert told(log, "goal:B").title == f"goal at:B{ending}"
 
 
-def test_the_title_of_a_goal_tells_what_the_ground_knows(blackout: LogFile) -> None:
-    titles = {t_s: told(blackout.as_ground(to_ns(t_s)), "goal:B").title for t_s in (602, 900, 990)}
+def test_the_title_of_a_goal_tells_what_the_ground_knows(flown: LogFile) -> None:
+    titles = {t_s: told(flown.as_ground(to_ns(t_s)), "goal:B").title for t_s in (602, 900, 990)}
     assert titles == {
         602: "goal at:B - not known to be reached",
         900: "goal at:B - a goal by the newest telemetry, of 619.8 s",
@@ -343,10 +343,10 @@ def test_a_frame_that_is_lost_at_once_leaves_before_it_is_lost() -> None:
     ],
 )
 def test_what_there_is_instead_of_what_there_is_not(
-    blackout: LogFile, subject: str, message: str
+    flown: LogFile, subject: str, message: str
 ) -> None:
     with pytest.raises(SubjectError) as refusal:
-        told(blackout, subject)
+        told(flown, subject)
     assert message in str(refusal.value)
 
 
@@ -358,10 +358,10 @@ def test_what_there_is_instead_of_what_there_is_not(
     ],
 )
 def test_a_frame_that_the_ground_knows_nothing_of_may_exist(
-    blackout: LogFile, t_s: int, subject: str, message: str
+    flown: LogFile, t_s: int, subject: str, message: str
 ) -> None:
     with pytest.raises(SubjectError, match=message):
-        told(blackout.as_ground(to_ns(t_s)), subject)
+        told(flown.as_ground(to_ns(t_s)), subject)
 
 
 def test_an_empty_log_has_nothing_to_tell_of() -> None:

@@ -39,8 +39,8 @@ def asked(log: LogFile, t_s: float, aspect: Aspect = Aspect.ACTION) -> dict[str,
     return {section.heading: list(section.lines) for section in reasons.sections}
 
 
-def test_an_action_that_the_rover_chose_alone(blackout: LogFile) -> None:
-    found = asked(blackout, 658)
+def test_an_action_that_the_rover_chose_alone(flown: LogFile) -> None:
+    found = asked(flown, 658)
     assert found["the rover performs E"] == ["E begins, goal-directed, towards at:B, at 657.5 s"]
     assert found["the decision behind it"] == [
         "chooser goal-directed; active Signs: at:3,4",
@@ -66,14 +66,14 @@ def test_an_action_that_the_rover_chose_alone(blackout: LogFile) -> None:
     ]
 
 
-def test_an_action_by_command_names_the_command(blackout: LogFile) -> None:
-    assert asked(blackout, 620)["the command behind it"] == [
+def test_an_action_by_command_names_the_command(flown: LogFile) -> None:
+    assert asked(flown, 620)["the command behind it"] == [
         "command 93: approve proposal 14 - done at 621.6 s, known at the ground at 985.5 s"
     ]
 
 
-def test_the_mode(blackout: LogFile) -> None:
-    found = asked(blackout, 700, Aspect.MODE)
+def test_the_mode(flown: LogFile) -> None:
+    found = asked(flown, 700, Aspect.MODE)
     assert found["mode autonomous"] == ["mode autonomous: link lost, since 650.0 s, for 50.00 s"]
     assert [line.split("  ")[-1] for line in found["what led to it"]] == [
         "failsafe alone: the link is lost, after 30.0 s of silence",
@@ -83,8 +83,8 @@ def test_the_mode(blackout: LogFile) -> None:
     assert found["when the ground learned of it"] == ["at 985.5 s, 335.5 s later (event 190)"]
 
 
-def test_the_failsafe_tells_its_condition_and_the_countdown(blackout: LogFile) -> None:
-    assert asked(blackout, 640, Aspect.FAILSAFE)["failsafe hold"] == [
+def test_the_failsafe_tells_its_condition_and_the_countdown(flown: LogFile) -> None:
+    assert asked(flown, 640, Aspect.FAILSAFE)["failsafe hold"] == [
         "failsafe hold: nothing is heard, after 10.0 s of silence, since 630.0 s, for 10.00 s",
         "what was so when that began: silence",
         "silence by then that the contact plan did not explain: 10.02 s",
@@ -92,8 +92,8 @@ def test_the_failsafe_tells_its_condition_and_the_countdown(blackout: LogFile) -
     ]
 
 
-def test_a_silence_on_both_sides(blackout: LogFile) -> None:
-    found = asked(blackout, 700, Aspect.SILENCE)
+def test_a_silence_on_both_sides(flown: LogFile) -> None:
+    found = asked(flown, 700, Aspect.SILENCE)
     assert found["on board"][:4] == [
         "the rover last heard frame up:1076 at 620.0 s, 80.0 s before",
         "why: the uplink is out, blackout since 620.0 s; 46 frames lost to the blackout",
@@ -106,8 +106,8 @@ def test_a_silence_on_both_sides(blackout: LogFile) -> None:
     ]
 
 
-def test_between_two_frames_there_is_no_silence(blackout: LogFile) -> None:
-    found = asked(blackout, 100, Aspect.SILENCE)
+def test_between_two_frames_there_is_no_silence(flown: LogFile) -> None:
+    found = asked(flown, 100, Aspect.SILENCE)
     assert found["on board"][1] == "that is no silence: the rover does not count it as one"
     assert found["at the ground"][1] == "that is no silence: the ground does not count it as one"
 
@@ -220,11 +220,11 @@ def test_why_it_stands_still(noted: list[tuple[float, msgspec.Struct]], reason: 
     assert first.startswith(reason)
 
 
-def test_the_model_is_asked_only_where_the_rover_stands_still(blackout: LogFile) -> None:
+def test_the_model_is_asked_only_where_the_rover_stands_still(flown: LogFile) -> None:
     """Where it acts, the recorded decision is enough."""
     heading = "the model on board at that moment, re-lived"
     for t_s, is_asked in ((658.0, False), (640.0, True)):
-        reasons = why(blackout, to_ns(t_s), mind=lambda: ["it holds this"])
+        reasons = why(flown, to_ns(t_s), mind=lambda: ["it holds this"])
         assert (heading in [section.heading for section in reasons.sections]) is is_asked
 
 
@@ -237,22 +237,20 @@ def test_an_empty_log_has_no_reasons_but_does_not_fail() -> None:
 # --- as the ground ----------------------------------------------------------------------------
 
 
-def test_what_the_ground_could_not_know_changes_nothing_of_its_answers(blackout: LogFile) -> None:
+def test_what_the_ground_could_not_know_changes_nothing_of_its_answers(flown: LogFile) -> None:
     """A log without all that it had not learned by then gives the same answers, to the letter."""
     for t_s in np.random.default_rng(14).uniform(0, 1199, size=2):
         t_ns = to_ns(t_s)
         known = [
-            record
-            for record in blackout.records(end_ns=t_ns)
-            if record.topic.startswith("/ground/")
+            record for record in flown.records(end_ns=t_ns) if record.topic.startswith("/ground/")
         ]
         with log_of(known) as log:
             for aspect in Aspect:
-                whole: Reasons = why(blackout.as_ground(t_ns), t_ns, aspect)
+                whole: Reasons = why(flown.as_ground(t_ns), t_ns, aspect)
                 assert why(log.as_ground(t_ns), t_ns, aspect) == whole
             for subject in ("command:93", "goal:B", "proposal:3", "event:5", "frame:down:9"):
                 assert _answer(log.as_ground(t_ns), subject) == _answer(
-                    blackout.as_ground(t_ns), subject
+                    flown.as_ground(t_ns), subject
                 )
 
 
