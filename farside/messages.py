@@ -349,6 +349,7 @@ class Telemetry(_Message, frozen=True, tag="telemetry"):
         signal: strength of the radio's signal.
         on_loss: what the rover will do when the link is lost.
         alone_goals: the goals that it will pursue then, as of now, top-goal first.
+        tilt_rad: by how much it tilts; `None` while it stands level.
     """
 
     time_ns: int
@@ -369,6 +370,7 @@ class Telemetry(_Message, frozen=True, tag="telemetry"):
     on_loss: OnLoss = OnLoss.AUTONOMY
     alone_goals: tuple[Tokens, ...] = ()
     since_ns: int = 0
+    tilt_rad: Annotated[float, msgspec.Meta(gt=0, le=1.6)] | None = None
 
 
 class ModelUpdate(_Message, frozen=True, tag="model"):

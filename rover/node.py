@@ -242,6 +242,7 @@ class Rover:
             on_loss=authority.on_loss,
             alone_goals=self._goals.for_alone if alone else (),
             since_ns=self._doing.began_ns if self._doing else self._stands_since_ns,
+            tilt_rad=self.faults.tilt_rad(self._now_ns) or None,
         )
 
     def _keep_house(self) -> None:

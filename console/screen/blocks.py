@@ -1,5 +1,6 @@
 """The blocks beside the map: the rover, its model, its goals, its failsafe and the link."""
 
+import math
 from collections.abc import Iterator
 
 from farside.console.screen.mapping import place_text
@@ -54,6 +55,9 @@ def _rover(picture: Picture, view: GroundView) -> Iterator[Said]:
     doing = "standing" if heard.action is None else f"going {heard.action}"
     since = span_text(heard.time_ns - heard.since_ns)
     yield Said("action", f"{doing} for {since}", stale=is_stale(picture, BeliefItem.ACTION))
+    tilt = "level" if heard.tilt_rad is None else f"{math.degrees(heard.tilt_rad):.0f}°"
+    tone = Tone.PLAIN if heard.tilt_rad is None else Tone.CAUTION
+    yield Said("tilt", tilt, tone, is_stale(picture, BeliefItem.POSE))
     if heard.signal is not Signal.STRONG:
         tone = Tone.WRONG if heard.signal is Signal.NONE else Tone.CAUTION
         yield Said("signal", str(heard.signal), tone, is_stale(picture, BeliefItem.SIGNAL))

@@ -134,9 +134,12 @@ def test_the_model_may_propose_again_what_was_just_given_up_and_the_word_counts(
     rover.order(SetGoal(("at:C",), 1.0))
     rover.until(lambda: rover.now_ns > to_ns(99))
     rover.order(Approve(rover.proposals[-1].number))
+    rover.until(lambda: rover.now_ns > to_ns(105))
+    assert rover.telemetry.tilt_rad == 0.8
     rover.until(lambda: rover.now_ns > to_ns(115))
     ended = rover.of(ROVER_ACTION_ENDED)[-1]
     assert (ended.action, ended.blocked) == ("N", True), "given up, as it tilted"
+    assert rover.telemetry.tilt_rad is None, "it stands level again"
     again = rover.proposals[-1]
     assert again.action == "N"
     number = rover.order(Approve(again.number))
