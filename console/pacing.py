@@ -1,6 +1,5 @@
 """How fast simulated time passes for a person: pause, speed, and warps that end by themselves."""
 
-import math
 from enum import StrEnum
 
 from farside.node import NEVER_NS, NS_PER_S
@@ -98,10 +97,11 @@ class Pacing:
         """Let it pass at a speed, and no warp.
 
         Raises:
-            ValueError: if it is not a number above 0.
+            ValueError: if it is none between the least and the greatest of `SPEEDS`.
         """
-        if not (math.isfinite(speed) and speed > 0):
-            raise ValueError(f"expected a speed above 0, found {speed:g}")
+        if not SPEEDS[0] <= speed <= SPEEDS[-1]:
+            least, most = SPEEDS[0], SPEEDS[-1]
+            raise ValueError(f"expected a speed from {least:g} to {most:g}, found {speed:g}")
         self.speed, self.until, self.slowed = speed, None, ""
         self.paused = False
 

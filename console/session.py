@@ -4,7 +4,8 @@ A plain object: it is handed what the ground has noted and what it can know, kee
 the orders that were given, and says what the screen shows. It has no thread and no clock.
 """
 
-from collections.abc import Iterator, Sequence
+import math
+from collections.abc import Sequence
 
 from msgspec.structs import replace
 
@@ -17,12 +18,11 @@ from farside.console.pacing import Pacing, Until
 from farside.console.screen.blocks import (
     failsafe_said,
     goal_rows,
-    light_text,
     link_said,
     mode_said,
     model_said,
     rover_said,
-    silence_said,
+    status_said,
 )
 from farside.console.screen.mapping import map_view, place_text
 from farside.console.screen.orders import (
@@ -37,10 +37,8 @@ from farside.console.screen.screen import (
     Chart,
     MapView,
     ProposalCard,
-    Said,
     Screen,
     Strip,
-    Tone,
 )
 from farside.console.strip import StripOf
 from farside.control import Mode, OnLoss, TakeBackChance
@@ -64,10 +62,12 @@ from farside.messages import (
 from farside.node import Record
 from farside.places import Chart as Places
 from farside.places import place_token
+from farside.validation import one_line, shown
 
 _GROUND = "/ground/"
 _PRIORITY = 2.0  # as of a goal of a script: above what missions preload
 _OVER = "not ordered: the run is over"
+_LOST = "The ground's process is lost: nothing is heard of the rover, and nothing can be ordered."
 
 
 class Session:
@@ -104,13 +104,15 @@ class Session:
         self._exercise = exercise
         self._decisions = Decisions(self.pacing)
         self._now_ns = 0
-        self._standing = self._over = ""
+        self._standing = self._over = self._lost = ""
 
     # --- from the run --------------------------------------------------------------------------
 
     def take(self, now_ns: int, records: Sequence[Record]) -> None:
         """A window is over: what was recorded in it. Of that only what the ground noted is read."""
-        self._now_ns, self._standing = now_ns, ""
+        self._now_ns, self._standing = now_ns, self._lost
+        if self._lost and self._view is not None:
+            self._view = replace(self._view, now_ns=now_ns)  # what was known grows old
         for record in records:
             if not record.topic.startswith(_GROUND):
                 continue
@@ -127,8 +129,12 @@ class Session:
         if self.chart is None and self._picture.chart is not None:
             self.chart = Chart(self._picture.chart.rows, self._picture.chart.cell_m)
 
-    def see(self, view: GroundView) -> None:
-        """What the ground can know by now."""
+    def see(self, view: GroundView | None) -> None:
+        """What the ground can know by now; `None` once it is lost, and for good."""
+        if view is None:
+            self._lost = self._standing = _LOST
+            self._queued.clear()
+            return
         self._view = view
         self._alarms.see(view)
         self._decisions.see(view)
@@ -141,11 +147,6 @@ class Session:
         """The run is over."""
         self._over = outcome
         self._queued.clear()
-
-    @property
-    def is_over(self) -> bool:
-        """Whether the run is over."""
-        return bool(self._over)
 
     # --- to the run ----------------------------------------------------------------------------
 
@@ -167,7 +168,7 @@ class Session:
             speed=pacing.speed,
             paused=pacing.paused,
             mode=mode_said(picture),
-            if_nothing=self._over or "The run begins.",
+            if_nothing=self._over or self._lost or "The run begins.",
             map=MapView(),
             strip=Strip(0, 0, 0),
             warp="" if pacing.until is None else f"until {pacing.until}",
@@ -186,10 +187,10 @@ class Session:
         return replace(
             begun,
             rover_ns=max(0, now_ns - view.down.light_ns),
-            if_nothing=self._over or f"If you do nothing: {view.if_nothing}.",
+            if_nothing=self._over or self._lost or f"If you do nothing: {view.if_nothing}.",
             map=map_view(picture, view, chart),
             strip=self._strip.strip(now_ns, view, picture.commands),
-            status=tuple(self._status(view)),
+            status=status_said(picture, view),
             on_the_way=on_the_way,
             proposal=card,
             options=option_rows(picture, view, card, chart),
@@ -203,15 +204,6 @@ class Session:
             alarms=self._alarms.rows(),
             exercise=() if self._exercise is None else self._exercise.rows(),
         )
-
-    def _status(self, view: GroundView) -> Iterator[Said]:
-        yield Said("link", f"{light_text(view)} of light")
-        yield silence_said(view)
-        if view.up.changes_ns is not None:
-            yield next(said for said in link_said(view) if said.name == "up")
-        overdue = self._picture.commands.overdue
-        if overdue:
-            yield Said("overdue", f"{overdue} without word", Tone.WRONG)
 
     def _card(self, view: GroundView) -> ProposalCard | None:
         return proposal_card(self._picture, view, self._queued)
@@ -229,7 +221,7 @@ class Session:
         view = self._view
         option = next((one for one in view.options if one.action == action), None) if view else None
         if view is None or option is None:
-            return f"not ordered: there is no action {action} yet"
+            return f"not ordered: there is no action {one_line(action)} yet"
         if option.kind is OptionKind.INVALID and not insist:
             why = "; ".join(option.why) or "it leads nowhere"
             return f"not ordered: {action}: {why}. Insist to order it all the same"
@@ -297,13 +289,21 @@ class Session:
         if chart is None:
             return "not ordered: there is no map yet"
         if place not in chart.places:
-            return f"not ordered: expected a place of the map, found {place!r}{chart.like(place)}"
+            return (
+                f"not ordered: expected a place of the map, found {shown(place)}{chart.like(place)}"
+            )
         worth = _PRIORITY if priority is None else priority
+        if not math.isfinite(worth):
+            return f"not ordered: expected a priority that is a number, found {worth:g}"
         order = SetGoal((place_token(place),), worth)
         return self._act(order, f"sets goal {place}, priority {worth:g}")
 
     def withdraw_goal(self, tokens: Tokens) -> str:
-        """Withdraw a goal, whoever wanted it."""
+        """Withdraw a goal, whoever wanted it: one that is known, or waits here to be set."""
+        known = [goal.tokens for goal in self._view.goals] if self._view else []
+        waiting = [act.tokens for act in self._queued.values() if isinstance(act, SetGoal)]
+        if tokens not in (*known, *waiting):
+            return "not withdrawn: that is no goal, or no longer"
         return self._act(WithdrawGoal(tokens), f"withdraws goal {place_text(tokens)}")
 
     def set_mode(self, mode: Mode) -> str:
@@ -326,8 +326,8 @@ class Session:
         return self._put(held, f"{said}, held at the ground until the link is up")
 
     def _put(self, act: Act, said: str) -> str:
-        if self._over:
-            return _OVER
+        if self._over or self._lost:
+            return _OVER if self._over else "not ordered: the ground's process is lost"
         self._put_so_far += 1
         self._queued[self._put_so_far] = act
         return said
@@ -343,8 +343,11 @@ class Session:
         return "time stands"
 
     def set_speed(self, speed: float) -> str:
-        """Let time pass at this speed, in simulated seconds per wall second, above 0."""
-        self.pacing.set_speed(speed)
+        """Let time pass at this speed, in simulated seconds per wall second, if it is a speed."""
+        try:
+            self.pacing.set_speed(speed)
+        except ValueError as error:
+            return f"not set: {error}"
         return f"{speed:g}x"
 
     def faster(self) -> str:

@@ -41,7 +41,7 @@ class Station:
         self.is_ended = False
         self._session, self._end, self._now = session, end, now
         self._moved = threading.Condition()
-        self._look: Callable[[Focus], GroundView | None] = lambda _: None
+        self._look: Callable[[Focus], GroundView | None] | None = None
         self._looked: tuple[float, int, Focus] = (-LOOK_S, -1, Focus())
         self._shown: tuple[int, Screen] | None = None
         self._passed_s = now()
@@ -129,12 +129,10 @@ class Station:
         last_s, last_ns, last_focus = self._looked
         due = wall_s - last_s >= LOOK_S
         is_news = (last_ns, last_focus) != (now_ns, focus)
-        if not is_news or not (due or held):
+        if self._look is None or not is_news or not (due or held):
             return
         self._looked = wall_s, now_ns, focus
         view = self._look(focus)
-        if view is None:
-            return
         with self._moved:
             self._session.see(view)
             self._changed()

@@ -12,6 +12,7 @@ from farside.console.seats import Seats
 from farside.console.session import Session
 from farside.control import Mode
 from farside.messages import Tokens
+from farside.validation import shown
 
 SETTLED_MS = 500.0
 """A button whose meaning changed within this wall time does nothing (project default)."""
@@ -124,6 +125,12 @@ def _take_back(session: Session, press: Press) -> str:
     return session.take_back(press.number)
 
 
+def _set_mode(session: Session, press: Press) -> str:
+    if press.word not in set(Mode):
+        return f"not ordered: expected {', '.join(Mode)}, found {shown(press.word)}"
+    return session.set_mode(Mode(press.word))
+
+
 def _pause(session: Session, press: Press) -> str:
     """Pause and go on are one switch of the session; two pages must not undo each other."""
     wants = press.what is What.PAUSE
@@ -161,10 +168,10 @@ _DOES: dict[What, Callable[[Session, Press], str]] = {
     What.DISCARD: lambda session, press: session.discard(press.number),
     What.GOAL: lambda session, press: session.set_goal(press.word, press.amount),
     What.WITHDRAW: lambda session, press: session.withdraw_goal(press.tokens),
-    What.MODE: lambda session, press: session.set_mode(Mode(press.word)),
+    What.MODE: _set_mode,
     What.PAUSE: _pause,
     What.PLAY: _pause,
-    What.SPEED: lambda session, press: session.set_speed(press.amount or 1.0),
+    What.SPEED: lambda session, press: session.set_speed(press.amount or 0.0),
     What.SLOWER: lambda session, _: session.slower(),
     What.FASTER: lambda session, _: session.faster(),
     What.ARRIVAL: lambda session, _: session.warp(Until.ARRIVAL),

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 
+import msgspec
 from nicegui import ui
 
 from farside.console.page.hand import Press, What
@@ -26,6 +27,7 @@ class _Command:
             order, button = Press(What.DISCARD, number=row.held), "discard ✕"
         else:
             order, button = Press(What.TAKE_BACK, number=row.number), "take back ✕"
+        self._shown: CommandRow | None = None
         with ui.element("div").classes("command") as self.root:
             ui.label(str(row.number or "–")).classes("number")
             with ui.element("div").classes("what"):
@@ -36,8 +38,11 @@ class _Command:
             )
 
     def show(self, item: CommandRow) -> None:
-        self._text.set_text(item.text)
         self._words.say(" · ".join(item.words))
+        if self._shown == (rest := msgspec.structs.replace(item, words=())):
+            return  # mostly the ages in the words are all that changes
+        self._shown = rest
+        self._text.set_text(item.text)
         self._back.set_visibility(item.can_take_back or item.held is not None)
         toned(self.root, item.tone)
         self.root.classes(add="over" if item.is_over else "", remove="" if item.is_over else "over")

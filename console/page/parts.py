@@ -28,6 +28,9 @@ def unbroken(text: str) -> str:
 
 def toned(element: ui.element, tone: Tone, *, stale: bool = False) -> None:
     """Draw an element in a tone: colour, and a mark before it that says the same."""
+    # To ask is much cheaper than to change, and mostly nothing changes.
+    if f"tone-{tone}" in element.classes and stale == ("stale" in element.classes):
+        return
     others = [f"tone-{other}" for other in _TONES if other is not tone]
     element.classes(
         add=f"tone-{tone}{' stale' if stale else ''}",
@@ -41,9 +44,13 @@ class Words:
     def __init__(self, classes: str = "", text: str = "") -> None:
         self.label = ui.label(text).classes(classes)
         self._is_shown = True
+        self._said = text
 
     def say(self, text: str) -> None:
         """Set the text; without one it takes no room."""
+        if text == self._said and self._is_shown == bool(text):
+            return
+        self._said = text
         self.label.set_text(unbroken(text))
         if bool(text) != self._is_shown:
             self._is_shown = bool(text)
@@ -106,6 +113,7 @@ class Rows(Generic[Item]):
     ) -> None:
         self._key, self._make = key, make
         self._rows: dict[Hashable, Row[Item]] = {}
+        self._shown: dict[Hashable, Item] = {}
         self._is_held = False
         self._last: list[Item] = []
         self.root = ui.element("div").classes("rows").props(f'role=list aria-label="{label}"')
@@ -125,8 +133,9 @@ class Rows(Generic[Item]):
         if not self._is_held and list(new) != list(self._rows):
             self._arrange(new)
         for key, row in self._rows.items():
-            if key in new:
+            if key in new and new[key] != self._shown.get(key):
                 row.show(new[key])
+        self._shown = {key: item for key, item in new.items() if key in self._rows}
 
     def _arrange(self, new: dict[Hashable, Item]) -> None:
         for key in [key for key in self._rows if key not in new]:

@@ -144,6 +144,21 @@ def _link(view: GroundView) -> Iterator[Said]:
         yield Said("rover's store", text, Tone.CAUTION)
 
 
+def status_said(picture: Picture, view: GroundView) -> tuple[Said, ...]:
+    """The status strip: the light time, when it was heard, the contact, what is overdue."""
+    return tuple(_status(picture, view))
+
+
+def _status(picture: Picture, view: GroundView) -> Iterator[Said]:
+    yield Said("link", f"{light_text(view)} of light")
+    yield silence_said(view)
+    if view.up.changes_ns is not None:
+        yield next(said for said in link_said(view) if said.name == "up")
+    overdue = picture.commands.overdue
+    if overdue:
+        yield Said("overdue", f"{overdue} without word", Tone.WRONG)
+
+
 def light_text(view: GroundView) -> str:
     """The light time: `1.28 s`, or of both directions where they differ."""
     up, down = (f"{way.light_ns / 1e9:.2f} s" for way in (view.up, view.down))

@@ -241,6 +241,25 @@ def test_a_gamepad_chooses_as_the_keys_do_and_is_felt_at_once(
     page.evaluate("() => { pad.connected = false; }")
 
 
+def test_what_is_no_press_is_refused_in_words_and_the_page_lives_on(
+    visitor: Visitor, station: FakeStation
+) -> None:
+    for sent, said in (
+        (None, "Expected `object`, got `null`"),
+        ({"what": "explode"}, "Invalid enum value 'explode'"),
+        ({"what": "choose", "word": 5}, "Expected `str`, got `int`"),
+        ({"what": "choose", "word": "E", "more": 1}, "unknown field `more`"),
+        ({"what": "take_back", "number": 1e30}, "Expected `int`, got `float`"),
+        ({"what": "mode", "word": "fast"}, "expected guided, shared, autonomous"),
+        ({"what": "speed", "amount": 1e300}, "expected a speed from 0.1 to 1000"),
+    ):
+        visitor.sends("press", sent)
+        visitor.hears(said)
+    visitor.sends("opens", {"all": 1})
+    visitor.press("ArrowUp")
+    station.wait_for("choose N")
+
+
 def test_two_pages_look_one_commands_and_hands_over(
     browser: Browser, served: Serving, visitor: Visitor, station: FakeStation
 ) -> None:

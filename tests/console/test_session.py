@@ -1,5 +1,7 @@
 """A person at the ground station: what each key orders, and when it orders nothing."""
 
+import math
+
 import msgspec
 import pytest
 from ground_stories import noted, seen
@@ -289,6 +291,29 @@ def test_when_the_run_is_over_nothing_is_ordered() -> None:
     assert ground.session.set_mode(Mode.SHARED) == "not ordered: the run is over"
     assert ground.ordered() == []
     assert ground.screen.if_nothing == "The run is over: success."
+
+
+def test_once_the_ground_is_lost_it_says_so_and_orders_nothing() -> None:
+    ground = AtTheGround()
+    ground.session.choose("W")
+    ground.session.see(None)
+    ground.note(t_s=50)
+
+    assert ground.session.set_mode(Mode.SHARED) == "not ordered: the ground's process is lost"
+    assert ground.ordered() == []
+    assert ground.screen.if_nothing.startswith("The ground's process is lost")
+    assert ground.screen.standing == ground.screen.if_nothing
+    assert ground.screen.map.heard_label == "heard 41.0 s ago"
+
+
+def test_what_is_no_priority_no_speed_and_no_goal_is_refused() -> None:
+    ground = AtTheGround()
+
+    assert ground.session.set_goal("B", math.inf).startswith("not ordered: expected a priority")
+    assert ground.session.set_speed(math.nan).startswith("not set: expected a speed from 0.1 to")
+    assert ground.session.withdraw_goal(("x" * 1000,)).startswith("not withdrawn")
+    assert ground.ordered() == []
+    assert ground.session.pacing.speed == 1
 
 
 def test_a_warp_to_a_contact_needs_a_plan_with_one() -> None:

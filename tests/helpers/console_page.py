@@ -64,6 +64,14 @@ class Visitor:
         """The texts that are shown, each with its size in px and its contrast."""
         return [(text, size, contrast) for text, size, contrast in self.page.evaluate(_TEXTS)]
 
+    def sends(self, name: str, detail: object) -> None:
+        """Send the server what no key of the page sends."""
+        self.page.evaluate(
+            "([name, detail]) => document.querySelector('.farside-hands')"
+            ".dispatchEvent(new CustomEvent(name, { detail }))",
+            [name, detail],
+        )
+
     def sees(self, text: str) -> None:
         """Wait until this stands somewhere on the page."""
         self.page.get_by_text(text).first.wait_for()

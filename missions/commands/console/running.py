@@ -84,6 +84,8 @@ def _run(run: RunMission, station: Station, watcher: Watcher) -> FinishedRun:
     result = finished.result
     missed = [judgement.name for judgement in result.expectations if not judgement.met]
     text = f"The run is over: {result.outcome}."
+    for lost in finished.lost_processes:
+        text += f" Lost: {lost}."
     if missed:
         text += f" Not met: {', '.join(missed)}."
     station.finish(f"{text} Its log is {result.log}.")
