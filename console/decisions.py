@@ -20,6 +20,12 @@ _GAP_NS = 10 * NS_PER_S
 _ROUTINE = {CommandStage.TAKEN, CommandStage.WAITING, CommandStage.BEGUN}
 
 
+def is_idle(picture: Picture, view: GroundView | None) -> bool:
+    """Whether the rover is heard, waits for orders, and has none: time would pass unused."""
+    silent = view is None or view.silent_since_ns is not None or view.silence_expected
+    return picture.mode is Mode.GUIDED and not silent and not picture.commands.on_the_way
+
+
 class Decisions:
     """Sees from what the ground notes, and can know, when somebody has to decide.
 

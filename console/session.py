@@ -11,7 +11,7 @@ from msgspec.structs import replace
 
 from farside.acts import Act, Discard, Planned
 from farside.console.alarms import Alarms
-from farside.console.decisions import Decisions
+from farside.console.decisions import Decisions, is_idle
 from farside.console.events import EventList
 from farside.console.exercise import Exercise
 from farside.console.pacing import Pacing, Until
@@ -364,19 +364,12 @@ class Session:
         """Let time pass as fast as it can until something happens."""
         if until is Until.CONTACT and (self._view is None or self._view.up.changes_ns is None):
             return "not warped: the contact plan has no further contact"
-        if until is Until.ARRIVAL and self._waits_for_orders():
+        if until is Until.ARRIVAL and not self._queued and is_idle(self._picture, self._view):
             return "not warped: nothing is on its way, and the rover waits for your orders"
         self.pacing.warp(until)
         if self._view is not None:
             self._decisions.see(self._view)  # a contact that ends is no reason to stop now
         return f"time passes until {until}"
-
-    def _waits_for_orders(self) -> bool:
-        view, known = self._view, self._picture
-        silent = view is None or view.silent_since_ns is not None or view.silence_expected
-        return known.mode is Mode.GUIDED and not (
-            silent or known.commands.on_the_way or self._queued
-        )
 
     def look_at(self, place: str | None) -> None:
         """Look at the way to a place of the chart, or at that to the top-goal."""

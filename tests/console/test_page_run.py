@@ -66,7 +66,7 @@ def finishes(live: LiveRun, player: Player) -> None:
     player.play(lambda _: player.person.is_done)
     player.order("x")
     player.visitor.page.get_by_label("what it did meanwhile").click()
-    player.visitor.sees("goal at:B reached")
+    player.visitor.page.locator(".q-dialog").get_by_text("goal at:B reached").wait_for()
     player.visitor.press("Escape")
     player.visitor.sees_no_dialog()
     live.station.until(
