@@ -13,6 +13,7 @@ from playwright.sync_api import Browser
 
 from farside.console.page.serving import Serving, serving
 from farside.console.screen.screen import Screen
+from farside.console.wording import clock_text
 from farside.missions.reliving.verifying import verify
 from farside.node import to_ns
 
