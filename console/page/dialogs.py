@@ -126,10 +126,7 @@ def told_late(events: Sequence[EventRow], light_ns: int) -> list[EventRow]:
 
 def event_words(events: Sequence[EventRow]) -> list[tuple[str, str]]:
     """Events as rows of a listing."""
-    return [
-        (row.text, f"{clock_text(row.so_ns)} so, {clock_text(row.learned_ns)} learned")
-        for row in events
-    ]
+    return [(row.text, times_text(row.so_ns, row.learned_ns)) for row in events]
 
 
 def step_words(steps: Sequence[ExerciseStep]) -> list[tuple[str, str]]:
