@@ -7,6 +7,7 @@ from nicegui import ui
 
 from farside.console.page.hand import Press, What
 from farside.console.screen.screen import EventRow, ExerciseStep
+from farside.console.wording import times_text
 from farside.control import Mode
 
 KEYS = (
