@@ -20,11 +20,11 @@ from playwright.sync_api import Browser
 from seats import Seat, seated
 from sitting import BlackoutPerson, Sitting, sat
 
-from farside.console.page.parts import clock
 from farside.console.page.serving import serving
 from farside.console.screen.screen import Screen
 from farside.console.station import Station
 from farside.console.text.app import ConsoleApp
+from farside.console.wording import clock_text
 from farside.node import to_ns
 
 FOLDER = Path(__file__).with_name("console")
@@ -86,7 +86,7 @@ def texts(screen: Screen) -> str:
     """What stands on a screen, line by line."""
     card = screen.proposal
     lines = [
-        f"here {clock(screen.now_ns)}, rover {clock(screen.rover_ns)}",
+        f"here {clock_text(screen.now_ns)}, rover {clock_text(screen.rover_ns)}",
         f"{screen.mode.text}, {screen.on_the_way} on the way",
         *(f"{said.name} {said.text}" for said in screen.status),
         screen.if_nothing,
@@ -98,8 +98,8 @@ def texts(screen: Screen) -> str:
             f"{said.name} {said.text}"
             for said in (*screen.rover, *screen.model, *screen.failsafe, *screen.link)
         ),
-        *(f"{clock(row.learned_ns)} {row.text}" for row in screen.alarms),
-        *(f"{clock(row.learned_ns)} {row.text}" for row in screen.events[:8]),
+        *(f"{clock_text(row.learned_ns)} {row.text}" for row in screen.alarms),
+        *(f"{clock_text(row.learned_ns)} {row.text}" for row in screen.events[:8]),
         f"{sum(step.done for step in screen.exercise)} steps done",
     ]
     return "\n".join(lines) + "\n"
@@ -151,7 +151,7 @@ class _Photographer:
                 self._browser, page.address, width=width, height=height, scheme=scheme
             ) as visitor,
         ):
-            visitor.sees(clock(screen.now_ns))
+            visitor.sees(clock_text(screen.now_ns))
             _turn(moment, station, visitor, screen)
             visitor.page.mouse.move(5, 5)
             visitor.look()

@@ -14,13 +14,6 @@ _TONES = tuple(Tone)
 _UNITS = re.compile(r"(?<=\d) (?=(?:s|m|J|kB)\b|%)|(?<=[<>]) (?=\d)")
 
 
-def clock(now_ns: int) -> str:
-    """A time of the mission, such as `0:10:31.2`, rounded down."""
-    tenths = now_ns // 100_000_000
-    seconds = tenths // 10
-    return f"{seconds // 3600}:{seconds // 60 % 60:02}:{seconds % 60:02}.{tenths % 10}"
-
-
 def unbroken(text: str) -> str:
     """The text with every number and its unit on one line."""
     return _UNITS.sub("\N{NO-BREAK SPACE}", text)

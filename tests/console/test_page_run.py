@@ -11,9 +11,9 @@ from console_page import Visitor, visiting
 from playing import LiveRun, Player
 from playwright.sync_api import Browser
 
-from farside.console.page.parts import clock
 from farside.console.page.serving import Serving, serving
 from farside.console.screen.screen import Screen
+from farside.console.wording import clock_text
 from farside.missions.reliving.verifying import verify
 from farside.node import to_ns
 
@@ -45,8 +45,8 @@ def assert_shows(visitor: Visitor, screen: Screen) -> None:
         visitor.page.locator(f"{where}:visible").filter(has_text=text).first.wait_for()
 
     assert screen.paused or screen.over
-    says(".clocks", clock(screen.now_ns))
-    says(".clocks", clock(screen.rover_ns))
+    says(".clocks", clock_text(screen.now_ns))
+    says(".clocks", clock_text(screen.rover_ns))
     says("button.mode", screen.mode.text)
     says(".nothing", screen.if_nothing)
     if screen.on_the_way:
