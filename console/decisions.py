@@ -1,5 +1,7 @@
 """The moments that need a decision: time goes back to 1x by itself, before or when they come."""
 
+from collections.abc import Iterable
+
 from farside.console.pacing import Pacing, Until
 from farside.control import CommandStage, Mode
 from farside.ground.view.view import GroundView
@@ -84,9 +86,11 @@ class Decisions:
             pacing.slow(why)
             pacing.expect(NEVER_NS)
 
-    def see(self, view: GroundView) -> None:
-        """What the ground can know by now: the moments ahead."""
-        self._foreseen = min(self._moments(view), default=(NEVER_NS, ""))
+    def see(self, view: GroundView, also: Iterable[tuple[int, str]] = ()) -> None:
+        """What the ground can know by now: the moments ahead, and others that somebody knows."""
+        after_ns = max(view.now_ns, self._passed_ns)
+        ahead = [one for one in (*self._moments(view), *also) if one[0] > after_ns]
+        self._foreseen = min(ahead, default=(NEVER_NS, ""))
         self._pacing.expect(self._foreseen[0])
         if view.up.changes_ns is None:
             self._pacing.arrive(Until.CONTACT, "the contact plan has no further contact")
@@ -102,4 +106,4 @@ class Decisions:
                 moments.append((changes_ns - BEFORE_NS, "contact ends in 10 s"))
         if view.veto_until_ns is not None:
             moments.append((view.veto_until_ns - BEFORE_NS, "the veto window runs out in 10 s"))
-        return [one for one in moments if one[0] > max(view.now_ns, self._passed_ns)]
+        return moments

@@ -5,6 +5,7 @@ in which the steps are told is the one in which the mission's expectations can b
 in another order counts all the same.
 """
 
+from collections.abc import Iterator
 from enum import Enum
 
 from farside.console.screen.screen import ExerciseStep
@@ -24,7 +25,7 @@ from farside.messages import (
     SetMode,
     Telemetry,
 )
-from farside.node import to_ns
+from farside.node import NS_PER_S, to_ns
 from farside.topics import CommandSent, EventLearned, LifeEntry, ShadowEntry, Silence
 
 _MISSION = "blackout"
@@ -33,6 +34,11 @@ _TOUR = {"at:A": "A", "at:B": "B", "at:C": "C"}
 _HOME = "at:D"
 
 _DRIVES = 3
+_MOMENTS = (
+    (450, "the rover is to be back at D about now"),
+    (600, "it is time to give it goal B"),
+)
+_REACHED_BY_NS = 590 * NS_PER_S
 _HYPOTHESES = 12  # about as many as the way to A and back leaves
 
 
@@ -76,9 +82,12 @@ _HOW = {
     ),
     _Step.OVERRIDE: (
         "While a proposal stands, press the arrow of another action that is not barred by a wall. "
-        "The rover does yours, learns from it, and proposes anew from there."
+        "The rover does yours, and learns from it. Drive it back if it knows no way from there."
     ),
-    _Step.REACH: "Go on approving until A is reached, before the clock shows 0:09:50.",
+    _Step.REACH: (
+        "Go on approving until A is reached. Where nothing is proposed, drive it by the arrows to "
+        "a place where it has been."
+    ),
     _Step.LET_GO: (
         "At 0:10:00 put the pointer on B and press G; approve a proposal or two, then take your "
         "hands off. Not before: B is to be reached while the rover is alone. Not after 0:10:15: "
@@ -98,6 +107,22 @@ _HOW = {
         "The rover stands until you say who drives; that the link is back says nothing. Press M "
         "and choose GUIDED, and wait until the rover confirms it."
     ),
+}
+
+_BY = "Do it before the clock shows 0:09:50."
+
+_SILENT = (
+    "The rover is silent, so this has to wait. Press N to let time pass until it is heard again, "
+    "at about 0:16:20."
+)
+_ROVER_MUST_HEAR = {
+    _Step.DRIVE,
+    _Step.DELAY,
+    _Step.TEACH,
+    _Step.PROPOSE,
+    _Step.CONSENT,
+    _Step.OVERRIDE,
+    _Step.REACH,
 }
 
 _TOO_LATE = (
@@ -124,6 +149,7 @@ class Exercise:
         self._is_home = False
         self._shared = self._has_goal_a = False
         self._goal_b_ns: int | None = None  # since when B is a goal on board
+        self._now_ns = 0
         self._silent_ns: int | None = None  # since when the latest unexpected silence
         self._is_silent = False
         self._is_back = self._acknowledged = self._read = False
@@ -207,6 +233,7 @@ class Exercise:
 
     def _wait(self, now_ns: int) -> None:
         """Time has passed, perhaps in silence."""
+        self._now_ns = now_ns
         silent_ns = now_ns if self._silent_ns is None else self._silent_ns
         if self._is_silent and now_ns - silent_ns >= to_ns(self._lost_after_s):
             self._done.add(_Step.LOSE)
@@ -231,16 +258,32 @@ class Exercise:
     def rows(self) -> tuple[ExerciseStep, ...]:
         """The steps in the order in which they are told."""
         return tuple(
-            ExerciseStep(step.value, self._how(step), done=step in self._done) for step in _Step
+            ExerciseStep(
+                step.value, self._how(step), done=step in self._done, missed=self._missed(step)
+            )
+            for step in _Step
         )
 
+    def moments(self) -> Iterator[tuple[int, str]]:
+        """When time is to go back to 1x, and why: what is to be done by then is not done yet."""
+        for step, (at_s, why) in zip((_Step.TEACH, _Step.LET_GO), _MOMENTS, strict=True):
+            if step not in self._done:
+                yield at_s * NS_PER_S, why
+
+    def _missed(self, step: _Step) -> bool:
+        return step is _Step.LET_GO and _Step.LOSE in self._done and step not in self._done
+
     def _how(self, step: _Step) -> str:
+        if self._is_silent and step in _ROVER_MUST_HEAR:
+            return _SILENT
         match step:
+            case _Step.REACH if self._now_ns < _REACHED_BY_NS:
+                return f"{_HOW[step]} {_BY}"
             case _Step.DRIVE:
                 return f"{_HOW[step]} Done so far: {min(self._drives, _DRIVES)} of {_DRIVES}."
             case _Step.TEACH:
                 return f"{_HOW[step]} {self._tour()}"
-            case _Step.LET_GO if _Step.LOSE in self._done and step not in self._done:
+            case _ if self._missed(step):
                 return _TOO_LATE
             case _:
                 return _HOW[step].format(lost_after=f"{self._lost_after_s:g} s")

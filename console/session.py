@@ -29,17 +29,12 @@ from farside.console.screen.orders import (
     can_take_back,
     choice_text,
     command_rows,
+    nothing_said,
     option_rows,
     order_of,
     proposal_card,
 )
-from farside.console.screen.screen import (
-    Chart,
-    MapView,
-    ProposalCard,
-    Screen,
-    Strip,
-)
+from farside.console.screen.screen import Chart, MapView, ProposalCard, Screen, Strip
 from farside.console.strip import StripOf
 from farside.control import Mode, OnLoss, TakeBackChance
 from farside.ground.view.view import Focus, GroundView, OptionKind
@@ -138,7 +133,10 @@ class Session:
         up = view.up.until(self._end_ns - view.up.light_ns)
         view = self._view = replace(view, up=up, down=view.down.until(self._end_ns))
         self._alarms.see(view)
-        self._decisions.see(view)
+        self._foresee(view)
+
+    def _foresee(self, view: GroundView) -> None:
+        self._decisions.see(view, () if self._exercise is None else self._exercise.moments())
 
     def wait(self, standing: str) -> None:
         """The run waits for something, in words; empty when it goes on."""
@@ -184,15 +182,15 @@ class Session:
     def _shown(self, begun: Screen, view: GroundView, chart: Places) -> Screen:
         picture, now_ns = self._picture, self._now_ns
         card = self._card(view)
-        on_the_way = picture.commands.on_the_way + len(self._queued)
         return replace(
             begun,
             rover_ns=max(0, now_ns - view.down.light_ns),
-            if_nothing=self._over or self._lost or f"If you do nothing: {view.if_nothing}.",
+            if_nothing=self._over or self._lost or nothing_said(view, len(self._queued)),
             map=map_view(picture, view, chart),
             strip=self._strip.strip(now_ns, view, picture.commands),
             status=status_said(picture, view),
-            on_the_way=on_the_way,
+            on_the_way=picture.commands.on_the_way,
+            waiting=len(self._queued),
             proposal=card,
             options=option_rows(picture, view, card, chart),
             commands=command_rows(picture.commands, self._queued, now_ns),
@@ -225,7 +223,7 @@ class Session:
             return f"not ordered: there is no action {one_line(action)} yet"
         if option.kind is OptionKind.INVALID and not insist:
             why = "; ".join(option.why) or "it leads nowhere"
-            return f"not ordered: {action}: {why}. Insist to order it all the same"
+            return f"not ordered: {action}: {why}. Shift with the key orders it all the same"
         card = self._card(view)
         force = insist and option.kind is OptionKind.INVALID
         order: Order
@@ -321,7 +319,7 @@ class Session:
         if not silent or insist:
             return self._put(order, said)
         if isinstance(order, Drive | Approve | Override | Veto):
-            insist_too = ", unless you insist" if isinstance(order, Drive) else ""
+            insist_too = ". Shift with the key orders it" if isinstance(order, Drive) else ""
             return f"not ordered: the rover is silent{insist_too}"
         held = Planned(order, link_up=True)
         return self._put(held, f"{said}, held at the ground until the link is up")
@@ -369,7 +367,7 @@ class Session:
             return "not warped: nothing is on its way, and the rover waits for your orders"
         self.pacing.warp(until)
         if self._view is not None:
-            self._decisions.see(self._view)  # a contact that ends is no reason to stop now
+            self._foresee(self._view)  # a contact that ends is no reason to stop now
         return f"time passes until {until}"
 
     def look_at(self, place: str | None) -> None:

@@ -147,6 +147,8 @@ class Outlook:
                 life.action,
                 foreseen[life.number].taken_ns,
                 begun=life.number == begun,
+                lapses=not life.has_begun
+                and foreseen[life.number].begun_ns > life.command.expires_ns,
             )
             for life in self._desk.live
             if not life.is_over

@@ -36,12 +36,14 @@ class OnItsWay(NamedTuple):
         action: the action that it asks for, `None` if it asks for none.
         arrives_ns: when it is, or was, due on board.
         begun: whether its action is the one under way, as of the newest telemetry.
+        lapses: whether it is due to expire on board before its turn comes.
     """
 
     command: Command
     action: str | None
     arrives_ns: int
     begun: bool = False
+    lapses: bool = False
 
 
 class Wanted(NamedTuple):
@@ -207,6 +209,9 @@ class Predictor:
             ready = branch._replace(mode=Mode.GUIDED if takes_over else branch.mode, stays=False)
             when = one.command.when
             begin_ns = max(branch.free_ns, one.arrives_ns, (when and when.at_ns) or 0)
+            if begin_ns > one.command.expires_ns:
+                moved.append(branch._replace(done=(one.command.number, False)))
+                continue
             moved += self._move([ready], one.action, begin_ns, horizon_ns, one.command.number)
         return _merged(moved)
 

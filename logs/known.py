@@ -73,6 +73,7 @@ class KnownCommand:
         number: of the command.
         order, when: what it carries; see `Command`.
         sent_ns: when it was given.
+        expires_ns: after this the rover does not begin it.
         stages: taken, begun (of an action) and done; whatever ends it counts as done.
         end: how it ended; `None` while that is not known.
         why: why it ended without being done.
@@ -85,6 +86,7 @@ class KnownCommand:
     order: Order
     when: When | None
     sent_ns: int
+    expires_ns: int
     stages: dict[CommandStage, KnownStage]
     end: CommandStage | None = None
     why: str | None = None
@@ -106,6 +108,14 @@ class KnownCommand:
     def is_late(self) -> bool:
         """Whether a stage is known to have come late."""
         return any(stage.verdict is Verdict.LATE for stage in self.stages.values())
+
+    @property
+    def lapses(self) -> bool:
+        """Whether it is due to expire on board before its turn comes."""
+        begun = self.stages.get(_BEGUN)
+        if begun is None or begun.due is None or begun.told_ns is not None or self.is_over:
+            return False
+        return begun.due.expected_ns > self.expires_ns
 
     def learn(self, entry: LifeEntry, now_ns: int) -> None:
         """Take in what the ground says of it now."""
@@ -190,6 +200,11 @@ class KnownCommand:
     def _coming(self, slot: CommandStage, stage: KnownStage, due: StageDue, now_ns: int) -> str:
         if stage.verdict is Verdict.UNKNOWN:
             return f"{self._should(slot)} {_s(now_ns - due.expected_ns)} ago"
+        if self.lapses:
+            left_ns = self.expires_ns - now_ns
+            return (
+                f"expires in {_s(left_ns)}, before its turn" if left_ns > 0 else "expires about now"
+            )
         coming = "takes effect" if self._takes_effect(slot) else _COMING[slot]
         left_ns = due.expected_ns - now_ns
         return f"{coming} in {_s(left_ns)}" if left_ns > 0 else f"{coming} about now"
@@ -244,7 +259,9 @@ class KnownCommands:
 
     def _send(self, sent: CommandSent, now_ns: int) -> None:
         stages = {due.stage: KnownStage(due) for due in sent.dues}
-        self.open[sent.number] = KnownCommand(sent.number, sent.order, sent.when, now_ns, stages)
+        self.open[sent.number] = KnownCommand(
+            sent.number, sent.order, sent.when, now_ns, sent.expires_ns, stages
+        )
         _bound(self.open)
 
     def forget(self, before_ns: int) -> None:

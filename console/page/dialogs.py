@@ -77,8 +77,9 @@ class GoalDialog:
         self._press, self._places = press, places
         with _dialog("Goal") as self._dialog:
             self._place = ui.input("place, such as B or 7,4", autocomplete=[]).props("autofocus")
+            self._place.classes("w-full")
             self._place.on("keydown.enter", self._order, args=[])
-            self._priority = ui.number("priority (may stay empty)", min=0)
+            self._priority = ui.number("priority (may stay empty)", min=0).classes("w-full")
             with ui.element("div").classes("pair"):
                 ui.button("Set the goal", color=None, on_click=self._order).props("no-caps")
                 _close(self._dialog)
@@ -132,7 +133,7 @@ def event_words(events: Sequence[EventRow]) -> list[tuple[str, str]]:
 
 def step_words(steps: Sequence[ExerciseStep]) -> list[tuple[str, str]]:
     """Steps of the exercise as rows of a listing."""
-    return [(f"{'✓' if step.done else '○'} {step.text}", step.how) for step in steps]
+    return [(f"{step.mark} {step.text}", step.how) for step in steps]
 
 
 @contextmanager

@@ -162,7 +162,7 @@ class Foot:
                     lambda row: row.number,
                     _Event,
                     label="events, newest first",
-                    empty="nothing has happened",
+                    empty="nothing out of the ordinary yet",
                 )
             with ui.element("section").classes("alarms").props('aria-label="alarms"'):
                 with ui.element("div").classes("head"):

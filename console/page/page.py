@@ -211,10 +211,10 @@ class Page:
         new = [row for row in self._late() if row.number > self._read_until]
         toned(self._foot.meanwhile, Tone.WORD if new else Tone.PLAIN)
         done = sum(step.done for step in screen.exercise)
-        step = next((step for step in screen.exercise if not step.done), None)
+        step = next((step for step in screen.exercise if not (step.done or step.missed)), None)
         self._exercise.set_visibility(bool(screen.exercise))
-        marks = "".join("✓" if step.done else "○" for step in screen.exercise)
-        text = f"{step.text}: {step.how}" if step else "done"
+        marks = "".join(step.mark for step in screen.exercise)
+        text = f"{step.text}: {step.how}" if step else "nothing more to do; press for all steps"
         self._exercise.set_text(f"Exercise {done}/{len(screen.exercise)} {marks}  {text}")
         self._announce(screen)
 

@@ -6,7 +6,7 @@ from nicegui import ui
 
 from farside.console.page.hand import Press, What
 from farside.console.page.parts import Facts, Words, toned
-from farside.console.screen.screen import Screen, Tone
+from farside.console.screen.screen import Screen, Tone, way_sign
 from farside.console.wording import clock_text
 
 PACES = (1.0, 10.0, 60.0)
@@ -79,7 +79,7 @@ class Top:
         self._mode.set_text(screen.mode.text)
         toned(self._mode, screen.mode.tone, stale=screen.mode.stale)
         self._facts.show(screen.status)
-        self._way.say(f"{screen.on_the_way} ON THE WAY" if screen.on_the_way else "")
+        self._way.say(way_sign(screen))
 
     def seat(self, text: str, *, asked: bool) -> None:
         """Say who commands; `asked`: whether another page asks for it."""

@@ -27,7 +27,7 @@ def map_view(picture: Picture, view: GroundView, chart: Chart) -> MapView:
     pose, label, stale = None, "nothing heard yet", False
     if heard is not None:
         pose = Pose(heard.x_m, heard.y_m, heard.heading_rad)
-        label = f"heard {span_text(view.now_ns - heard.time_ns)} ago"
+        label = f"as it was {span_text(view.now_ns - heard.time_ns)} ago"
         stale = picture.belief is not None and BeliefItem.POSE in picture.belief.stale
     after = tuple(_ghost(one, chart, f"after {one.command}") for one in view.after)
     return MapView(
@@ -77,8 +77,8 @@ def _at(placed: Iterable[tuple[str, float]], *, chart: Chart) -> Iterator[Spot]:
 
 def _ghost(prediction: Prediction, chart: Chart, label: str) -> Ghost:
     spots = spots_of(prediction.likely, chart)
-    sure = percent(spots[0].amount) if spots else "not known where"
-    return Ghost(spots, prediction.command, f"{label} {sure}")
+    sure = f" {percent(spots[0].amount)}" if spots else ": not known where"
+    return Ghost(spots, prediction.command, f"{label}{sure}")
 
 
 def _track(picture: Picture, now_ns: int, chart: Chart) -> tuple[Spot, ...]:

@@ -32,6 +32,17 @@ def order_of(act: Act) -> Order | None:
             return act
 
 
+def nothing_said(view: GroundView, waiting: int) -> str:
+    """What happens if the person does nothing, with so many orders that wait here."""
+    if not waiting:
+        return f"If you do nothing: {view.if_nothing}."
+    orders = "the order that waits here goes" if waiting == 1 else f"{waiting} orders go"
+    return (
+        f"If you do nothing: {orders} out when time goes on. The cues leave that out yet, and so "
+        f"does this: {view.if_nothing}."
+    )
+
+
 # --- on the way --------------------------------------------------------------------------------
 
 
@@ -96,7 +107,11 @@ def can_take_back(command: KnownCommand, commands: KnownCommands) -> bool:
 def _tone(command: KnownCommand) -> Tone:
     if command.is_overdue:
         return Tone.WRONG
-    return Tone.CAUTION if command.end in _ENDED_BADLY or command.is_late else Tone.PLAIN
+    return (
+        Tone.CAUTION
+        if command.end in _ENDED_BADLY or command.is_late or command.lapses
+        else Tone.PLAIN
+    )
 
 
 # --- the proposal ------------------------------------------------------------------------------

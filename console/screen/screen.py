@@ -98,7 +98,7 @@ class MapView(msgspec.Struct, frozen=True, omit_defaults=True):
 
     Attributes:
         heard: the pose as last heard; `None` before that.
-        heard_label: its age, such as `heard 1.4 s ago`.
+        heard_label: its age, such as `as it was 1.4 s ago`.
         heard_stale: whether something newer was due.
         now: where the rover is now, as predicted.
         after: the same after each command on its way, in order.
@@ -275,11 +275,24 @@ class Strip(msgspec.Struct, frozen=True, omit_defaults=True):
 
 
 class ExerciseStep(msgspec.Struct, frozen=True):
-    """A step of the guided exercise: what to do, how, and whether it was really done."""
+    """A step of the guided exercise.
+
+    Attributes:
+        text: what to do.
+        how: how it is done.
+        done: whether it was really done.
+        missed: whether it cannot be done any more in this run.
+    """
 
     text: str
     how: str
     done: bool
+    missed: bool = False
+
+    @property
+    def mark(self) -> str:
+        """A tick, a dash for what was missed, or an empty circle."""
+        return "✓" if self.done else "–" if self.missed else "○"
 
 
 class Screen(msgspec.Struct, frozen=True, omit_defaults=True):
@@ -298,7 +311,8 @@ class Screen(msgspec.Struct, frozen=True, omit_defaults=True):
         standing: what the run waits for, such as a process that does not answer; mostly empty.
         mode: the mode in words, capitals, as last heard.
         status: the parts of the status strip after the mode, in order.
-        on_the_way: how many commands are not known to be over.
+        on_the_way: how many commands have gone out and are not known to be over.
+        waiting: how many orders go out when time goes on.
         if_nothing: what happens if the operator does nothing.
         proposal: the proposal that stands.
         options: the actions, in the order N, E, S, W.
@@ -327,6 +341,7 @@ class Screen(msgspec.Struct, frozen=True, omit_defaults=True):
     standing: str = ""
     status: tuple[Said, ...] = ()
     on_the_way: int = 0
+    waiting: int = 0
     proposal: ProposalCard | None = None
     options: tuple[OptionRow, ...] = ()
     commands: tuple[CommandRow, ...] = ()
@@ -338,3 +353,11 @@ class Screen(msgspec.Struct, frozen=True, omit_defaults=True):
     events: tuple[EventRow, ...] = ()
     alarms: tuple[AlarmRow, ...] = ()
     exercise: tuple[ExerciseStep, ...] = ()
+
+
+def way_sign(screen: Screen) -> str:
+    """The standing sign: `2 ON THE WAY`, `1 WAITS HERE`; empty where there is neither."""
+    said = [f"{screen.on_the_way} ON THE WAY"] if screen.on_the_way else []
+    if screen.waiting:
+        said.append(f"{screen.waiting} {'WAITS' if screen.waiting == 1 else 'WAIT'} HERE")
+    return " · ".join(said)

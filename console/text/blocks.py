@@ -12,6 +12,7 @@ from farside.console.screen.screen import (
     ProposalCard,
     Screen,
     Tone,
+    way_sign,
 )
 from farside.console.stick.cues import Edge, cue_of, edge_of
 from farside.console.text.chart import order_mark
@@ -100,8 +101,8 @@ def _state(screen: Screen) -> Text:
     tone = STYLES[screen.mode.tone]
     mode = printable(screen.mode.text)
     parts = [Text(f" [{mode}] " if screen.mode.stale else f" {mode} ", style=f"{tone} reverse")]
-    if screen.on_the_way:
-        parts.append(Text(f" {screen.on_the_way} ON THE WAY ", style="bold cyan reverse"))
+    if sign := way_sign(screen):
+        parts.append(Text(f" {sign} ", style="bold cyan reverse"))
     alarms = sum(not alarm.acknowledged for alarm in screen.alarms)
     if alarms:
         words = f" {alarms} ALARM{'S' if alarms > 1 else ''} "
@@ -199,7 +200,8 @@ def _option(option: OptionRow, width: int) -> Text:
 
 def way_title(screen: Screen) -> str:
     """The title of the block, such as `on the way: 2`."""
-    return f"on the way: {screen.on_the_way or 'nothing'}"
+    waiting = f", {screen.waiting} waiting here" if screen.waiting else ""
+    return f"on the way: {screen.on_the_way or 'nothing'}{waiting}"
 
 
 def way_rows(screen: Screen, width: int, height: int) -> list[Text]:
@@ -292,9 +294,10 @@ def exercise_rows(screen: Screen, width: int, height: int) -> list[Text]:
     """The step of the exercise that comes next, and how it is done."""
     steps = screen.exercise
     done = sum(step.done for step in steps)
-    step = next((step for step in steps if not step.done), None)
+    step = next((step for step in steps if not (step.done or step.missed)), None)
     if step is None:
-        return [line(told(f"exercise: all {done} steps done ✓"), width)][:height]
+        said = f"exercise: {done} of {len(steps)} steps done ✓"
+        return [line(told(said), width)][:height]
     text = Text.assemble(
         (f"exercise {done + 1}/{len(steps)} ", DIM),
         told(step.text, style=BOLD),
@@ -307,9 +310,7 @@ def exercise_in_full(screen: Screen, width: int) -> list[Text]:
     """Every step of the exercise, ticked if it was done."""
     rows = []
     for step in screen.exercise:
-        text = Text.assemble(
-            "✓ " if step.done else "· ", told(step.text, style=DIM if step.done else BOLD)
-        )
+        text = Text.assemble(f"{step.mark} ", told(step.text, style=DIM if step.done else BOLD))
         if not step.done:
             text.append(f": {printable(step.how)}")
         rows += wrapped(text, width, hang=2)

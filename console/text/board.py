@@ -103,7 +103,7 @@ def _columns(drawn: "_Blocks", width: int, height: int) -> Sequence[RenderableTy
         (west if free >= state.most - _STATE_SPARE else east).append(state)
     else:
         below = [
-            *drawn.exercise(width),
+            *(block._replace(least=3, most=4) for block in drawn.exercise(width)),
             drawn.way(width, framed=False)._replace(least=2, most=3),
             drawn.state(width, framed=False)._replace(least=3),
             drawn.events(width, framed=False),

@@ -10,6 +10,8 @@ from farside.node import to_s
 from farside.places import BATTERY_LOW, ON_CHARGE
 from farside.topics import PathReview
 
+_LISTED = 6  # commands told one by one
+
 
 def if_nothing(
     known: Knowledge,
@@ -82,15 +84,24 @@ def _before(known: Knowledge) -> Iterator[str]:
     telemetry = known.telemetry
     if telemetry is not None and telemetry.action is not None and telemetry.begun is None:
         yield f"ends its move {telemetry.action}"
+    # What has expired by now has begun, or never will.
+    ahead = [one for one in known.coming if one.command.expires_ns >= known.now_ns]
     orders = [
         f"{one.command.number} ({one.action})" if one.action else f"{one.command.number}"
-        for one in known.coming
-        if one.command.expires_ns >= known.now_ns  # else it has begun, or never will
+        for one in ahead
+        if not one.lapses
     ]
     if len(orders) == 1:
         yield f"carries out command {orders[0]}"
+    elif len(orders) > _LISTED:
+        yield f"carries out {len(orders)} commands, {orders[0]} to {orders[-1]}"
     elif orders:
         yield f"carries out commands {', '.join(orders[:-1])} and {orders[-1]}"
+    lapsing = [one.command.number for one in ahead if one.lapses]
+    if len(lapsing) == 1:
+        yield f"lets command {lapsing[0]} expire before its turn"
+    elif lapsing:
+        yield f"lets {len(lapsing)} commands from {lapsing[0]} on expire before their turn"
     if telemetry is not None and {ON_CHARGE, BATTERY_LOW} <= set(telemetry.tokens):
         yield "charges"
 

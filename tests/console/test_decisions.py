@@ -120,6 +120,14 @@ def test_it_slows_down_once_before_the_end_of_a_contact() -> None:
     assert watching.pacing.speed == 60
 
 
+def test_a_moment_that_the_exercise_knows_is_not_passed_by_at_any_speed() -> None:
+    watching = Watching(10)
+    watching.decisions.see(seen(590), [(to_ns(450), "it is past"), (to_ns(600), "send B")])
+    watching.settle(600)
+    assert watching.pacing.slowed == "send B"
+    assert watching.pacing.speed == 1
+
+
 def test_before_a_veto_comes_too_late_there_is_time_to_send_it() -> None:
     watching = Watching(5)
     watching.decisions.see(replace(seen(100), veto_until_ns=to_ns(130)))

@@ -21,7 +21,7 @@ from farside.messages import (
     SetMode,
     Telemetry,
 )
-from farside.node import to_ns
+from farside.node import to_ns, to_s
 from farside.topics import ShadowEntry, Silence
 
 BEGUN, DONE, FAILED = CommandStage.BEGUN, CommandStage.DONE, CommandStage.FAILED
@@ -201,6 +201,39 @@ def test_a_goal_b_that_came_too_late_or_was_reached_too_early_is_told_so(pupil: 
     for one in (early, pupil):
         assert one.ticked == {"Lose the link"}
         assert "start the mission again" in one.how("Give it goal B")
+
+
+def test_what_was_missed_holds_nobody_up(pupil: Pupil) -> None:
+    pupil.hears_nothing(629, 981)
+
+    assert [row.text for row in pupil.exercise.rows() if row.missed] == [
+        "Give it goal B, and let go"
+    ]
+
+
+def test_nothing_is_asked_of_a_rover_that_is_silent(pupil: Pupil) -> None:
+    pupil.hears(logged(to_ns(620), Silence(silent=True)))
+    assert "has to wait" in pupil.how("Let it propose")
+    assert "Order nothing now" in pupil.how("Lose the link")
+
+    pupil.hears(logged(to_ns(981), Silence(silent=False)))
+    assert "choose SHARED" in pupil.how("Let it propose")
+
+
+def test_a_time_that_is_over_is_not_asked_for(pupil: Pupil) -> None:
+    assert "before the clock shows 0:09:50" in pupil.how("Bring it to A")
+    pupil.t_s = 600
+    pupil.is_heard_at("at:C")
+    assert "0:09:50" not in pupil.how("Bring it to A")
+
+
+def test_time_slows_down_for_a_step_until_it_is_done(pupil: Pupil) -> None:
+    assert [to_s(at_ns) for at_ns, _ in pupil.exercise.moments()] == [450, 600]
+
+    pupil.is_heard_at("at:A", "at:B", "at:C", "at:D")
+    pupil.has_taught(12)
+
+    assert [to_s(at_ns) for at_ns, _ in pupil.exercise.moments()] == [600]
 
 
 def test_the_link_is_lost_only_after_as_long_a_silence_as_the_rover_waits(pupil: Pupil) -> None:

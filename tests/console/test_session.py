@@ -197,7 +197,8 @@ def test_what_waits_while_time_stands_can_be_given_up() -> None:
         ("drive W", ("goes out when time goes on",)),
         ("mode shared", ("goes out when time goes on",)),
     ]
-    assert ground.screen.on_the_way == 2
+    assert (ground.screen.on_the_way, ground.screen.waiting) == (0, 2)
+    assert "2 orders go out when time goes on" in ground.screen.if_nothing
 
     assert ground.session.take_back() == "given up here: drive W"
     assert ground.session.discard(-1) == "given up here: mode shared"
@@ -252,7 +253,7 @@ def test_into_silence_no_proposal_is_answered_and_who_insists_drives() -> None:
 
     assert ground.session.approve(14) == "not ordered: the rover is silent"
     assert ground.session.veto(14) == "not ordered: the rover is silent"
-    assert ground.session.choose("E").startswith("not ordered: the rover is silent, unless")
+    assert ground.session.choose("E").startswith("not ordered: the rover is silent. Shift")
     assert ground.ordered() == []
     ground.session.choose("E", insist=True)
     assert ground.ordered() == [Drive("E")]
@@ -303,7 +304,7 @@ def test_once_the_ground_is_lost_it_says_so_and_orders_nothing() -> None:
     assert ground.ordered() == []
     assert ground.screen.if_nothing.startswith("The ground's process is lost")
     assert ground.screen.standing == ground.screen.if_nothing
-    assert ground.screen.map.heard_label == "heard 41.0 s ago"
+    assert ground.screen.map.heard_label == "as it was 41.0 s ago"
 
 
 def test_what_is_no_priority_no_speed_and_no_goal_is_refused() -> None:

@@ -190,7 +190,7 @@ class Player:
         if self.person.stage == "wait":
             self.click("10x")
             self._until_then(_MOMENT_NS)
-        elif screen.on_the_way or screen.mode.text == "SHARED":
+        elif screen.on_the_way or screen.waiting or screen.mode.text == "SHARED":
             self.order("n")
             self.station.until("something arrives", _is_back)
         else:

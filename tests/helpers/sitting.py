@@ -71,7 +71,7 @@ class BlackoutPerson:
     def _cell(self) -> Cell | None:
         """Where the rover stands, for who has nothing on the way."""
         heard, places = self._now.map.heard, self._places
-        if heard is None or places is None or self._now.on_the_way:
+        if heard is None or places is None or self._now.on_the_way or self._now.waiting:
             return None
         return places.cell_at(heard.x_m, heard.y_m)
 

@@ -1,5 +1,6 @@
 """What the ground says will happen if its operator does nothing is what happens then."""
 
+import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -108,3 +109,17 @@ def test_what_is_said_is_what_happens(
         assert then.own[0] == "N"
         earliest_s = float(then.said.removeprefix("the rover goes N in ").split(" s ")[0])
         assert earliest_s <= then.first_own_s < earliest_s + 5
+
+
+def test_of_more_moves_than_there_is_time_for_it_is_said_which_expire() -> None:
+    then = left_alone([Drive(action) for action in "NS" * 12], "veto", 3.0)
+
+    found = re.match(
+        r"the rover carries out (\d+) commands, .* then lets (\d+) commands", then.said
+    )
+    assert found, then.said
+    moved, expired = int(found[1]), int(found[2])
+    assert moved + expired >= 22
+    assert abs(len(then.ordered) - moved) <= 1, (
+        "a move may take a little more or less than expected"
+    )
