@@ -15,9 +15,9 @@ from farside.console.news import (
     trouble_of,
 )
 from farside.console.screen.screen import AlarmRow, Tone
+from farside.console.wording import clock_text
 from farside.control import Signal, Verdict
 from farside.ground.view.view import GroundView
-from farside.logs.events import time_text
 from farside.logs.file.reading import LogEntry
 from farside.messages import Telemetry
 from farside.node import NS_PER_S
@@ -48,7 +48,7 @@ class _Alarm:
     def row(self) -> AlarmRow:
         text, tone = self.text, self.trouble.tone
         if self.over_ns is not None:
-            text, tone = f"{text}; over since {time_text(self.over_ns)}", Tone.CAUTION
+            text, tone = f"{text}; over since {clock_text(self.over_ns)}", Tone.CAUTION
         return AlarmRow(
             self.number, self.so_ns, self.learned_ns, text, self.count, tone, self.acknowledged
         )

@@ -127,16 +127,13 @@ def _failsafe(picture: Picture, view: GroundView) -> Iterator[Said]:
 
 
 def link_said(view: GroundView) -> tuple[Said, ...]:
-    """The link: contact, rate, silence, and what waits; the status strip has the light time."""
+    """The link: contact, rate, and what waits; the status strip has light time and silence."""
     return tuple(_link(view))
 
 
 def _link(view: GroundView) -> Iterator[Said]:
     for name, way in (("up", view.up), ("down", view.down)):
         yield Said(name, _way(way, view.now_ns), Tone.PLAIN if way.is_open else Tone.CAUTION)
-    silence = silence_said(view)
-    if silence.name == "silence":
-        yield silence
     if view.up.queued_until_ns > view.now_ns:
         yield Said("sending", f"for {span_text(view.up.queued_until_ns - view.now_ns)} more")
     if view.missing_s >= 1:
@@ -170,7 +167,7 @@ def _way(way: Way, now_ns: int) -> str:
     if way.changes_ns is not None and way.changes_ns < NEVER_NS:
         then = "closes" if way.is_open else "opens"
         text += f", {then} in {span_text(way.changes_ns - now_ns)}"
-    return f"{text}, {percent(way.used)} used" if way.is_open else text
+    return f"{text}, {percent(min(1.0, way.used))} used" if way.is_open else text
 
 
 def silence_said(view: GroundView) -> Said:

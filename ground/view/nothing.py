@@ -3,9 +3,10 @@
 from collections.abc import Iterator, Sequence
 
 from farside.control import Failsafe, Mode
+from farside.ground.prediction import OnItsWay
 from farside.ground.view.knowledge import Knowledge, and_then, sign_words
 from farside.ground.view.view import FailsafeOutlook, KnownGoal
-from farside.messages import Tokens, Veto
+from farside.messages import TakeBack, Tokens, Veto
 from farside.node import to_s
 from farside.places import BATTERY_LOW, ON_CHARGE
 from farside.topics import PathReview
@@ -86,10 +87,11 @@ def _before(known: Knowledge) -> Iterator[str]:
         yield f"ends its move {telemetry.action}"
     # What has expired by now has begun, or never will.
     ahead = [one for one in known.coming if one.command.expires_ns >= known.now_ns]
+    back = {order.number: number for number, order in _take_backs(ahead)}
     orders = [
-        f"{one.command.number} ({one.action})" if one.action else f"{one.command.number}"
+        _named(one, back.get(one.command.number))
         for one in ahead
-        if not one.lapses
+        if not one.lapses and not isinstance(one.command.order, TakeBack)
     ]
     if len(orders) == 1:
         yield f"carries out command {orders[0]}"
@@ -104,6 +106,19 @@ def _before(known: Knowledge) -> Iterator[str]:
         yield f"lets {len(lapsing)} commands from {lapsing[0]} on expire before their turn"
     if telemetry is not None and {ON_CHARGE, BATTERY_LOW} <= set(telemetry.tokens):
         yield "charges"
+
+
+def _take_backs(ahead: Sequence[OnItsWay]) -> Iterator[tuple[int, TakeBack]]:
+    for one in ahead:
+        if isinstance(one.command.order, TakeBack):
+            yield one.command.number, one.command.order
+
+
+def _named(one: OnItsWay, taken_back_by: int | None) -> str:
+    """A command by its number, and what may become of it."""
+    unless = "" if taken_back_by is None else f"unless {taken_back_by} takes it back in time"
+    said = "; ".join(filter(None, [one.action, unless]))
+    return f"{one.command.number} ({said})" if said else f"{one.command.number}"
 
 
 def _last(known: Knowledge, goals: Sequence[KnownGoal], way: PathReview | None) -> str:

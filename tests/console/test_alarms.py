@@ -164,7 +164,7 @@ def test_silence_that_nobody_planned_is_an_alarm_and_says_when_it_is_over(watch:
 
     watch.hears(logged(to_ns(300), Silence(silent=False)))
     (row,) = watch.alarms.rows()
-    assert row.text == "hears nothing from the rover; over since 300.0 s"
+    assert row.text == "hears nothing from the rover; over since 0:05:00.0"
     assert row.tone is Tone.CAUTION
 
 
@@ -203,8 +203,8 @@ def test_what_is_over_by_itself_stays_and_says_so_even_if_acknowledged(
     watch.is_told(end, t_s=32, so_s=30)
 
     assert [row.text.partition("; ")[2] for row in watch.alarms.rows()] == [
-        "over since 30.0 s",
-        "over since 30.0 s",
+        "over since 0:00:30.0",
+        "over since 0:00:30.0",
     ]
 
 
@@ -234,7 +234,7 @@ def test_overdue_commands_are_one_alarm_until_word_of_all_of_them_has_come(watch
     watch.hears(logged(to_ns(30), said_of(7, DONE, ON_TIME, so_s=15)))
     assert "over" not in watch.texts[0].removeprefix("command 8 overdue")
     watch.hears(logged(to_ns(31), said_of(8, CommandStage.WITHDRAWN, ON_TIME, so_s=16)))
-    assert watch.texts[0].endswith("; over since 31.0 s")
+    assert watch.texts[0].endswith("; over since 0:00:31.0")
 
 
 def test_a_verdict_that_nothing_can_be_known_resolves_nothing(watch: Watch) -> None:
@@ -255,7 +255,7 @@ def test_a_signal_that_is_lost_is_an_alarm_once_and_a_weak_one_is_none(watch: Wa
     assert watch.texts == ["signal lost: terrain hides the other end of the link"]
     watch.hears(signal(30, Signal.STRONG))
     (row,) = watch.alarms.rows()
-    assert row.text.endswith("; over since 28.0 s")
+    assert row.text.endswith("; over since 0:00:28.0")
     assert (to_s(row.so_ns), row.count) == (18, 1)
 
 
@@ -276,7 +276,7 @@ def test_a_shadow_is_an_alarm_only_if_it_is_out_of_step_for_longer_than_a_repair
     assert (to_s(row.so_ns), to_s(row.learned_ns)) == (100, 100 + patience_s)
 
     watch.hears(in_step(3000))
-    assert watch.texts[0].endswith("; over since 3000.0 s")
+    assert watch.texts[0].endswith("; over since 0:50:00.0")
     watch.alarms.see(seen(9000, far, far))
     assert watch.alarms.raised == 1
 
@@ -287,12 +287,12 @@ def test_a_whole_blackout_leaves_five_alarms_each_of_them_over_when_the_operator
     watch.hears(*known)
 
     assert watch.texts == [
-        "mode autonomous: link lost; over since 987.3 s",
-        "failsafe alone: the link is lost, after 30.0 s of silence; over since 763.4 s",
+        "mode autonomous: link lost; over since 0:16:27.3",
+        "failsafe alone: the link is lost, after 30.0 s of silence; over since 0:12:43.4",
         (
             "failsafe hold: the link is back, and the operator has not yet said who drives; "
-            "over since 987.3 s"
+            "over since 0:16:27.3"
         ),
-        "hears nothing from the rover; over since 981.8 s",
-        "command 93 overdue: should have been done by 622.6 s, no word; over since 981.8 s",
+        "hears nothing from the rover; over since 0:16:21.8",
+        "command 93 overdue: should have been done by 622.6 s, no word; over since 0:16:21.8",
     ]

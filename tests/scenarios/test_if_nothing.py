@@ -11,7 +11,7 @@ from farside.acts import Act, Planned
 from farside.control import Mode
 from farside.ground.node import Ground
 from farside.ground.view.view import Focus
-from farside.messages import Drive, SetGoal, SetMode
+from farside.messages import Drive, SetGoal, SetMode, TakeBack
 from farside.missions import load_mission
 from farside.missions.build import build_node
 from farside.missions.crew.crew import InProcessCrew
@@ -123,3 +123,12 @@ def test_of_more_moves_than_there_is_time_for_it_is_said_which_expire() -> None:
     assert abs(len(then.ordered) - moved) <= 1, (
         "a move may take a little more or less than expected"
     )
+
+
+def test_a_move_that_is_being_taken_back_is_said_to_be_in_doubt() -> None:
+    acts = [Drive("N"), Drive("S"), Drive("N")]
+    taken_back = len(LESSONS) + 3
+    then = left_alone([*acts, TakeBack(taken_back)], "veto", 1.0)
+
+    assert f"{taken_back} (N; unless {taken_back + 1} takes it back in time)" in then.said
+    assert len(then.ordered) == 2
