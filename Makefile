@@ -56,8 +56,10 @@ reference: $(VENV)/.ready-to-develop ## write the reference in docs/mission.md, 
 	$(BIN)/python docs/mission.py
 	$(BIN)/python docs/failsafe.py
 
-picture: $(VENV)/.ready-to-develop ## draw docs/blackout.svg, the picture in the README
+picture: export PYTHONPATH := tests/helpers
+picture: $(VENV)/.ready-to-develop ## draw docs/blackout.svg, and docs/console/* with chromium
 	$(BIN)/python docs/picture.py
+	$(BIN)/python docs/console.py
 
 clean: ## remove .venv, caches and builds; logs stay
 	rm -rf $(VENV) build dist .hypothesis .import_linter_cache .mypy_cache .pytest_cache .ruff_cache
@@ -65,7 +67,7 @@ clean: ## remove .venv, caches and builds; logs stay
 
 $(VENV)/.ready-to-run: pyproject.toml constraints.txt | $(BIN)/pip
 	@echo "Installing Farside into $(VENV)"
-	@$(INSTALL) --editable .
+	@$(INSTALL) --editable '.[console]'
 	@touch $@
 
 $(VENV)/.ready-to-develop: pyproject.toml constraints.txt | $(BIN)/pip

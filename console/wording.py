@@ -31,3 +31,8 @@ def percent(share: float) -> str:
     if 0.99 < share < 1:
         return "> 99 %"
     return f"{share:.0%}".replace("%", " %")
+
+
+def times_text(so_ns: int, learned_ns: int) -> str:
+    """When something was so, and when it was learned, on the ground's clock."""
+    return f"{clock_text(so_ns)} so, {clock_text(learned_ns)} learned"

@@ -15,6 +15,8 @@ pytest_plugins = ["pytester"]
 # and for the processes that tests start as well.
 for _name in ("COLUMNS", "LINES", "NO_COLOR", "FORCE_COLOR", "TTY_COMPATIBLE", "FARSIDE_TRACEBACK"):
     os.environ.pop(_name, None)
+# Without bytecode each of the hundreds of processes that tests start would compile Farside anew.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 os.environ["TERM"] = "xterm-256color"
 
 # How long an example takes depends on who else uses the machine, and no test asserts a wall time.

@@ -6,8 +6,8 @@ from contextlib import contextmanager
 from nicegui import ui
 
 from farside.console.page.hand import Press, What
-from farside.console.page.parts import clock
 from farside.console.screen.screen import EventRow, ExerciseStep
+from farside.console.wording import times_text
 from farside.control import Mode
 
 KEYS = (
@@ -127,7 +127,7 @@ def told_late(events: Sequence[EventRow], light_ns: int) -> list[EventRow]:
 
 def event_words(events: Sequence[EventRow]) -> list[tuple[str, str]]:
     """Events as rows of a listing."""
-    return [(row.text, f"{clock(row.so_ns)} so, {clock(row.learned_ns)} learned") for row in events]
+    return [(row.text, times_text(row.so_ns, row.learned_ns)) for row in events]
 
 
 def step_words(steps: Sequence[ExerciseStep]) -> list[tuple[str, str]]:

@@ -6,8 +6,9 @@ import msgspec
 from nicegui import ui
 
 from farside.console.page.hand import Press, What
-from farside.console.page.parts import Facts, Rows, Words, clock, toned
+from farside.console.page.parts import Facts, Rows, Words, toned
 from farside.console.screen.screen import AlarmRow, CommandRow, EventRow, GoalRow, Screen
+from farside.console.wording import clock_text, times_text
 from farside.places import is_place_token, place_name
 
 Presses = Callable[[Press], None]
@@ -73,8 +74,8 @@ class _Event:
 
     def __init__(self, row: EventRow) -> None:
         with ui.element("div").classes("event") as self.root:
-            ui.label(f"{clock(row.so_ns)} so").classes("soft")
-            ui.label(f"{clock(row.learned_ns)} learned").classes("soft")
+            ui.label(f"{clock_text(row.so_ns)} so").classes("soft")
+            ui.label(f"{clock_text(row.learned_ns)} learned").classes("soft")
             ui.label(row.text).classes("what")
         toned(self.root, row.tone)
 
@@ -97,7 +98,7 @@ class _Alarm:
 
     def show(self, item: AlarmRow) -> None:
         self._text.set_text(item.text + (f" ({item.count} times)" if item.count > 1 else ""))
-        self._times.set_text(f"{clock(item.so_ns)} so, {clock(item.learned_ns)} learned")
+        self._times.set_text(times_text(item.so_ns, item.learned_ns))
         self._button.set_visibility(not item.acknowledged)
         toned(self.root, item.tone)
 

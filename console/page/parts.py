@@ -1,5 +1,6 @@
 """Parts of the page: values with their tone, and lists that keep their rows in their places."""
 
+import re
 from collections.abc import Callable, Hashable, Iterable, Sequence
 from typing import Generic, Protocol, TypeVar
 
@@ -10,13 +11,12 @@ from farside.console.screen.screen import Said, Tone
 Item_contra = TypeVar("Item_contra", contravariant=True)
 Item = TypeVar("Item")
 _TONES = tuple(Tone)
+_UNITS = re.compile(r"(?<=\d) (?=(?:s|m|J|kB)\b|%)|(?<=[<>]) (?=\d)")
 
 
-def clock(now_ns: int) -> str:
-    """A time of the mission, such as `0:10:31.2`, rounded down."""
-    tenths = now_ns // 100_000_000
-    seconds = tenths // 10
-    return f"{seconds // 3600}:{seconds // 60 % 60:02}:{seconds % 60:02}.{tenths % 10}"
+def unbroken(text: str) -> str:
+    """The text with every number and its unit on one line."""
+    return _UNITS.sub("\N{NO-BREAK SPACE}", text)
 
 
 def toned(element: ui.element, tone: Tone, *, stale: bool = False) -> None:
@@ -44,7 +44,7 @@ class Words:
         if text == self._said and self._is_shown == bool(text):
             return
         self._said = text
-        self.label.set_text(text)
+        self.label.set_text(unbroken(text))
         if bool(text) != self._is_shown:
             self._is_shown = bool(text)
             self.label.set_visibility(self._is_shown)
@@ -73,7 +73,7 @@ class Facts:
             if new is not None:
                 name.set_text(new.name)
                 name.set_visibility(bool(new.name))
-                value.set_text(new.text)
+                value.set_text(unbroken(new.text))
                 toned(fact, new.tone, stale=new.stale)
 
 

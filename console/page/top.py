@@ -5,8 +5,9 @@ from collections.abc import Callable
 from nicegui import ui
 
 from farside.console.page.hand import Press, What
-from farside.console.page.parts import Facts, Words, clock, toned
+from farside.console.page.parts import Facts, Words, toned
 from farside.console.screen.screen import Screen, Tone
+from farside.console.wording import clock_text
 
 PACES = (1.0, 10.0, 60.0)
 
@@ -66,8 +67,8 @@ class Top:
     def show(self, screen: Screen) -> None:
         """Show what is so now."""
         self._mission.set_text(screen.mission)
-        self._here.set_text(clock(screen.now_ns))
-        self._rover.set_text(clock(max(0, screen.rover_ns)))
+        self._here.set_text(clock_text(screen.now_ns))
+        self._rover.set_text(clock_text(max(0, screen.rover_ns)))
         self._pace.say(screen.over or screen.standing or _pace(screen))
         tone = Tone.WORD if screen.over else Tone.CAUTION if screen.standing else Tone.PLAIN
         toned(self._pace.label, tone)

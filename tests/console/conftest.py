@@ -5,9 +5,11 @@ from collections.abc import Iterator
 import pytest
 from browsing import chromium
 from playwright.sync_api import Browser
+from sitting import Sitting, sat
 
 from farside.logs import LogEntry, LogFile
 from farside.missions import load_mission, run_mission
+from farside.missions.run import FinishedRun
 
 
 @pytest.fixture(scope="session")
@@ -23,3 +25,9 @@ def browser() -> Iterator[Browser]:
     """The browser of all tests of the page."""
     with chromium() as browser:
         yield browser
+
+
+@pytest.fixture(scope="session")
+def afternoon(tmp_path_factory: pytest.TempPathFactory) -> tuple[FinishedRun, Sitting]:
+    """A person who plays `blackout` by the screen alone."""
+    return sat(tmp_path_factory.mktemp("sat"))

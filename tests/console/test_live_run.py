@@ -1,70 +1,10 @@
 """A whole run with a person at the ground: it succeeds, and its log verifies."""
 
-from collections.abc import Sequence
-from functools import partial
-from itertools import count
-from pathlib import Path
+from sitting import Sitting
 
-import pytest
-from sitting import BlackoutPerson, Press
-
-from farside.console.screen.screen import Screen
-from farside.console.session import Session
-from farside.console.station import Station
-from farside.control import Mode
-from farside.missions import load_mission, run_mission
-from farside.missions.commands.console.running import AtStation
-from farside.missions.interrupts import Interrupts
 from farside.missions.reliving.verifying import verify
 from farside.missions.run import FinishedRun
-from farside.node import Record, to_ns
-
-
-class Sitting(AtStation):
-    """A person who looks after every window, and never holds the run."""
-
-    def __init__(self, station: Station, person: BlackoutPerson) -> None:
-        super().__init__(station, Interrupts())
-        self._station, self._person = station, person
-        self.replies: list[str] = []
-        self.screens: list[Screen] = []
-
-    def watch(self, now_s: float, records: Sequence[Record]) -> None:
-        super().watch(now_s, records)
-        screen, chart = self._station.screen(), self._station.chart
-        assert chart is not None
-        self.screens.append(screen)
-        press = self._person.next(screen, chart)
-        if press is not None:
-            self.replies.append(self._station.do(partial(do, press)))
-
-
-def do(press: Press, session: Session) -> str:
-    match press.what:
-        case "choose":
-            return session.choose(press.which)
-        case "approve":
-            return session.approve(int(press.which))
-        case "goal":
-            return session.set_goal(press.which)
-        case _:
-            return session.set_mode(Mode(press.which))
-
-
-def sat(tmp_path: Path, *, in_process: bool = True) -> tuple[FinishedRun, Sitting]:
-    loaded = load_mission("blackout", ('ground.operator="queued"',))
-    session = Session("blackout", to_ns(loaded.mission.duration_s))
-    # By this clock every window is worth a look.
-    station = Station(session, end=lambda: None, now=partial(next, count(0, 1)))
-    station.leave()
-    sitting = Sitting(station, BlackoutPerson())
-    return run_mission(loaded, in_process=in_process, out=tmp_path, watcher=sitting), sitting
-
-
-@pytest.fixture(scope="session")
-def afternoon(tmp_path_factory: pytest.TempPathFactory) -> tuple[FinishedRun, Sitting]:
-    """A person who plays `blackout` by the screen alone."""
-    return sat(tmp_path_factory.mktemp("sat"))
+from farside.node import to_ns
 
 
 def test_a_person_who_sees_only_the_screen_meets_all_that_the_mission_expects(

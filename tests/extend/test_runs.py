@@ -23,11 +23,13 @@ from farside.missions.extensions.finding import find_class
 from farside.missions.extensions.kinds import CONTROLLER, search_path, searching
 from farside.places import Chart
 from farside.rover import PlainController
-from farside.topics import OperatorEntry
+from farside.topics import ROVER_ACTION_STARTED, OperatorEntry
 
 HERE = Path(__file__).parent
 HELPERS = HERE.parent / "helpers"
 RELAY = HERE / "relay.toml"
+
+SHORT = ("--set", "duration_s=60", "--set", "expect=[]")
 
 Mission = Callable[[str | Path], Rehearsal]
 
@@ -60,6 +62,15 @@ def folder(tmp_path: Path) -> Path:
     return folder
 
 
+@pytest.fixture(scope="module")
+def begun(tmp_path_factory: pytest.TempPathFactory) -> str:
+    """The digest of the first minute of the mission, in which the rover drives."""
+    loaded = load_mission(RELAY, {"duration_s": 60.0, "expect": []})
+    run = run_mission(loaded, in_process=True, out=tmp_path_factory.mktemp("begun"))
+    assert len(run.entries(ROVER_ACTION_STARTED)) > 5
+    return run.digest
+
+
 # --- by name ----------------------------------------------------------------------------------
 
 
@@ -72,29 +83,34 @@ def test_a_run_is_the_same_in_one_process_and_in_four(tmp_path: Path) -> None:
 
 
 @pytest.mark.processes
-def test_modules_are_found_beside_the_mission_from_any_folder(folder: Path, tmp_path: Path) -> None:
-    alone = farside(folder / "relay.toml", "--in-process", cwd=tmp_path)
-    assert alone["outcome"] == "success"
-    assert farside("far/relay.toml", cwd=tmp_path)["digest"] == alone["digest"]
+def test_modules_are_found_beside_the_mission_from_any_folder(
+    folder: Path, tmp_path: Path, begun: str
+) -> None:
+    alone = farside(folder / "relay.toml", *SHORT, "--in-process", cwd=tmp_path)
+    apart = farside("far/relay.toml", *SHORT, cwd=tmp_path)
+    assert [alone["digest"], apart["digest"]] == [begun, begun]
 
 
 @pytest.mark.processes
-def test_modules_are_found_in_the_current_folder(folder: Path, tmp_path: Path) -> None:
+def test_modules_are_found_in_the_current_folder(folder: Path, tmp_path: Path, begun: str) -> None:
     mission = shutil.move(folder / "relay.toml", tmp_path)
-    alone = farside(mission, "--in-process", cwd=folder)
-    assert farside(mission, cwd=folder)["digest"] == alone["digest"]
+    alone = farside(mission, *SHORT, "--in-process", cwd=folder)
+    apart = farside(mission, *SHORT, cwd=folder)
+    assert [alone["digest"], apart["digest"]] == [begun, begun]
 
 
 @pytest.mark.processes
-def test_the_path_of_python_comes_first_in_every_process(folder: Path, tmp_path: Path) -> None:
+def test_the_path_of_python_comes_first_in_every_process(
+    folder: Path, tmp_path: Path, begun: str
+) -> None:
     """A library's module, and beside the mission one of the same name that would never move."""
     (folder / "pathfinder.py").rename(tmp_path / "pathfinder.py")
     text = (tmp_path / "pathfinder.py").read_text()
     (folder / "pathfinder.py").write_text(text.replace("self.goals and", "False and"))
     (folder / "json.py").write_text("raise RuntimeError('not the standard library')")
-    alone = farside("relay.toml", "--in-process", cwd=folder, path=[tmp_path])
-    assert alone["outcome"] == "success"
-    assert farside("relay.toml", cwd=folder, path=[tmp_path])["digest"] == alone["digest"]
+    alone = farside("relay.toml", *SHORT, "--in-process", cwd=folder, path=[tmp_path])
+    apart = farside("relay.toml", *SHORT, cwd=folder, path=[tmp_path])
+    assert [alone["digest"], apart["digest"]] == [begun, begun]
 
 
 @pytest.mark.processes
@@ -141,12 +157,12 @@ def installed(folder: Path, project: str, module: str) -> Path:
 
 
 @pytest.mark.processes
-def test_an_installed_controller_goes_by_its_name(folder: Path, tmp_path: Path) -> None:
+def test_an_installed_controller_goes_by_its_name(folder: Path, tmp_path: Path, begun: str) -> None:
     site = installed(tmp_path / "site", "ways", "ways_of_mine")
-    named = ("relay.toml", "--set", "rover.controller=pathfinder")
+    named = ("relay.toml", "--set", "rover.controller=pathfinder", *SHORT)
     alone = farside(*named, "--in-process", cwd=folder, path=[site])
-    assert alone["outcome"] == "success"
-    assert farside(*named, cwd=folder, path=[site])["digest"] == alone["digest"]
+    apart = farside(*named, cwd=folder, path=[site])
+    assert [alone["digest"], apart["digest"]] == [begun, begun]
 
 
 def test_a_name_that_two_projects_install_is_refused(

@@ -50,6 +50,11 @@ class Visitor:
         """Wait until every button has meant the same for long enough to be pressed."""
         self.page.wait_for_function(_SETTLED)
 
+    def look(self) -> None:
+        """Look for as long as it takes until what has just changed can be clicked."""
+        now = self.page.evaluate("performance.now()")
+        self.page.wait_for_function("(since) => performance.now() - since > 600", arg=now)
+
     def press(self, *keys: str) -> None:
         """Press keys, one after the other."""
         for key in keys:

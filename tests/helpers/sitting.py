@@ -1,10 +1,21 @@
 """A person at the ground station, for tests: looks at the screen, and says which key comes next."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from functools import partial
+from itertools import count
+from pathlib import Path
 from typing import NamedTuple
 
+from farside.console.exercise import Exercise
 from farside.console.screen.screen import Chart, Screen
-from farside.node import to_ns
+from farside.console.session import Session
+from farside.console.station import Station
+from farside.control import Mode
+from farside.missions import load_mission, run_mission
+from farside.missions.commands.console.running import AtStation
+from farside.missions.interrupts import Interrupts
+from farside.missions.run import FinishedRun
+from farside.node import Record, to_ns
 from farside.places import Cell
 from farside.places import Chart as Places
 
@@ -113,3 +124,71 @@ class BlackoutPerson:
 
     def _reached(self, place: str) -> bool:
         return any(event.text == f"goal at:{place} reached" for event in self._now.events)
+
+
+class Sitting(AtStation):
+    """A person who looks after every window, and never holds the run.
+
+    Args:
+        station: the station, which nobody sits at.
+        person: who plays.
+
+    Attributes:
+        replies: what the person was told.
+        screens: what the person has seen.
+    """
+
+    def __init__(self, station: Station, person: BlackoutPerson) -> None:
+        super().__init__(station, Interrupts())
+        self._station, self._person = station, person
+        self.replies: list[str] = []
+        self.screens: list[Screen] = []
+
+    def watch(self, now_s: float, records: Sequence[Record]) -> None:
+        """See `Watcher.watch`."""
+        super().watch(now_s, records)
+        screen, chart = self._station.screen(), self._station.chart
+        assert chart is not None
+        self.look(screen)
+        press = self._person.next(screen, chart)
+        if press is not None:
+            self.replies.append(self._station.do(partial(_do, press)))
+
+    def look(self, screen: Screen) -> None:
+        """The person looks, before anything is done."""
+        self.screens.append(screen)
+
+
+def _do(press: Press, session: Session) -> str:
+    match press.what:
+        case "choose":
+            return session.choose(press.which)
+        case "approve":
+            return session.approve(int(press.which))
+        case "goal":
+            return session.set_goal(press.which)
+        case _:
+            return session.set_mode(Mode(press.which))
+
+
+def sat(
+    out: Path,
+    *,
+    in_process: bool = True,
+    sitting: Callable[[Station, BlackoutPerson], Sitting] = Sitting,
+) -> tuple[FinishedRun, Sitting]:
+    """A run of `blackout` with a person before the session, and that person.
+
+    Args:
+        out: folder for the log.
+        in_process: as of `run_mission`.
+        sitting: how the person sits there.
+    """
+    loaded = load_mission("blackout", ('ground.operator="queued"',))
+    exercise = Exercise(lost_after_s=loaded.mission.rover.failsafe.lost_after_s)
+    session = Session("blackout", to_ns(loaded.mission.duration_s), exercise=exercise)
+    # By this clock every window is worth a look.
+    station = Station(session, end=lambda: None, now=partial(next, count(0, 1)))
+    station.leave()
+    sits = sitting(station, BlackoutPerson())
+    return run_mission(loaded, in_process=in_process, out=out, watcher=sits), sits

@@ -131,7 +131,7 @@ function listen() {
   addEventListener("pointermove", onPointer);
   addEventListener("click", onClick);
   // A button that was clicked gives back the keys.
-  addEventListener("pointerup", () => setTimeout(() => { if (!opened()) document.activeElement?.closest?.("button")?.blur(); }));
+  addEventListener("pointerup", () => setTimeout(() => { if (!opened() && document.activeElement?.closest("button")) document.activeElement.blur(); }));
   for (const name of ["pointerover", "focusin"]) addEventListener(name, (event) => { const action = actionAt(event.target); if (action) showCue(action); });
   for (const name of ["pointerout", "focusout"]) addEventListener(name, (event) => { if (actionAt(event.target)) showCue(null); });
 }

@@ -96,6 +96,7 @@ def open_console(
         raise typer.BadParameter("expected neither with --text", param_hint="--listen, --port")
     if text and not Console().is_terminal:
         raise typer.BadParameter("expected a terminal, found none", param_hint="--text")
+    _needs(page=not text, stick=stick)
     with patience("reading the mission"):
         loaded = load_mission(mission, (*(set_ or ()), _QUEUED), seed=seed)
     with Interrupts() as interrupts:
@@ -125,3 +126,21 @@ def open_console(
                 over=over,
             )
     raise typer.Exit(failures.status_of(finished))
+
+
+def _needs(*, page: bool, stick: bool) -> None:
+    """Refuse at once what lacks the extra that it needs, before a run is begun for it."""
+    from farside.console.stick.sdl import StickError, load
+
+    try:
+        if page:
+            import farside.console.page.serving  # noqa: F401 - an extra
+        if stick:
+            load()
+    except ModuleNotFoundError as error:
+        raise typer.BadParameter(
+            f"expected nicegui for the page, found no {error.name}: pip install "
+            "'farside[console]', or use --text, which needs nothing more",
+        ) from error
+    except StickError as error:
+        raise typer.BadParameter(str(error), param_hint="--stick") from error
