@@ -26,8 +26,6 @@ from farside.console.stick.cues import TABLE
 from farside.places import Chart as Places
 
 _TICK_S = 0.09  # a tick comes late by what a busy machine takes: ten frames a second come of it
-_READ_SPEED = 60.0  # above it, and in a warp, nobody reads along,
-_HURRIED_S = 0.25  # and drawing less often leaves the processor to the run
 _HEAD = (
     '<link rel="stylesheet" href="/farside/page.css"><script defer src="/farside/page.js"></script>'
 )
@@ -48,7 +46,6 @@ class Page:
         self._chart: Chart | None = None
         self._heat: tuple[Spot, ...] | None = None
         self._screen: Screen | None = None
-        self._drawn_s = 0.0
         self._seat: tuple[bool, bool] | None = None
         self._seat_s = -SETTLED_MS
         self._announced: tuple[int, frozenset[int]] = (0, frozenset())
@@ -187,22 +184,11 @@ class Page:
         if not self._client.has_socket_connection:
             return
         self._show_seat()
-        now_s = time.monotonic()
-        if self._hurries and now_s - self._drawn_s < _HURRIED_S:
-            return
         picture = self._visits.pictures.newest()
         if picture.version != self._version:
             self._version, self._screen = picture.version, picture.screen
-            self._drawn_s = now_s
             self._draw(picture)
             self._show(picture.screen)
-
-    @property
-    def _hurries(self) -> bool:
-        screen = self._screen
-        if screen is None or screen.paused or screen.over:
-            return False
-        return bool(screen.warp) or screen.speed > _READ_SPEED
 
     def _draw(self, picture: Picture) -> None:
         chart = self._visits.station.chart
