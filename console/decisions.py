@@ -88,6 +88,8 @@ class Decisions:
         """What the ground can know by now: the moments ahead."""
         self._foreseen = min(self._moments(view), default=(NEVER_NS, ""))
         self._pacing.expect(self._foreseen[0])
+        if view.up.changes_ns is None:
+            self._pacing.arrive(Until.CONTACT, "the contact plan has no further contact")
 
     def _moments(self, view: GroundView) -> list[tuple[int, str]]:
         warped = self._pacing.until is Until.CONTACT

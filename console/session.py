@@ -135,7 +135,8 @@ class Session:
             self._lost = self._standing = _LOST
             self._queued.clear()
             return
-        self._view = view
+        up = view.up.until(self._end_ns - view.up.light_ns)
+        view = self._view = replace(view, up=up, down=view.down.until(self._end_ns))
         self._alarms.see(view)
         self._decisions.see(view)
 

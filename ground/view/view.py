@@ -76,6 +76,12 @@ class Way(msgspec.Struct, frozen=True):
     used: float
     queued_until_ns: int
 
+    def until(self, end_ns: int) -> "Way":
+        """The same without a change from `end_ns` on: every plan ends with its mission."""
+        if self.changes_ns is None or self.changes_ns < end_ns:
+            return self
+        return msgspec.structs.replace(self, changes_ns=None)
+
 
 class GoalSource(StrEnum):
     """Who wants a goal, as far as the ground knows: its operator, the mission, or the rover."""

@@ -96,6 +96,17 @@ def test_before_a_contact_ends_there_is_time_for_a_last_word() -> None:
     assert watching.pacing.slowed == "contact ends in 10 s"
 
 
+def test_a_warp_to_a_contact_ends_once_the_plan_has_no_further_one() -> None:
+    watching = Watching(1)
+    watching.pacing.warp(Until.CONTACT)
+    watching.decisions.see(seen(100, up=way(changes_s=150)))
+    assert watching.pacing.until is Until.CONTACT
+
+    watching.decisions.see(seen(151))
+
+    assert watching.pacing.slowed == "the contact plan has no further contact"
+
+
 def test_it_slows_down_once_before_the_end_of_a_contact() -> None:
     watching = Watching(60)
     view = seen(100, up=way(changes_s=150))

@@ -4,7 +4,7 @@ import math
 
 import msgspec
 import pytest
-from ground_stories import noted, seen
+from ground_stories import noted, seen, way
 from msgspec.structs import replace
 from noting import command_sent, records_of, said_of
 
@@ -314,6 +314,14 @@ def test_what_is_no_priority_no_speed_and_no_goal_is_refused() -> None:
     assert ground.session.withdraw_goal(("x" * 1000,)).startswith("not withdrawn")
     assert ground.ordered() == []
     assert ground.session.pacing.speed == 1
+
+
+def test_the_end_of_the_mission_is_no_contact() -> None:
+    ground = AtTheGround()
+    ground.see(replace(ground.view, up=way(is_open=False, changes_s=99, light_s=1)))
+
+    assert ("up", "closed by plan") in [(said.name, said.text) for said in ground.screen.link]
+    assert ground.session.warp(Until.CONTACT).startswith("not warped")
 
 
 def test_a_warp_to_a_contact_needs_a_plan_with_one() -> None:
