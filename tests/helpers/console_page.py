@@ -6,7 +6,7 @@ from typing import Literal
 
 from playwright.sync_api import Browser, Page
 
-_TIMEOUT_MS = 5000
+_TIMEOUT_MS = 20_000  # a machine may be busy; a page that fails is told late, and no less
 
 _SETTLED = (
     "() => [...farside.meanings.values()].every(({since}) => performance.now() - since > 510)"

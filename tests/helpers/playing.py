@@ -14,6 +14,7 @@ from farside.console.exercise import Exercise
 from farside.console.screen.screen import Screen
 from farside.console.session import Session
 from farside.console.station import Station
+from farside.ground.view.view import OptionKind
 from farside.missions import load_mission, run_mission
 from farside.missions.commands.console.running import AtStation
 from farside.missions.interrupts import Interrupts
@@ -53,6 +54,12 @@ def _is_back(session: Session) -> bool:
     """Whether a warp is over, and what is shown is as new as can be."""
     view = session._view
     return not session.pacing.until and view is not None and view.now_ns == session._now_ns
+
+
+def _can(action: str, session: Session) -> bool:
+    """Whether an action is known to lead somewhere from where the rover stands."""
+    options = session.screen().options
+    return any(one.action == action and one.kind is not OptionKind.INVALID for one in options)
 
 
 class LiveRun:
@@ -162,6 +169,7 @@ class Player:
             self.visitor.sees(card.title)
         match press.what:
             case "choose":
+                self.station.until(f"{press.which} can be chosen", partial(_can, press.which))
                 said = self.order(
                     _KEYS[press.which], settled=card is not None or not self.station.said
                 )

@@ -21,13 +21,7 @@ from farside.missions.crew.barrier import (
 from farside.missions.crew.barrier import Seen as Answer
 from farside.missions.crew.checks import ConductError, check_records
 from farside.missions.crew.crew import CrewError, InProcessCrew, LostProcess
-from farside.missions.crew.network import (
-    advance_key,
-    in_key,
-    out_key,
-    report_key,
-    subscriptions,
-)
+from farside.missions.crew.network import advance_key, in_key, out_key, report_key, subscriptions
 from farside.node import Direction, Frame, Node, Record, Role, Step
 
 WINDOWS = 4
