@@ -27,7 +27,7 @@ def map_view(picture: Picture, view: GroundView, chart: Chart) -> MapView:
     pose, label, stale = None, "nothing heard yet", False
     if heard is not None:
         pose = Pose(heard.x_m, heard.y_m, heard.heading_rad)
-        label = f"as it was {span_text(view.now_ns - heard.time_ns)} ago"
+        label = f"as of {span_text(view.now_ns - heard.time_ns)} ago"
         stale = picture.belief is not None and BeliefItem.POSE in picture.belief.stale
     after = tuple(_ghost(one, chart, f"after {one.command}") for one in view.after)
     return MapView(

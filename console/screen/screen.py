@@ -98,7 +98,7 @@ class MapView(msgspec.Struct, frozen=True, omit_defaults=True):
 
     Attributes:
         heard: the pose as last heard; `None` before that.
-        heard_label: its age, such as `as it was 1.4 s ago`.
+        heard_label: its age, such as `as of 1.4 s ago`.
         heard_stale: whether something newer was due.
         now: where the rover is now, as predicted.
         after: the same after each command on its way, in order.

@@ -304,7 +304,7 @@ def test_once_the_ground_is_lost_it_says_so_and_orders_nothing() -> None:
     assert ground.ordered() == []
     assert ground.screen.if_nothing.startswith("The ground's process is lost")
     assert ground.screen.standing == ground.screen.if_nothing
-    assert ground.screen.map.heard_label == "as it was 41.0 s ago"
+    assert ground.screen.map.heard_label == "as of 41.0 s ago"
 
 
 def test_what_is_no_priority_no_speed_and_no_goal_is_refused() -> None:

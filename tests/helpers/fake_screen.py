@@ -217,7 +217,7 @@ def _map(session: FakeSession, step: int) -> MapView:
     goal = session.looked_at or (session.goals or ["B"])[0]
     return MapView(
         heard=_pose(session.now_ns - 2 * LIGHT_NS),
-        heard_label="as it was 1.4 s ago",
+        heard_label="as of 1.4 s ago",
         now=Ghost(
             (spots[0], Spot(spots[0].east, spots[0].north + 1, 0.12)),
             None,
