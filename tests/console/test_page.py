@@ -289,3 +289,16 @@ def test_the_page_is_readable_without_scrolling(
         assert not [text for text, size, _ in texts if size < 14]
         assert not [text for text, _, contrast in texts if contrast < 4.5]
         assert not visitor.page.evaluate(NAMELESS)
+
+
+def test_on_a_low_window_what_is_next_stands_below_the_map_and_not_on_it(visitor: Visitor) -> None:
+    """A browser of 1280 by 800 that is zoomed to 150 %."""
+    page = visitor.page
+    before = page.viewport_size
+    page.set_viewport_size({"width": 853, "height": 533})
+    strip, following = (page.locator(part).bounding_box() for part in (".farside-strip", ".next"))
+    if before is not None:
+        page.set_viewport_size(before)
+    assert strip is not None
+    assert following is not None
+    assert strip["y"] + strip["height"] <= following["y"]
