@@ -40,6 +40,7 @@ class Pacing:
         self.paused = False
         self.until: Until | None = None
         self.slowed = ""
+        self._stands_by = False
         self._target_ns = 0.0
         self._stop_ns = NEVER_NS
 
@@ -82,6 +83,17 @@ class Pacing:
         """What a warp may have waited for has come."""
         if self.until is until:
             self.slow(why)
+
+    def stand_by(self) -> None:
+        """Let time stand until somebody is here."""
+        self.pause()
+        self._stands_by = True
+
+    def begin(self) -> None:
+        """Somebody is here: time that stood by passes; one that somebody has stopped does not."""
+        if self._stands_by:
+            self._stands_by = False
+            self.play()
 
     # --- what somebody chooses -----------------------------------------------------------------
 

@@ -26,19 +26,18 @@ from farside.console.screen.blocks import (
 )
 from farside.console.screen.mapping import map_view, place_text
 from farside.console.screen.orders import (
+    act_text,
     can_take_back,
     choice_text,
     command_rows,
     nothing_said,
     option_rows,
-    order_of,
     proposal_card,
 )
 from farside.console.screen.screen import Chart, MapView, ProposalCard, Screen, Strip
 from farside.console.strip import StripOf
 from farside.control import Mode, OnLoss, TakeBackChance
 from farside.ground.view.view import Focus, GroundView, OptionKind
-from farside.logs.events import order_text
 from farside.logs.file.reading import LogEntry
 from farside.logs.picture import Picture
 from farside.messages import (
@@ -256,7 +255,7 @@ class Session:
     def take_back(self, number: int | None = None) -> str:
         """Take back a command: by default the newest that can be, what waits here first."""
         if number is None and self._queued:
-            return f"given up here: {_text(self._queued.popitem()[1])}"
+            return f"given up here: {act_text(self._queued.popitem()[1])}"
         known = self._picture.commands
         if number is None:
             number = max(
@@ -275,9 +274,9 @@ class Session:
         """Give up what is held at the ground under this number; below 0, what waits here."""
         if held < 0:
             act = self._queued.pop(-held, None)
-            return (
-                "not given up: it has gone out" if act is None else f"given up here: {_text(act)}"
-            )
+            if act is None:
+                return "not given up: it has gone out"
+            return f"given up here: {act_text(act)}"
         if held not in self._picture.commands.held:
             return "not given up: it has been sent"
         return self._put(Discard(held), "gives up what is held at the ground")
@@ -332,6 +331,11 @@ class Session:
         return said
 
     # --- from the person: time, looking, alarms ------------------------------------------------
+
+    def greet(self) -> str:
+        """Somebody is here: time that stood by for that passes; nothing to tell."""
+        self.pacing.begin()
+        return ""
 
     def pause(self) -> str:
         """Let time stand, or pass again."""
@@ -390,8 +394,3 @@ class Session:
         """Somebody reads what happened meanwhile."""
         if self._exercise is not None:
             self._exercise.read()
-
-
-def _text(act: Act) -> str:
-    order = order_of(act)
-    return "giving up what is held" if order is None else order_text(order)

@@ -21,12 +21,14 @@ class EnergyTerms(NamedTuple):
     Attributes:
         capacity_j: energy of the full battery.
         driving_w: power drawn while driving.
+        idle_w: power drawn at rest.
         reserve: so many times what the way to the dock takes counts as reserve.
         move_cost_s: cost of a move for the model on board.
     """
 
     capacity_j: float
     driving_w: float
+    idle_w: float
     reserve: float
     move_cost_s: float
 

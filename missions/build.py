@@ -135,6 +135,7 @@ def rover_terms(mission: MissionFile) -> RoverTerms:
         energy=EnergyTerms(
             capacity_j=battery.capacity_j,
             driving_w=battery.idle_w + battery.drive_w,
+            idle_w=battery.idle_w,
             reserve=battery.reserve,
             move_cost_s=drive.move_cost_s,
         ),

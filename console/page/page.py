@@ -22,6 +22,7 @@ from farside.console.page.parts import Words, toned
 from farside.console.page.shown import Picture, Visits, as_json
 from farside.console.page.top import Top
 from farside.console.screen.screen import Chart, EventRow, MapView, Screen, Spot, Tone
+from farside.console.session import Session
 from farside.console.stick.cues import TABLE
 from farside.places import Chart as Places
 
@@ -173,6 +174,7 @@ class Page:
         self._hand.page = self._client.tab_id
         if self._hand.page:
             self._visits.seats.open(self._hand.page, time.monotonic())
+        self._visits.station.do(Session.greet)
         self._version = self._chart = self._heat = None
 
     def _disconnected(self) -> None:

@@ -9,12 +9,13 @@ from farside.console.wording import percent, span_text
 from farside.control import BatteryState, Failsafe, Mode, Signal
 from farside.ground.view.view import GroundView, KnownGoal, Way
 from farside.logs.picture import Picture
-from farside.node import NEVER_NS
+from farside.node import NEVER_NS, to_ns
 from farside.places import BATTERY_LOW
 from farside.topics import BeliefItem
 
 _LATE_NS = 2_000_000_000  # the standing second of telemetry, and as much again
 _SURPRISED = 0.3
+_SOON_NS = 600_000_000_000  # ten minutes: for a way home (project default)
 
 
 def is_stale(picture: Picture, item: BeliefItem) -> bool:
@@ -50,7 +51,9 @@ def _rover(picture: Picture, view: GroundView) -> Iterator[Said]:
     yield Said("at", place, Tone.WRONG if lost else Tone.PLAIN, is_stale(picture, BeliefItem.PLACE))
     low = BATTERY_LOW in heard.tokens
     battery = percent(heard.battery) + (f", {BatteryState.LOW}" if low else "")
-    tone = Tone.CAUTION if low else Tone.PLAIN
+    if view.rest_s is not None:
+        battery += f", {span_text(to_ns(view.rest_s))} at rest"
+    tone = Tone.CAUTION if low or _runs_out(view) else Tone.PLAIN
     yield Said("battery", battery, tone, is_stale(picture, BeliefItem.BATTERY))
     doing = "standing" if heard.action is None else f"going {heard.action}"
     since = span_text(heard.time_ns - heard.since_ns)
@@ -65,6 +68,14 @@ def _rover(picture: Picture, view: GroundView) -> Iterator[Said]:
     late = age_ns > view.down.light_ns + _LATE_NS and not view.silence_expected
     tone = Tone.CAUTION if late else Tone.PLAIN
     yield Said("telemetry", f"{span_text(age_ns)} old", tone, is_stale(picture, BeliefItem.POSE))
+
+
+def _runs_out(view: GroundView) -> bool:
+    """Whether a rover that stands is out of charge before an order can reach it again, or soon."""
+    if view.rest_s is None:
+        return False
+    open_ns = view.now_ns if view.up.is_open else view.up.changes_ns or NEVER_NS
+    return view.now_ns + to_ns(view.rest_s) < open_ns + view.up.light_ns + _SOON_NS
 
 
 def model_said(picture: Picture, view: GroundView) -> tuple[Said, ...]:

@@ -43,6 +43,12 @@ def nothing_said(view: GroundView, waiting: int) -> str:
     )
 
 
+def act_text(act: Act) -> str:
+    """An act for people, such as `drive N`."""
+    order = order_of(act)
+    return "give up what is held" if order is None else order_text(order)
+
+
 # --- on the way --------------------------------------------------------------------------------
 
 
@@ -55,8 +61,7 @@ def command_rows(
 
 def _rows(commands: KnownCommands, queued: Mapping[int, Act], now_ns: int) -> Iterator[CommandRow]:
     for waiting, act in reversed(list(queued.items())):
-        order = order_of(act)
-        text = "give up what is held" if order is None else order_text(order)
+        text = act_text(act)
         yield CommandRow(
             0, text, ("goes out when time goes on",), Tone.PLAIN, can_take_back=True, held=-waiting
         )

@@ -12,7 +12,7 @@ from farside.ground.view.options import options
 from farside.ground.view.view import Focus, GroundView, KnownGoal, PlaceCost, Way
 from farside.messages import Tokens
 from farside.node import NEVER_NS, NS_PER_S, Direction, to_s
-from farside.places import is_place_token
+from farside.places import ON_CHARGE, is_place_token
 
 _GAP = 3  # usual intervals, and a margin: what is lost by chance is not missed
 _GAP_MARGIN_NS = 5 * NS_PER_S
@@ -61,6 +61,7 @@ def look(sources: Sources, focus: Focus, now_ns: int, queued_until_ns: int) -> G
         heat=_heat(known, wanted) if focus.heat and wanted is not None else (),
         goals=goals,
         alone_goals=() if telemetry is None else telemetry.alone_goals,
+        rest_s=_rest_s(known),
         surprises=_surprises(known),
         cm=_cm(known),
     )
@@ -133,6 +134,15 @@ def _veto_until_ns(known: Knowledge, queued_until_ns: int) -> int | None:
         return until_ns
     # Too late already: by as much as it would arrive too late.
     return now_ns - (timing.withdrawn_ns(ready_ns) - acts_ns)
+
+
+def _rest_s(known: Knowledge) -> float | None:
+    """As if it had stood since it was heard."""
+    telemetry, energy = known.telemetry, known.sources.rover.energy
+    if telemetry is None or ON_CHARGE in telemetry.tokens or energy.idle_w <= 0:
+        return None
+    left_j = telemetry.battery * energy.capacity_j
+    return max(0.0, left_j / energy.idle_w - to_s(known.now_ns - telemetry.time_ns))
 
 
 # --- the model ---------------------------------------------------------------------------------

@@ -171,6 +171,8 @@ class GroundView(msgspec.Struct, frozen=True, omit_defaults=True):
         failsafe: the failsafe.
         if_nothing: what happens if the operator does nothing: one sentence, to follow on "If you do
             nothing:", without its full stop.
+        rest_s: how long the battery lasts if the rover stands from now on; `None` before anything
+            was heard, and on the dock.
         surprises: the share of the model's expectations that failed of late; `None` where none fell
             due.
         cm: mean C_m of the shadow's hypotheses; `None` without one.
@@ -197,5 +199,6 @@ class GroundView(msgspec.Struct, frozen=True, omit_defaults=True):
     heat: tuple[PlaceCost, ...] = ()
     goals: tuple[KnownGoal, ...] = ()
     alone_goals: tuple[Tokens, ...] = ()
+    rest_s: float | None = None
     surprises: float | None = None
     cm: float | None = None

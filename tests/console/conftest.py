@@ -20,7 +20,7 @@ def known(tmp_path_factory: pytest.TempPathFactory) -> list[LogEntry]:
     return [LogEntry.of(record) for record in log.records()]
 
 
-@pytest.fixture(scope="session")
+@pytest.fixture(scope="module")  # while it is there, no event loop can be run in this thread
 def browser() -> Iterator[Browser]:
     """The browser of all tests of the page."""
     with chromium() as browser:

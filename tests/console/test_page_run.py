@@ -6,7 +6,7 @@ from pathlib import Path
 from urllib.parse import urlsplit
 
 import pytest
-from browsing import CHROMIUM, chromium
+from browsing import CHROMIUM
 from console_page import Visitor, visiting
 from playing import LiveRun, Player
 from playwright.sync_api import Browser
@@ -18,12 +18,6 @@ from farside.missions.reliving.verifying import verify
 from farside.node import to_ns
 
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="needs chromium")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Browser]:
-    with chromium() as browser:
-        yield browser
 
 
 @contextmanager

@@ -341,6 +341,18 @@ def test_time_is_not_warped_to_an_arrival_when_the_rover_waits_for_orders() -> N
     assert ground.session.warp(Until.ARRIVAL) == "time passes until something arrives"
 
 
+def test_time_stands_until_somebody_is_here_and_nobody_else_sets_it_going() -> None:
+    ground = AtTheGround()
+    ground.session.pacing.stand_by()
+    assert ground.screen.paused
+    ground.session.greet()
+    assert not ground.screen.paused
+
+    ground.session.pause()
+    ground.session.greet()
+    assert ground.screen.paused
+
+
 def test_nothing_but_what_the_ground_noted_is_read() -> None:
     ground, other = AtTheGround(), AtTheGround()
     truth = [Pose(3.5, 1.5, 0, 0, "at:B", 0.1), ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST)]

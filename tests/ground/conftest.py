@@ -28,7 +28,7 @@ ROVER = RoverTerms(
     hold_after_ns=to_ns(10.0),
     alone_after_ns=to_ns(30.0),
     explores=False,
-    energy=EnergyTerms(capacity_j=1e5, driving_w=50.0, reserve=1.5, move_cost_s=2.0),
+    energy=EnergyTerms(capacity_j=1e5, driving_w=50.0, idle_w=10.0, reserve=1.5, move_cost_s=2.0),
 )
 CHART = Chart(("######", "#A..B#", "######"), 1.0)
 

@@ -210,6 +210,12 @@ def test_before_anything_is_heard_nothing_is_claimed() -> None:
     assert {one.why for one in view.options} == {("it is not known where it would begin",)}
 
 
+def test_how_long_the_battery_lasts_at_rest_is_told_but_on_the_dock() -> None:
+    assert Stand(telemetry(9.0, "A", battery=0.5)).view().rest_s == 0.5 * 1e5 / 10.0 - 1.0
+    docked = Stand(telemetry(9.0, "A", tokens=("at:A", "on_charge"))).view()
+    assert docked.rest_s is None
+
+
 def test_surprises_are_the_share_of_the_most_credible_expectations_that_failed() -> None:
     """After eight moves that came true and one bump, of which only the most credible fell due."""
     model = DynamicExpectancyModel(

@@ -9,6 +9,7 @@ COMMANDS = [
     (),
     ("run",),
     ("check",),
+    ("console",),
     ("info",),
     ("replay",),
     ("export",),

@@ -104,6 +104,8 @@ def open_console(
         exercise = Exercise(lost_after_s=lost_after_s) if Exercise.is_for(name) else None
         end_ns = to_ns(loaded.mission.duration_s)
         session = Session(name, end_ns, speed=speed, exercise=exercise)
+        if not text:
+            session.pacing.stand_by()  # for the first page
         station = Station(session, end=interrupts.request)
         run_it = partial(run_mission, loaded, in_process=in_process, out=out, interrupts=interrupts)
 
