@@ -370,7 +370,7 @@ class Telemetry(_Message, frozen=True, tag="telemetry"):
     on_loss: OnLoss = OnLoss.AUTONOMY
     alone_goals: tuple[Tokens, ...] = ()
     since_ns: int = 0
-    tilt_rad: Annotated[float, msgspec.Meta(ge=0, le=1.6)] | None = None
+    tilt_rad: float | None = None
 
 
 class ModelUpdate(_Message, frozen=True, tag="model"):

@@ -40,8 +40,10 @@ class HeardStation(Station):
     def do(self, what: Callable[[Session], str]) -> str:
         """See `Station.do`."""
         with self._moved:
-            self.said.append(super().do(what))
-            return self.said[-1]
+            said = super().do(what)
+            if said:
+                self.said.append(said)
+            return said
 
     def until(self, what: str, is_so: Callable[[Session], bool]) -> None:
         """Wait until this is so of the session; `what` is it in words."""
