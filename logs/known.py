@@ -202,9 +202,9 @@ class KnownCommand:
             return f"{self._should(slot)} {_s(now_ns - due.expected_ns)} ago"
         if self.lapses:
             left_ns = self.expires_ns - now_ns
-            return (
-                f"expires in {_s(left_ns)}, before its turn" if left_ns > 0 else "expires about now"
-            )
+            if left_ns > 0:
+                return f"expires in {_s(left_ns)}, before its turn"
+            return f"should have expired {_s(-left_ns)} ago, before its turn"
         coming = "takes effect" if self._takes_effect(slot) else _COMING[slot]
         left_ns = due.expected_ns - now_ns
         return f"{coming} in {_s(left_ns)}" if left_ns > 0 else f"{coming} about now"

@@ -15,6 +15,7 @@ from farside.topics import BeliefItem
 
 _LATE_NS = 2_000_000_000  # the standing second of telemetry, and as much again
 _SURPRISED = 0.3
+_LASTING_S = 10_800.0  # three hours: a battery that lasts longer is no matter yet (project default)
 _SOON_NS = 600_000_000_000  # ten minutes: for a way home (project default)
 
 
@@ -51,7 +52,7 @@ def _rover(picture: Picture, view: GroundView) -> Iterator[Said]:
     yield Said("at", place, Tone.WRONG if lost else Tone.PLAIN, is_stale(picture, BeliefItem.PLACE))
     low = BATTERY_LOW in heard.tokens
     battery = percent(heard.battery) + (f", {BatteryState.LOW}" if low else "")
-    if view.rest_s is not None:
+    if view.rest_s is not None and view.rest_s < _LASTING_S:
         battery += f", {span_text(to_ns(view.rest_s))} at rest"
     tone = Tone.CAUTION if low or _runs_out(view) else Tone.PLAIN
     yield Said("battery", battery, tone, is_stale(picture, BeliefItem.BATTERY))

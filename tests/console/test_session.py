@@ -10,10 +10,10 @@ from noting import command_sent, records_of, said_of
 
 from farside.acts import Act, Discard, Planned
 from farside.console.pacing import Until
-from farside.console.screen.screen import Screen
+from farside.console.screen.screen import Screen, Tone
 from farside.console.session import Session
 from farside.control import CommandStage, Failsafe, Mode, ModeCause, OnLoss, TakeBackChance, Verdict
-from farside.ground.view.view import GroundView, Option, OptionKind
+from farside.ground.view.view import GroundView, Option, OptionKind, Way
 from farside.messages import (
     Approve,
     Drive,
@@ -367,6 +367,27 @@ def test_an_action_that_there_is_not_orders_nothing(action: str) -> None:
 
     assert ground.session.choose(action).startswith("not ordered")
     assert ground.ordered() == []
+
+
+@pytest.mark.parametrize(
+    ("rest_s", "up", "text", "tone"),
+    [
+        (None, way(), "92 %", Tone.PLAIN),
+        (20_000.0, way(), "92 %", Tone.PLAIN),
+        (6_300.0, way(), "92 %, 1:45:00 at rest", Tone.PLAIN),
+        (500.0, way(), "92 %, 8:20 at rest", Tone.CAUTION),
+        (6_300.0, way(is_open=False, changes_s=7_000.0), "92 %, 1:45:00 at rest", Tone.CAUTION),
+    ],
+    ids=["on the dock", "for long", "for a while", "not for long", "not until the next contact"],
+)
+def test_a_battery_that_will_not_last_is_told_before_it_is_low(
+    rest_s: float | None, up: Way, text: str, tone: Tone
+) -> None:
+    ground = AtTheGround()
+    ground.see(replace(ground.view, rest_s=rest_s, up=up))
+
+    said = next(said for said in ground.screen.rover if said.name == "battery")
+    assert (said.text, said.tone) == (text, tone)
 
 
 def test_a_screen_crosses_to_a_page_whole() -> None:

@@ -282,7 +282,8 @@ def test_at_any_size_all_that_matters_is_on_the_screen(
     chart = Chart(("#" * wide, *[walled] * (high - 2), "#" * wide), 1.0)
     east, north = data.draw(st.sampled_from(sorted(chart.tokens)))
     picture = Picture(chart=chart)
-    picture.apply(logged(0, command_sent(1, Drive("E"), due_s={CommandStage.BEGUN: 1300.0})))
+    due_s = {CommandStage.BEGUN: 1300.0}
+    picture.apply(logged(0, command_sent(1, Drive("E"), expires_s=2000.0, due_s=due_s)))
     picture.apply(logged(0, ModeEntry(Mode.AUTONOMOUS, ModeCause.LINK_LOST)))
     picture.apply(logged(0, failsafe_entry(Failsafe.ALONE, 30.0)))
     picture.apply(logged(0, Pose(east + 0.5, north + 0.5, math.pi / 4, 0.0, "at:1,1", 1.0)))
