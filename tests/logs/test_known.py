@@ -203,3 +203,13 @@ def test_what_comes_when_it_is_due_is_no_news(run: Any) -> None:
         run.note(9, said_of(1, stage, ON_TIME, due_s=4, so_s=3.5))
 
     assert lines(run) == []
+
+
+def test_what_will_expire_before_its_turn_is_said_so_until_word_comes() -> None:
+    dues = {TAKEN: 3.0, BEGUN: 60.0, DONE: 63.0}
+    desk = Desk().note(0, command_sent(1, Drive("E"), expires_s=30.0, due_s=dues))
+
+    assert desk.words(10).startswith("expires in 20.0 s, before its turn")
+    assert desk.words(34).startswith("should have expired 4.0 s ago, before its turn")
+    desk.note(35, said_of(1, CommandStage.EXPIRED, LATE, due_s=60, so_s=30.1, why="too late"))
+    assert desk.words(36).startswith("expired 5.9 s ago")
