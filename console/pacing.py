@@ -10,6 +10,9 @@ SPEEDS = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 60.0, 120.0, 300.0, 1000.0)
 LONGEST_WINDOW_NS = NS_PER_S
 """No window is longer, so that nothing is learned much later than it arrives (project default)."""
 
+READABLE_SPEED = 60.0
+"""Up to this speed a person still follows what is shown (project default)."""
+
 _WINDOW_WALL_S = 0.1
 _SHORTEST_NS = 1
 _AHEAD_S = 0.3  # of wall time: what a machine that stood still for long does not make up for
@@ -66,6 +69,11 @@ class Pacing:
         if now_ns < self._stop_ns:
             wanted = min(wanted, self._stop_ns - now_ns)
         return max(_SHORTEST_NS, wanted)
+
+    @property
+    def is_hurried(self) -> bool:
+        """Whether time passes so fast that nobody reads along."""
+        return not self.paused and (self.until is not None or self.speed > READABLE_SPEED)
 
     # --- what happens --------------------------------------------------------------------------
 

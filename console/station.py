@@ -68,6 +68,11 @@ class Station:
         """The map as the ground has it; `None` before the first window."""
         return self._session.chart
 
+    @property
+    def is_hurried(self) -> bool:
+        """Whether time passes so fast that nobody reads along: a screen may be drawn less often."""
+        return self._session.pacing.is_hurried
+
     def end(self) -> None:
         """End the run after the window in progress; its log is whole."""
         self.is_ended = True

@@ -27,6 +27,7 @@ from farside.console.stick.cues import TABLE
 from farside.places import Chart as Places
 
 _TICK_S = 0.09  # a tick comes late by what a busy machine takes: ten frames a second come of it
+_HURRIED_S = 0.5  # drawing less often while nobody reads along leaves the processor to the run
 _HEAD = (
     '<link rel="stylesheet" href="/farside/page.css"><script defer src="/farside/page.js"></script>'
 )
@@ -47,6 +48,7 @@ class Page:
         self._chart: Chart | None = None
         self._heat: tuple[Spot, ...] | None = None
         self._screen: Screen | None = None
+        self._drawn_s = 0.0
         self._seat: tuple[bool, bool] | None = None
         self._seat_s = -SETTLED_MS
         self._announced: tuple[int, frozenset[int]] = (0, frozenset())
@@ -186,9 +188,12 @@ class Page:
         if not self._client.has_socket_connection:
             return
         self._show_seat()
+        now_s = time.monotonic()
+        if self._visits.station.is_hurried and now_s - self._drawn_s < _HURRIED_S:
+            return
         picture = self._visits.pictures.newest()
         if picture.version != self._version:
-            self._version, self._screen = picture.version, picture.screen
+            self._version, self._screen, self._drawn_s = picture.version, picture.screen, now_s
             self._draw(picture)
             self._show(picture.screen)
 

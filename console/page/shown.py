@@ -20,6 +20,10 @@ class Shown(Protocol):
     def chart(self) -> Chart | None:
         """The map; `None` until it is known."""
 
+    @property
+    def is_hurried(self) -> bool:
+        """Whether time passes so fast that nobody reads along."""
+
     def screen(self) -> Screen:
         """All that is shown now."""
 

@@ -163,6 +163,8 @@ class FarAway:
     version = 1
     chart = Chart(("#####", "#A.B#", "#####"), 1.0)
 
+    is_hurried = False
+
     def screen(self) -> Screen:
         """See `farside.console.page.shown.Shown`."""
         return screen_of(options(E="problematic", W="invalid"))

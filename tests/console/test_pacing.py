@@ -98,6 +98,19 @@ def test_a_warp_goes_as_fast_as_it_can_until_something_arrives() -> None:
     assert pacing.speed == 1.0
 
 
+def test_nobody_reads_along_in_a_warp_and_above_60x_but_while_time_stands() -> None:
+    pacing = Pacing(60.0)
+    assert not pacing.is_hurried
+    pacing.warp(Until.ARRIVAL)
+    assert pacing.is_hurried
+    pacing.arrive(Until.ARRIVAL, "event 7 has come")
+    assert not pacing.is_hurried
+    pacing.set_speed(120.0)
+    assert pacing.is_hurried
+    pacing.pause()
+    assert not pacing.is_hurried
+
+
 def test_a_warp_to_a_contact_does_not_end_with_a_word() -> None:
     pacing = Pacing(1.0)
     pacing.warp(Until.CONTACT)

@@ -31,6 +31,10 @@ class FakeStation:
         self.version = 1
         self._lock = threading.Condition()
 
+    @property
+    def is_hurried(self) -> bool:
+        return self.session.pacing.is_hurried
+
     def do(self, what: Callable[[Session], str]) -> str:
         with self._lock:
             said = what(self.session)
