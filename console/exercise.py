@@ -28,7 +28,9 @@ from farside.messages import (
 from farside.node import NS_PER_S, to_ns
 from farside.topics import CommandSent, EventLearned, LifeEntry, ShadowEntry, Silence
 
-_MISSION = "blackout"
+MISSION = "blackout"
+"""The shipped mission that the exercise is about: its places, and the times of its blackout."""
+
 _A, _B = ("at:A",), ("at:B",)
 _TOUR = {"at:A": "A", "at:B": "B", "at:C": "C"}
 _HOME = "at:D"
@@ -153,11 +155,6 @@ class Exercise:
         self._silent_ns: int | None = None  # since when the latest unexpected silence
         self._is_silent = False
         self._is_back = self._acknowledged = self._read = False
-
-    @staticmethod
-    def is_for(mission_name: str) -> bool:
-        """Whether the exercise is about this mission."""
-        return mission_name == _MISSION
 
     # --- what is done --------------------------------------------------------------------------
 

@@ -32,6 +32,7 @@ from farside.console.screen.orders import (
     command_rows,
     nothing_said,
     option_rows,
+    order_of,
     proposal_card,
 )
 from farside.console.screen.screen import Chart, MapView, ProposalCard, Screen, Strip
@@ -287,9 +288,8 @@ class Session:
         if chart is None:
             return "not ordered: there is no map yet"
         if place not in chart.places:
-            return (
-                f"not ordered: expected a place of the map, found {shown(place)}{chart.like(place)}"
-            )
+            found = f"{shown(place)}{chart.like(place)}"
+            return f"not ordered: expected a place of the map, found {found}"
         worth = _PRIORITY if priority is None else priority
         if not math.isfinite(worth):
             return f"not ordered: expected a priority that is a number, found {worth:g}"
@@ -299,7 +299,9 @@ class Session:
     def withdraw_goal(self, tokens: Tokens) -> str:
         """Withdraw a goal, whoever wanted it: one that is known, or waits here to be set."""
         known = [goal.tokens for goal in self._view.goals] if self._view else []
-        waiting = [act.tokens for act in self._queued.values() if isinstance(act, SetGoal)]
+        held = self._picture.commands.held.values()
+        orders = (*map(order_of, self._queued.values()), *(order for one in held for order in one))
+        waiting = [order.tokens for order in orders if isinstance(order, SetGoal)]
         if tokens not in (*known, *waiting):
             return "not withdrawn: that is no goal, or no longer"
         return self._act(WithdrawGoal(tokens), f"withdraws goal {place_text(tokens)}")
@@ -333,7 +335,7 @@ class Session:
     # --- from the person: time, looking, alarms ------------------------------------------------
 
     def greet(self) -> str:
-        """Somebody is here: time that stood by for that passes; nothing to tell."""
+        """Somebody is here: time that stood by passes; nothing to tell."""
         self.pacing.begin()
         return ""
 
@@ -375,8 +377,10 @@ class Session:
         return f"time passes until {until}"
 
     def look_at(self, place: str | None) -> None:
-        """Look at the way to a place of the chart, or at that to the top-goal."""
-        tokens = None if place is None else (place_token(place),)
+        """Look at the way to a place of the chart; of any other name, at that to the top-goal."""
+        chart = self._picture.chart
+        known = {} if chart is None else chart.places
+        tokens = (place_token(place),) if place is not None and place in known else None
         self.focus = Focus(tokens, self.focus.heat)
 
     def show_heat(self, shown: bool) -> None:  # noqa: FBT001 - a switch

@@ -27,7 +27,6 @@ class Station:
 
     Attributes:
         version: grows with everything that may change the screen.
-        is_ended: whether somebody here has ended the run.
     """
 
     def __init__(
@@ -38,7 +37,6 @@ class Station:
         now: Callable[[], float] = time.monotonic,
     ) -> None:
         self.version = 0
-        self.is_ended = False
         self._session, self._end, self._now = session, end, now
         self._moved = threading.Condition()
         self._look: Callable[[Focus], GroundView | None] | None = None
@@ -75,7 +73,6 @@ class Station:
 
     def end(self) -> None:
         """End the run after the window in progress; its log is whole."""
-        self.is_ended = True
         self._end()
 
     def leave(self) -> None:

@@ -36,6 +36,7 @@ _NEXT_ROWS, _WAY_ROWS, _STATE_ROWS, _EVENT_ROWS = 10, 4, 8, 5
 _FRAME_WIDTH, _FRAME_HEIGHT = 4, 2
 
 Rows = Callable[[int], list[Text]]
+RowsOf = Callable[[Screen, int, int], list[Text]]
 """The rows of a block that has so many."""
 
 
@@ -161,18 +162,20 @@ class _Blocks:
         return [_bare(_REST, 1, 2, rows)] if self.screen.exercise else []
 
     def next(self, width: int, *, framed: bool = True) -> Block:
+        rows = self._rows(next_rows, width, framed=framed)
         if not framed:
-            return _bare(_NEXT, 4, _NEXT_ROWS, lambda rows: next_rows(self.screen, width, rows))
-        inside = width - _FRAME_WIDTH
-        rows: Rows = lambda rows: next_rows(self.screen, inside, rows)  # noqa: E731
+            return _bare(_NEXT, 4, _NEXT_ROWS, rows)
         return _framed(_NEXT, 4, _NEXT_ROWS, "NEXT", rows)
 
     def way(self, width: int, *, framed: bool = True) -> Block:
+        rows = self._rows(way_rows, width, framed=framed)
         if not framed:
-            return _bare(_WAY, 1, _WAY_ROWS, lambda rows: way_rows(self.screen, width, rows))
-        inside = width - _FRAME_WIDTH
-        rows: Rows = lambda rows: way_rows(self.screen, inside, rows)  # noqa: E731
+            return _bare(_WAY, 1, _WAY_ROWS, rows)
         return _framed(_WAY, 3, _WAY_ROWS, way_title(self.screen).upper(), rows)
+
+    def _rows(self, drawn: RowsOf, width: int, *, framed: bool) -> Rows:
+        inside = width - _FRAME_WIDTH if framed else width
+        return lambda rows: drawn(self.screen, inside, rows)
 
     def map(self, width: int, *, framed: bool = True) -> Block:
         view, chart = self.screen.map, self._chart
@@ -189,17 +192,15 @@ class _Blocks:
         return Block(_MAP, min(high, 5) + _FRAME_HEIGHT, high + _FRAME_HEIGHT, draw)
 
     def state(self, width: int, *, framed: bool = True) -> Block:
+        rows = self._rows(state_rows, width, framed=framed)
         if not framed:
-            return _bare(_STATE, 1, _STATE_ROWS, lambda rows: state_rows(self.screen, width, rows))
-        inside = width - _FRAME_WIDTH
-        rows: Rows = lambda rows: state_rows(self.screen, inside, rows)  # noqa: E731
+            return _bare(_STATE, 1, _STATE_ROWS, rows)
         return _framed(_STATE, 3, _STATE_ROWS, "STATE", rows)
 
     def events(self, width: int, *, framed: bool = True) -> Block:
+        rows = self._rows(event_rows, width, framed=framed)
         if not framed:
-            return _bare(_REST, 1, _EVENT_ROWS, lambda rows: event_rows(self.screen, width, rows))
-        inside = width - _FRAME_WIDTH
-        rows: Rows = lambda rows: event_rows(self.screen, inside, rows)  # noqa: E731
+            return _bare(_REST, 1, _EVENT_ROWS, rows)
         return _framed(_REST, 2, _EVENT_ROWS, "EVENTS", rows)
 
     def strip(self, width: int) -> Block:

@@ -80,11 +80,6 @@ def pupil() -> Pupil:
     return Pupil()
 
 
-def test_it_is_for_the_first_mission_only() -> None:
-    assert Exercise.is_for("blackout")
-    assert not Exercise.is_for("mars-relay")
-
-
 def test_three_drives_count_once_they_are_known_to_be_done(pupil: Pupil) -> None:
     for order, end in ((Drive("N"), DONE), (Drive("N"), FAILED), (Drive("W"), DONE)):
         pupil.orders(order, end)

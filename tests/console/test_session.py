@@ -267,6 +267,9 @@ def test_what_is_held_at_the_ground_can_be_given_up() -> None:
     ground.session.discard(1)
 
     assert ground.ordered() == [Discard(1)]
+    ground.note(HeldEntry(2, (SetGoal(("at:B",), 2.0),), HeldFate.HELD))
+    assert ground.session.withdraw_goal(("at:B",)) == "withdraws goal B"
+    assert ground.session.withdraw_goal(("at:A",)).startswith("not withdrawn")
 
 
 def test_in_autonomous_mode_an_arrow_says_that_it_takes_over() -> None:

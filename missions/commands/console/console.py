@@ -11,6 +11,7 @@ from farside.missions.commands.display.patience import patience
 from farside.node import to_ns
 
 if TYPE_CHECKING:
+    from farside.missions.loading import LoadedMission
     from farside.missions.run import FinishedRun
 
 _LOOPBACK = "127.0.0.1"
@@ -101,7 +102,7 @@ def open_console(
         loaded = load_mission(mission, (*(set_ or ()), _QUEUED), seed=seed)
     with Interrupts() as interrupts:
         name, lost_after_s = loaded.mission.name, loaded.mission.rover.failsafe.lost_after_s
-        exercise = Exercise(lost_after_s=lost_after_s) if Exercise.is_for(name) else None
+        exercise = Exercise(lost_after_s=lost_after_s) if has_exercise(loaded) else None
         end_ns = to_ns(loaded.mission.duration_s)
         session = Session(name, end_ns, speed=speed, exercise=exercise)
         if not text:
@@ -128,6 +129,15 @@ def open_console(
                 over=over,
             )
     raise typer.Exit(failures.status_of(finished))
+
+
+def has_exercise(loaded: "LoadedMission") -> bool:
+    """Whether it is the shipped mission of the exercise, with nothing set but its operator."""
+    from farside.console.exercise import MISSION
+    from farside.missions.loading import shipped_missions
+
+    is_shipped = loaded.text == shipped_missions()[MISSION].read_text(encoding="utf-8")
+    return is_shipped and [key for key, _ in loaded.overrides] == ["ground.operator"]
 
 
 def _needs(*, page: bool, stick: bool) -> None:

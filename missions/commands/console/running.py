@@ -10,6 +10,7 @@ from typing import Protocol
 from farside.acts import Act
 from farside.console.seats import Seats
 from farside.console.station import Station
+from farside.escaping import printable
 from farside.ground.view.view import Focus, GroundView
 from farside.missions.commands.display.patience import patience
 from farside.missions.commands.display.watching import RunInThread
@@ -159,10 +160,10 @@ def page_run(
         stack.enter_context(_stick(station, page.seats, _say, wanted=stick))
         finished = _run(run, station, AtStation(station, interrupts))
         over(finished)
-        if not interrupts.requested or station.is_ended:
+        if not interrupts.requested:
             _say("The page stays until Ctrl-C.")
-            while not (interrupts.repeated if station.is_ended else interrupts.requested):
-                time.sleep(_LOOK_S)
+        while not interrupts.requested:  # a signal is heard in this thread, and ends no sleep
+            time.sleep(_LOOK_S)
     return finished
 
 
@@ -178,4 +179,4 @@ def _stick(
 
 
 def _say(line: str) -> None:
-    print(line, file=sys.stderr, flush=True)  # noqa: T201
+    print(printable(line), file=sys.stderr, flush=True)  # noqa: T201
