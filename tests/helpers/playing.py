@@ -11,6 +11,7 @@ from console_page import Visitor
 from sitting import BlackoutPerson, Press
 
 from farside.console.exercise import Exercise
+from farside.console.page.hand import JUST_CHANGED
 from farside.console.screen.screen import Screen
 from farside.console.session import Session
 from farside.console.station import Station
@@ -22,6 +23,7 @@ from farside.missions.run import FinishedRun
 from farside.node import to_ns
 
 _PATIENCE_S = 20.0
+_NOTE_S = 2.0  # a note that something was refused stands for longer
 _KEYS = {"N": "ArrowUp", "E": "ArrowRight", "S": "ArrowDown", "W": "ArrowLeft"}
 _MOMENT_NS = to_ns(600)
 
@@ -45,10 +47,14 @@ class HeardStation(Station):
                 self.said.append(said)
             return said
 
+    def comes(self, is_so: Callable[[Session], bool], within_s: float) -> bool:
+        """Whether this becomes so of the session within some wall time."""
+        with self._moved:
+            return self._moved.wait_for(lambda: is_so(self._session), timeout=within_s)
+
     def until(self, what: str, is_so: Callable[[Session], bool]) -> None:
         """Wait until this is so of the session; `what` is it in words."""
-        with self._moved:
-            came = self._moved.wait_for(lambda: is_so(self._session), timeout=_PATIENCE_S)
+        came = self.comes(is_so, _PATIENCE_S)
         assert came, f"waited in vain until {what}; {self.screen().if_nothing}"
 
 
@@ -162,6 +168,10 @@ class Player:
     def _answered(self, act: Callable[[], object], name: str) -> str:
         count = len(self.station.said)
         act()
+        answered = self.station.comes(lambda _: len(self.station.said) > count, _NOTE_S)
+        if not answered and self.visitor.page.get_by_text(JUST_CHANGED).count():
+            self.visitor.settle()  # on a busy machine it may have changed since it was looked at
+            act()
         self.station.until(f"{name} is answered", lambda _: len(self.station.said) > count)
         return self.station.said[count]
 
