@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import msgspec
 
 from farside.files import parse_toml, read_text
-from farside.link.profile.resolve import LinkConfigError, resolve_link, with_preset
+from farside.link.profile.layers import LinkConfigError, with_preset
+from farside.link.profile.resolve import resolve_link
 from farside.missions.assignments import Assignment, assign, read_assignments
 from farside.missions.extensions.kinds import (
     CONTROLLER,

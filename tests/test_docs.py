@@ -12,7 +12,8 @@ import numpy as np  # noqa: F401 - once per process, and `pytester` forgets what
 import pytest
 
 from farside.link import LinkConfig
-from farside.link.profile.resolve import resolve_link, with_preset
+from farside.link.profile.layers import with_preset
+from farside.link.profile.resolve import resolve_link
 from farside.missions import FinishedRun
 from farside.topics import TOPICS
 

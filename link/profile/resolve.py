@@ -2,15 +2,12 @@
 
 import math
 from bisect import bisect_right
-from collections.abc import Mapping, MutableMapping, Sequence
-from importlib import resources
-from importlib.resources.abc import Traversable
+from collections.abc import MutableMapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
 
-from farside.files import parse_toml, read_text
 from farside.frames import OutageReason
 from farside.link.profile.config import (
     Affected,
@@ -21,40 +18,23 @@ from farside.link.profile.config import (
     OneWay,
 )
 from farside.link.profile.impairments import LossModel
+from farside.link.profile.layers import (
+    RATE_KEYS,
+    LinkConfigError,
+    profile_table,
+    refused,
+    text_at,
+    with_preset,
+)
 from farside.link.profile.plans.contacts import ContactPlanError, LinkTables, gaps, link_tables
 from farside.link.profile.plans.hdtn import parse_hdtn
 from farside.link.profile.plans.ion import parse_ion
 from farside.link.profile.plans.traces import TraceError, parse_trace
-from farside.validation import Problem, did_you_mean, dotted, mismatches, shown
+from farside.validation import mismatches, shown
 
 _SCHEMA = msgspec.inspect.type_info(LinkConfig)
-_DELAY_KEYS = ("delay_s", "delay_table")
-_RATE_KEYS = ("rate_bit_s", "rate_table", "rate_trace")
 MAX_PASSES = 100_000
 """The most periodic passes in a run (project default)."""
-
-
-class LinkConfigError(ValueError):
-    """The description of a link is invalid. Its text is for people, one line per problem.
-
-    Attributes:
-        problems: what is wrong, by key from the top of the link's table.
-        source: the profile as it was named; empty for the table of a mission.
-    """
-
-    def __init__(self, *problems: Problem, source: str = "") -> None:
-        self.problems = problems
-        self.source = source
-        lines = (
-            ": ".join(part for part in (source, dotted(key), text) if part)
-            for key, text in problems
-        )
-        super().__init__("\n".join(lines))
-
-
-def preset_names() -> list[str]:
-    """Names of the profiles that come with Farside."""
-    return sorted(_presets())
 
 
 def load_profile(source: str | Path, duration_s: float) -> LinkConfig:
@@ -71,48 +51,10 @@ def load_profile(source: str | Path, duration_s: float) -> LinkConfig:
         LinkConfigError: if the file cannot be read, or is invalid. Nothing else is raised.
     """
     try:
-        config = _checked(with_preset(_profile_table(source)))
+        config = _checked(with_preset(profile_table(source)))
         return resolve_link(config, folder=Path(source).parent, duration_s=duration_s)
     except LinkConfigError as error:
         raise LinkConfigError(*error.problems, source=str(source)) from error
-
-
-def with_preset(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Merge a `[link]` table with the preset that it names, before either is checked.
-
-    The table wins, key by key. A key also replaces the preset's alternatives to it: a `delay_s`
-    replaces a `delay_table` or an ephemeris.
-
-    Returns:
-        the merged table without the key `preset`; the table as it was if `preset` is absent or not
-        a string.
-
-    Raises:
-        LinkConfigError: if there is no such preset.
-    """
-    name = table.get("preset")
-    if not isinstance(name, str):
-        return dict(table)
-    preset = _presets().get(name)
-    if preset is None:
-        raise _refused(("preset",), _no_such_preset(name, "the name of a preset"))
-    own = {key: value for key, value in table.items() if key != "preset"}
-    return merged(_without_replaced(_toml(preset.read_text("utf-8"), ("preset",)), own), own)
-
-
-def merged(preset: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
-    """`preset` overridden by `own`: tables key by key, arrays as a whole.
-
-    Tables of different models are not mixed: if `own` names another model, its table stands alone.
-    """
-    result = dict(preset)
-    for key, value in own.items():
-        match preset.get(key), value:
-            case dict(below), dict(table) if _are_of_one_model(below, table):
-                result[key] = merged(below, table)
-            case _:
-                result[key] = value
-    return result
 
 
 def resolve_link(
@@ -139,7 +81,7 @@ def resolve_link(
         LinkConfigError: if a file is invalid, or a direction has no delay or two.
     """
     if config.preset is not None:
-        raise _refused(("preset",), f"expected none left to read, found {shown(config.preset)}")
+        raise refused(("preset",), f"expected none left to read, found {shown(config.preset)}")
     _expect_one_delay(config)
     files = _Files(folder, {} if texts is None else texts)
     link = msgspec.structs.replace(
@@ -160,94 +102,14 @@ class _Files(NamedTuple):
 
     def text(self, name: str, key: tuple[str, ...]) -> str:
         if name not in self.texts:
-            self.texts[name] = _text(self.folder / name, key)
+            self.texts[name] = text_at(self.folder / name, key)
         return self.texts[name]
-
-
-def _profile_table(source: str | Path) -> dict[str, Any]:
-    path, name = Path(source), str(source)
-    if name in _presets() and not path.is_file():
-        return {"preset": name}
-    try:
-        return _toml(_text(path, ()), ())
-    except LinkConfigError as error:
-        if isinstance(error.__cause__, FileNotFoundError):
-            expected = "a profile file or the name of a preset"
-            raise _refused((), _no_such_preset(name, expected)) from error
-        raise
 
 
 def _checked(table: dict[str, Any]) -> LinkConfig:
     if problems := list(mismatches(table, _SCHEMA)):
         raise LinkConfigError(*problems)
     return msgspec.convert(table, LinkConfig)
-
-
-def _presets() -> dict[str, Traversable]:
-    folder = resources.files("farside.link.profile") / "presets"
-    return {
-        file.name.removesuffix(".toml"): file
-        for file in (folder.iterdir() if folder.is_dir() else ())
-        if file.name.endswith(".toml")
-    }
-
-
-def _no_such_preset(name: str, expected: str) -> str:
-    names = preset_names()
-    hint = did_you_mean(Path(name).stem, names)
-    return f"expected {expected} ({', '.join(names)}), found {shown(name)}{hint}"
-
-
-def _refused(key: tuple[str, ...], text: str) -> LinkConfigError:
-    return LinkConfigError(Problem(key, text))
-
-
-def _text(path: Path, key: tuple[str, ...]) -> str:
-    try:
-        return read_text(path)
-    except OSError as error:
-        why = f"expected a file, found: {shown(str(path))}: {error.strerror}"
-        raise _refused(key, why) from error
-    except ValueError as error:  # what it holds, or a path that can be none
-        raise _refused(key, f"{error}: {shown(str(path))}") from error
-
-
-def _toml(text: str, key: tuple[str, ...]) -> dict[str, Any]:
-    try:
-        return parse_toml(text)
-    except ValueError as error:
-        raise _refused(key, f"expected TOML, found: {error}") from error
-
-
-def _without_replaced(preset: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
-    """`preset` without the tables and keys to which `own` gives an alternative."""
-    own_ways = {way: set(_table(own.get(way))) for way in ("up", "down")}
-    left = dict(preset)
-    if "contacts" in own or any(keys.intersection(_DELAY_KEYS) for keys in own_ways.values()):
-        left.pop("ephemeris", None)
-    dropped = {
-        *(_DELAY_KEYS if "ephemeris" in own or "contacts" in own else ()),
-        *(_RATE_KEYS if "contacts" in own else ()),
-    }
-    for way, own_keys in own_ways.items():
-        replaced = set(dropped)
-        for keys in (_DELAY_KEYS, _RATE_KEYS):
-            if own_keys.intersection(keys):
-                replaced.update(keys)
-        left[way] = {
-            key: value
-            for key, value in _table(preset.get(way)).items()
-            if key in own_keys or key not in replaced
-        }
-    return left
-
-
-def _are_of_one_model(preset: Mapping[str, Any], own: Mapping[str, Any]) -> bool:
-    return "model" not in own or own["model"] == preset.get("model")
-
-
-def _table(value: object) -> dict[str, Any]:
-    return value if isinstance(value, dict) else {}
 
 
 def _expect_one_delay(config: LinkConfig) -> None:
@@ -259,7 +121,7 @@ def _expect_one_delay(config: LinkConfig) -> None:
         if len(given) != 1:
             found = " and ".join(given) or "none of them"
             text = f"expected one of delay_s, delay_table, ephemeris and contacts, found {found}"
-            raise _refused((way,), text)
+            raise refused((way,), text)
 
 
 def _with_trace(one_way: OneWay, way: str, files: _Files) -> OneWay:
@@ -268,14 +130,14 @@ def _with_trace(one_way: OneWay, way: str, files: _Files) -> OneWay:
         return one_way
     if (trace.file is None) == (not trace.times_ms):
         found = "both" if trace.file else "neither"
-        raise _refused(key, f"expected either file or times_ms, found {found}")
+        raise refused(key, f"expected either file or times_ms, found {found}")
     if trace.file is None:
         return one_way
     text = files.text(trace.file, (*key, "file"))
     try:
         times_ms = parse_trace(text, str(files.folder / trace.file))
     except TraceError as error:
-        raise _refused((*key, "file"), str(error)) from error
+        raise refused((*key, "file"), str(error)) from error
     trace = msgspec.structs.replace(trace, file=None, times_ms=times_ms)
     return msgspec.structs.replace(one_way, rate_trace=trace)
 
@@ -285,9 +147,9 @@ def _with_contacts(link: LinkConfig, files: _Files, duration_s: float) -> LinkCo
     if contacts is None:
         return link
     for way, one_way in (("up", link.up), ("down", link.down)):
-        if given := [key for key in _RATE_KEYS if getattr(one_way, key)]:
+        if given := [key for key in RATE_KEYS if getattr(one_way, key)]:
             text = f"expected the rate from contacts or from {given[0]}, found both"
-            raise _refused((way, given[0]), text)
+            raise refused((way, given[0]), text)
     tables = _contact_tables(contacts, files, duration_s)
     return msgspec.structs.replace(
         link,
@@ -305,11 +167,11 @@ def _contact_tables(contacts: ContactPlan, files: _Files, duration_s: float) -> 
     try:
         plan = parse(text, str(path))
     except ContactPlanError as error:
-        raise _refused(("contacts", "file"), str(error)) from error
+        raise refused(("contacts", "file"), str(error)) from error
     try:
         return link_tables(plan, contacts.ground, contacts.rover, duration_s)
     except ContactPlanError as error:
-        raise _refused(("contacts",), f"{path}: {error}") from error
+        raise refused(("contacts",), f"{path}: {error}") from error
 
 
 def _with_ephemeris(link: LinkConfig, duration_s: float) -> LinkConfig:
@@ -321,7 +183,7 @@ def _with_ephemeris(link: LinkConfig, duration_s: float) -> LinkConfig:
         up, down = delay_tables(link.ephemeris, duration_s)
         spans = conjunctions(link.ephemeris, duration_s)
     except EphemerisError as error:
-        raise _refused(("ephemeris",), str(error)) from error
+        raise refused(("ephemeris",), str(error)) from error
     conjunction = OutageReason.CONJUNCTION
     blackouts = (
         Blackout(start_s=start_s, end_s=end_s, direction=Affected.UP, reason=conjunction)
@@ -377,7 +239,7 @@ def _with_passes(link: LinkConfig, duration_s: float) -> LinkConfig:
         return link
     count = max(0, math.ceil((duration_s - passes.first_s) / passes.period_s))
     if count > MAX_PASSES:
-        raise _refused(
+        raise refused(
             ("passes", "period_s"),
             f"expected {MAX_PASSES} passes at most in {duration_s:g} s, found {count}",
         )

@@ -19,7 +19,8 @@ from farside.link.emulator import Emulator
 from farside.link.emulator.control import EmulatorState, WayCounters, WayState, alternatives_to
 from farside.link.emulator.relay import Metadata, Relay, open_side
 from farside.link.profile.config import LinkConfig, OneWay
-from farside.link.profile.resolve import LinkConfigError, load_profile
+from farside.link.profile.layers import LinkConfigError
+from farside.link.profile.resolve import load_profile
 from farside.missions.assignments import assign, read_assignments
 from farside.node import Direction, Role
 

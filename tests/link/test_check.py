@@ -23,7 +23,8 @@ from farside.link.profile.config import (
     Trace,
 )
 from farside.link.profile.impairments import FourState, GilbertElliott, Jitter, JitterShape, Reorder
-from farside.link.profile.resolve import load_profile, preset_names
+from farside.link.profile.layers import preset_names
+from farside.link.profile.resolve import load_profile
 from farside.node import Direction, Frame, Step
 
 DAYS_S = 200_000.0

@@ -6,17 +6,12 @@ from typing import Any
 
 import pytest
 
-from farside.link.profile import resolve
+from farside.link.profile import layers
 from farside.link.profile.config import (
     Trace,
 )
-from farside.link.profile.resolve import (
-    LinkConfigError,
-    load_profile,
-    merged,
-    preset_names,
-    with_preset,
-)
+from farside.link.profile.layers import LinkConfigError, merged, preset_names, with_preset
+from farside.link.profile.resolve import load_profile
 from farside.node import Direction
 
 DAY_S = 86400.0
@@ -28,7 +23,7 @@ def presets(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., No
     folder = tmp_path / "presets"
     folder.mkdir()
     found: dict[str, Path] = {}
-    monkeypatch.setattr(resolve, "_presets", lambda: found)
+    monkeypatch.setattr(layers, "_presets", lambda: found)
 
     def add(name: str, text: str) -> None:
         found[name] = folder / f"{name}.toml"

@@ -17,10 +17,8 @@ from farside.link.profile.config import (
     Trace,
 )
 from farside.link.profile.impairments import FourState, GilbertElliott
-from farside.link.profile.resolve import (
-    LinkConfigError,
-    resolve_link,
-)
+from farside.link.profile.layers import LinkConfigError
+from farside.link.profile.resolve import resolve_link
 from farside.link.profile.schedule import outages_of
 from farside.node import Direction, to_ns
 
