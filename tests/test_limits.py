@@ -10,10 +10,9 @@ from farside.files import MAX_FILE_BYTE, MAX_KEY_PARTS
 from farside.link.profile.resolve import MAX_PASSES
 from farside.logs.file.mcap_bytes import GREATEST_RECORD_BYTE
 from farside.missions.commands.dem_stream import MAX_LINE_BYTE
-from farside.missions.loading import MAX_PROBLEMS
 from farside.missions.schema import MAX_TICKS
 from farside.places import MAX_CELLS
-from farside.validation import MAX_ENTRIES
+from farside.validation import MAX_ENTRIES, MAX_PROBLEMS
 
 DOCS = Path(__file__).parents[1] / "docs"
 MIB = 2**20
