@@ -149,10 +149,9 @@ def test_after_the_end_of_a_trace_frames_wait_for_ever() -> None:
     assert list(sending(config, frames)) == [0]
 
 
-@pytest.mark.parametrize("times_ms", [(), (0,), (2, 1)])
-def test_a_trace_that_cannot_be_played_is_refused(times_ms: tuple[int, ...]) -> None:
-    with pytest.raises(ValueError, match="expected a trace of milliseconds in order"):
-        channel(traced(*times_ms))
+def test_a_trace_without_times_is_refused() -> None:
+    with pytest.raises(ValueError, match="expected the times of a trace, found none"):
+        channel(traced())
 
 
 def test_a_change_of_rate_applies_to_the_rest_of_the_frame_being_sent() -> None:
