@@ -13,7 +13,7 @@ from contextlib import suppress
 import msgspec
 import zenoh
 
-from farside.link.emulator.relay import open_session
+from farside.link.emulator.sides import open_session
 from farside.logs import LogFile
 from farside.logs.file.following import followed, start_of
 from farside.missions.commands.failures import print_error
