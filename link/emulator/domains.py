@@ -195,11 +195,13 @@ def _parse(text: str) -> zenoh.Config:
             return zenoh.Config.from_file(copy.name)
         except zenoh.ZError as error:
             said = str(error)
-            if (match := _MISTAKE.search(said) or _NO_JSON5.search(said)) is None:
+            mistake, no_json5 = _MISTAKE.search(said), _NO_JSON5.search(said)
+            if (match := mistake or no_json5) is None:
                 raise ValueError(in_words(error)) from error
             reason = one_line(_PLACE.sub("", match["text"]).replace('\\"', '"'), _MOST_SHOWN)
             where = f"line {match['line']}, column {match['column']}"
-            raise ValueError(f"{where}: {reason}") from error
+            what = reason if mistake else f"no valid JSON5: {reason}"
+            raise ValueError(f"{where}: {what}") from error
 
 
 def _value(config: zenoh.Config, key: str) -> object:
