@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from farside.link.profile.sky import light
 from farside.link.profile.config import Ephemeris
+from farside.link.profile.sky import light
 from farside.link.profile.sky.light import (
     BODIES,
     EphemerisError,
