@@ -172,6 +172,7 @@ def test_a_link_is_the_same_whichever_way_it_is_told(
         ),
         ({"down": {"overhead_byte": 10**9}}, "expected a whole number >= 0 and <= 65535, found"),
         ({"up": {"delay_s": 1e300}}, "up.delay_s: expected a number >= 0 and <= 1e+09, found 1e+3"),
+        ({"up": {"jitter": {"spread_s": 1, "correlation": 1}}}, "a number > -1 and < 1, found 1"),
         ({"up": {"lifetime_s": 1e300}}, "lifetime_s: expected a number > 0 and <= 1e+09, found 1e"),
         (
             {"up": {"jitter": {"spread_s": 1e300}}},
