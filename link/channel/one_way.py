@@ -215,7 +215,7 @@ class OneWayChannel:
         for index, impairment in impaired:
             if impairment.flips and delivered[index]:
                 payloads[index] = _flipped(payloads[index], impairment.flips)
-                flipped[index] = len(impairment.flips)
+                flipped[index] = impairment.flips.bit_count()
         sequences = [one.frame.sequence for one in sent]
         frames = map(Frame, repeat(self._direction), sequences, arrivals_ns, payloads)
         self._delivered.ends_ns.extend(compress(ends_ns, delivered))
@@ -272,11 +272,8 @@ def _changes_of(link: LinkConfig, direction: Direction) -> list[tuple[int, LinkC
     return sorted(((to_ns(change.at_s), change) for change in own), key=itemgetter(0))
 
 
-def _flipped(payload: bytes, bits: Sequence[int]) -> bytes:
-    flipped = bytearray(payload)
-    for bit in bits:
-        flipped[bit // 8] ^= 1 << bit % 8
-    return bytes(flipped)
+def _flipped(payload: bytes, bits: int) -> bytes:
+    return (int.from_bytes(payload, "little") ^ bits).to_bytes(len(payload), "little")
 
 
 def _impaired(transmissions: Sequence[Transmission]) -> list[tuple[int, Impairment]]:
