@@ -15,6 +15,7 @@ from farside.link.channel.chance import UNIMPAIRED, Impairment, RandomImpairment
 from farside.link.channel.outages import Outages
 from farside.link.channel.queueing import Transmission, Transmitter
 from farside.link.profile.config import LinkChange, LinkConfig, OneWay
+from farside.link.profile.layers import DELAY_KEYS
 from farside.link.profile.schedule import Delay, Outage, outages_of
 from farside.node import Direction, Frame, to_ns
 
@@ -62,7 +63,7 @@ class OneWayChannel:
         self.config = link.way(direction)
         self._least_delay_ns = self.config.least_delay_ns
         self._impairments = RandomImpairments(rng, self.config)
-        self._transmitter = Transmitter(self.config)
+        self._transmitter = Transmitter(self.config, *rng.spawn(1))
         self._delay = Delay(self.config)
         self._latest_ns = 0
         self._delivered = Departures([], [])
@@ -110,7 +111,7 @@ class OneWayChannel:
         self._impairments.configure(config)
         self._transmitter.change(now_ns, config)
         self._settle()
-        if (config.delay_s, config.delay_table) != (before.delay_s, before.delay_table):
+        if any(getattr(config, key) != getattr(before, key) for key in DELAY_KEYS):
             self._delay = Delay(config)
             # What is sent from now on may overtake what was sent before.
             self._latest_ns = 0
@@ -177,7 +178,7 @@ class OneWayChannel:
             self._decide(duplicated, _impaired(duplicated), copies_ns, copy=1)
 
     def _propagated_ns(self, ends_ns: Sequence[int]) -> list[int]:
-        if self.config.delay_table:
+        if not self._delay.is_constant:
             return [end_ns + self._delay.at(end_ns) for end_ns in ends_ns]
         delay_ns = self._least_delay_ns
         return [end_ns + delay_ns for end_ns in ends_ns]

@@ -23,12 +23,13 @@ import msgspec
 
 from farside.frames import OutageReason
 from farside.link.profile.config import Affected, OneWay
+from farside.link.profile.layers import DELAY_KEYS, RATE_KEYS
 from farside.node import Direction
 
 COUNTERS_KEY = "farside/link/counters"
 CONTROL_KEY = "farside/link/control"
 
-_ALTERNATIVES = (("delay_s", "delay_table"), ("rate_bit_s", "rate_table", "rate_trace"))
+_ALTERNATIVES = (DELAY_KEYS, RATE_KEYS)
 
 _decode_change = msgspec.json.Decoder(dict[str, dict[str, Any]]).decode
 

@@ -118,7 +118,7 @@ def test_a_loss_alone_in_a_gap_is_never_followed_by_another() -> None:
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.7, -0.5])
-@pytest.mark.parametrize("shape", JitterShape)
+@pytest.mark.parametrize("shape", [JitterShape.UNIFORM, JitterShape.EXPONENTIAL])
 def test_jitter_has_its_distribution_for_any_correlation(
     shape: JitterShape, correlation: float
 ) -> None:
