@@ -28,6 +28,9 @@ class Slotted:
 
     def __init__(self, rate: Rate, slots: Slots, rng: Generator) -> None:
         self._rate, self._random = rate, rng.random
+        self._is_constant = rate.constant_bit_s > 0
+        # How long work takes at a constant rate.
+        self._sending_ns: dict[int, int] = {}
         self._least_ns = to_ns(slots.min_s)
         self._range_ns = to_ns(slots.longest_s) - self._least_ns
         self._frames: float = slots.frames or math.inf
@@ -41,7 +44,7 @@ class Slotted:
         if time_ns < self._opens_ns:
             return self._opens_ns
         left = time_ns == self._free_ns and self._frames_left > 0 and self._work_left > 0
-        if left and self._rate.opens_ns(time_ns) == time_ns:
+        if left and (self._is_constant or self._rate.opens_ns(time_ns) == time_ns):
             return time_ns
         wait_ns = self._least_ns + round(self._random() * self._range_ns)
         self._opens_ns = self._free_ns = self._rate.opens_ns(time_ns + wait_ns)
@@ -52,7 +55,12 @@ class Slotted:
         """See `Rate.end_ns`."""
         self._frames_left -= 1
         self._work_left -= work
-        self._free_ns = self._rate.end_ns(start_ns, work)
+        if work in self._sending_ns:
+            self._free_ns = start_ns + self._sending_ns[work]
+        else:
+            self._free_ns = self._rate.end_ns(start_ns, work)
+            if self._is_constant:
+                self._sending_ns[work] = self._free_ns - start_ns
         return self._free_ns
 
     def remaining(self, start_ns: int, work: int, now_ns: int) -> int:

@@ -5,7 +5,7 @@ correlation. Delays are whole nanoseconds.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from farside.link.profile.impairments import TABLE_SCALE, Jitter, JitterShape
 from farside.node import to_ns
@@ -18,6 +18,7 @@ Sample = Callable[[Sequence[float]], list[int]]
 
 _SQRT_HALF = math.sqrt(0.5)
 _PARETO_SCALE, _PARETO_MEAN = 4 / 3, 1.5
+_PARETO_LEAST = _PARETO_SCALE * _PARETO_MEAN
 _PARETO_POWER = -1 / 3
 
 
@@ -37,23 +38,37 @@ def sampler(jitter: Jitter) -> Sample:
 def table_ns(jitter: Jitter) -> list[int]:
     """The delays of a distribution table, each as likely as any other, in order."""
     mean_ns, step_ns = to_ns(jitter.mean_s), to_ns(jitter.spread_s) / TABLE_SCALE
-    return [_clipped(mean_ns + step_ns * entry) for entry in sorted(jitter.table)]
+    return _clipped(mean_ns + step_ns * entry for entry in sorted(jitter.table))
 
 
 def deviation(shape: JitterShape, score: float) -> float:
-    """X of a shape that is a deviation without a table; see `JitterShape`."""
+    """The deviation x of a shape that has no table; see `JitterShape`."""
+    return _deviations(shape, [score])[0]
+
+
+def _deviations(shape: JitterShape, scores: Sequence[float]) -> Sequence[float]:
+    # In loops of their own, which is twice as fast as a call for each.
+    erfc, power = math.erfc, math.pow
     if shape is JitterShape.NORMAL:
-        return score
+        return scores
     # The probability of more, u, is ½·erfc(z/√2).
-    pareto = math.pow(0.5 * math.erfc(score * _SQRT_HALF), _PARETO_POWER) - _PARETO_MEAN
     if shape is JitterShape.PARETO:
-        return _PARETO_SCALE * pareto
-    # (z + 3·4/3·(…))/4
-    return 0.25 * score + pareto
+        return [
+            _PARETO_SCALE * power(0.5 * erfc(score * _SQRT_HALF), _PARETO_POWER) - _PARETO_LEAST
+            for score in scores
+        ]
+    # (z + 3·4/3·(u^(−1/3) − 3/2))/4
+    return [
+        0.25 * score + power(0.5 * erfc(score * _SQRT_HALF), _PARETO_POWER) - _PARETO_MEAN
+        for score in scores
+    ]
 
 
-def _clipped(delay_ns: float) -> int:
-    return round(min(max(delay_ns, 0.0), GREATEST_NS))
+def _clipped(delays_ns: Iterable[float]) -> list[int]:
+    return [
+        round(delay_ns) if 0.0 < delay_ns < GREATEST_NS else 0 if delay_ns <= 0 else GREATEST_NS
+        for delay_ns in delays_ns
+    ]
 
 
 def _uniform(jitter: Jitter) -> Sample:
@@ -72,9 +87,9 @@ def _exponential(jitter: Jitter) -> Sample:
 
 def _centred(jitter: Jitter) -> Sample:
     mean_ns, spread_ns, shape = to_ns(jitter.mean_s), to_ns(jitter.spread_s), jitter.shape
-    return lambda scores: [
-        _clipped(mean_ns + spread_ns * deviation(shape, score)) for score in scores
-    ]
+    return lambda scores: _clipped(
+        [mean_ns + spread_ns * deviation for deviation in _deviations(shape, scores)]
+    )
 
 
 def _from_table(jitter: Jitter) -> Sample:
