@@ -5,6 +5,7 @@ import math
 from numpy.random import Generator
 
 from farside.link.profile.impairments import Slots
+from farside.link.profile.jitter import sampler
 from farside.link.profile.rate import Rate
 from farside.node import NS_PER_S, to_ns
 
@@ -27,12 +28,13 @@ class Slotted:
     constant_bit_s = 0.0
 
     def __init__(self, rate: Rate, slots: Slots, rng: Generator) -> None:
-        self._rate, self._random = rate, rng.random
+        self._rate, self._rng = rate, rng
         self._is_constant = rate.constant_bit_s > 0
         # How long work takes at a constant rate.
         self._sending_ns: dict[int, int] = {}
         self._least_ns = to_ns(slots.min_s)
-        self._range_ns = to_ns(slots.longest_s) - self._least_ns
+        self._range_ns = to_ns(slots.greatest_s) - self._least_ns
+        self._sample = None if slots.wait is None else sampler(slots.wait)
         self._frames: float = slots.frames or math.inf
         self._work: float = slots.bytes * _WORK_PER_BYTE if slots.bytes else math.inf
         # When the latest slot opens, when the last frame in it has left, and what may still pass.
@@ -46,8 +48,7 @@ class Slotted:
         left = time_ns == self._free_ns and self._frames_left > 0 and self._work_left > 0
         if left and (self._is_constant or self._rate.opens_ns(time_ns) == time_ns):
             return time_ns
-        wait_ns = self._least_ns + round(self._random() * self._range_ns)
-        self._opens_ns = self._free_ns = self._rate.opens_ns(time_ns + wait_ns)
+        self._opens_ns = self._free_ns = self._rate.opens_ns(time_ns + self._wait_ns())
         self._frames_left, self._work_left = self._frames, self._work
         return self._opens_ns
 
@@ -62,6 +63,11 @@ class Slotted:
             if self._is_constant:
                 self._sending_ns[work] = self._free_ns - start_ns
         return self._free_ns
+
+    def _wait_ns(self) -> int:
+        if self._sample is None:
+            return self._least_ns + round(self._rng.random() * self._range_ns)
+        return self._sample([float(self._rng.standard_normal())])[0]
 
     def remaining(self, start_ns: int, work: int, now_ns: int) -> int:
         """See `Rate.remaining`."""

@@ -187,27 +187,35 @@ class Slots(Section, frozen=True):
     Attributes:
         min_s: the shortest wait for a slot.
         max_s: the longest one; `min_s` where absent.
+        wait: a distribution of the waits in place of both limits; they are not correlated.
         frames: how many frames pass in a slot at most; any number where absent.
         bytes: a slot ends with the frame that brings it to this many bytes, overhead included.
 
     Raises:
-        ValueError: if the longest wait is 0, or shorter than the shortest.
+        ValueError: if the longest wait is 0 or shorter than the shortest, or if waits are given in
+            two ways, or are correlated.
     """
 
-    min_s: NonNegative
+    min_s: NonNegative = 0.0
     max_s: NonNegative | None = None
+    wait: Jitter | None = None
     frames: Count | None = None
     bytes: Count | None = None
 
     def __post_init__(self) -> None:
-        longest_s = self.longest_s
-        if longest_s == 0 or longest_s < self.min_s:
-            found = f"min_s = {self.min_s:g} and max_s = {longest_s:g}"
+        if self.wait is not None:
+            if self.min_s or self.max_s is not None:
+                raise ValueError("expected either min_s and max_s or wait, found both")
+            if self.wait.correlation:
+                found = f"{self.wait.correlation:g}"
+                raise ValueError(f"expected waits without correlation, found {found}")
+        elif self.greatest_s == 0 or self.greatest_s < self.min_s:
+            found = f"min_s = {self.min_s:g} and max_s = {self.greatest_s:g}"
             raise ValueError(f"expected max_s above 0, and min_s or more, found {found}")
 
     @property
-    def longest_s(self) -> float:
-        """The longest wait for a slot."""
+    def greatest_s(self) -> float:
+        """The longest wait for a slot by its limits."""
         return self.min_s if self.max_s is None else self.max_s
 
 

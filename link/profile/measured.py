@@ -7,7 +7,7 @@ from typing import NamedTuple
 import msgspec
 
 from farside.link.profile.config import AfterLast, LinkChange, OneWay
-from farside.link.profile.impairments import Jitter
+from farside.link.profile.impairments import Jitter, Slots
 from farside.link.profile.layers import refused, text_at
 from farside.link.profile.plans.delays import DelayFileError, parse_delays
 from farside.link.profile.plans.dist import DistributionError, parse_distribution
@@ -46,8 +46,7 @@ def with_tables(one_way: OneWay, key: Key, files: Files) -> OneWay:
     """
     one_way = _with_rates(one_way, key, files)
     one_way = _with_delays(one_way, key, files)
-    jitter = _with_distribution(one_way.jitter, key, files)
-    return msgspec.structs.replace(one_way, jitter=jitter)
+    return msgspec.structs.replace(one_way, **_random_tables(one_way, key, files))
 
 
 def change_with_tables(change: LinkChange, key: Key, files: Files) -> LinkChange:
@@ -56,8 +55,7 @@ def change_with_tables(change: LinkChange, key: Key, files: Files) -> LinkChange
     Raises:
         LinkConfigError: if a file cannot be read, or is invalid.
     """
-    jitter = _with_distribution(change.jitter, key, files)
-    return msgspec.structs.replace(change, jitter=jitter)
+    return msgspec.structs.replace(change, **_random_tables(change, key, files))
 
 
 def _with_rates(one_way: OneWay, key: Key, files: Files) -> OneWay:
@@ -96,10 +94,21 @@ def _with_delays(one_way: OneWay, key: Key, files: Files) -> OneWay:
     return msgspec.structs.replace(one_way, delay_trace=trace)
 
 
-def _with_distribution(jitter: Jitter | None, key: Key, files: Files) -> Jitter | None:
-    if jitter is None or jitter.file is None:
+def _random_tables(of: OneWay | LinkChange, key: Key, files: Files) -> dict[str, Jitter | Slots]:
+    """Jitter and slots, as far as there are any, with the tables that they name as files."""
+    found: dict[str, Jitter | Slots] = {}
+    if of.jitter is not None:
+        found["jitter"] = _with_distribution(of.jitter, (*key, "jitter"), files)
+    if of.slots is not None and of.slots.wait is not None:
+        wait = _with_distribution(of.slots.wait, (*key, "slots", "wait"), files)
+        found["slots"] = msgspec.structs.replace(of.slots, wait=wait)
+    return found
+
+
+def _with_distribution(jitter: Jitter, key: Key, files: Files) -> Jitter:
+    if jitter.file is None:
         return jitter
-    key = (*key, "jitter", "file")
+    key = (*key, "file")
     text = files.text(jitter.file, key)
     try:
         table = parse_distribution(text, str(files.folder / jitter.file))

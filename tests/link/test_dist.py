@@ -1,15 +1,20 @@
 """Distribution tables of tc-netem."""
 
 from pathlib import Path
+from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from farside.link.profile.impairments import JitterShape
+from farside.link import LinkConfig
+from farside.link.profile.impairments import Jitter, JitterShape, Slots
 from farside.link.profile.jitter import deviation
+from farside.link.profile.layers import LinkConfigError
 from farside.link.profile.plans.dist import DistributionError, parse_distribution
+from farside.link.profile.resolve import resolve_link
 
 TC = Path("/usr/lib/x86_64-linux-gnu/tc")
 
@@ -69,3 +74,38 @@ def test_the_shapes_are_those_of_the_tables_that_come_with_tc(shape: str) -> Non
     entries = range(200, 3900, 50)
     own = [deviation(JitterShape(shape), float(special.ndtri(n / len(table)))) for n in entries]
     assert np.array(own) == pytest.approx(np.array([table[n] for n in entries]) / 8192, abs=2e-3)
+
+
+def test_files_are_read_wherever_a_distribution_can_be_given(tmp_path: Path) -> None:
+    (tmp_path / "a.dist").write_text("-8192 8192\n")
+    table = {"shape": "table", "spread_s": 0.1, "mean_s": 0.2, "file": "a.dist"}
+    tables = {
+        "up": {"delay_s": 1.0, "jitter": table, "slots": {"wait": table}},
+        "down": {"delay_s": 1.0},
+        "changes": [{"at_s": 9.0, "jitter": table, "slots": {"wait": table, "frames": 2}}],
+    }
+    link = resolve_link(msgspec.convert(tables, LinkConfig), folder=tmp_path, duration_s=9.0)
+    read = Jitter(spread_s=0.1, shape=JitterShape.TABLE, mean_s=0.2, table=(-8192, 8192))
+    assert (link.up.jitter, link.up.slots) == (read, Slots(wait=read))
+    assert (link.changes[0].jitter, link.changes[0].slots) == (read, Slots(wait=read, frames=2))
+    assert resolve_link(link, folder=tmp_path, duration_s=9.0) == link
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"jitter": {"spread_s": 1, "shape": "table", "file": "no"}}, "changes.0.jitter.file: exp"),
+        (
+            {"slots": {"wait": {"spread_s": 1, "shape": "table", "file": "b.dist"}}},
+            "changes.0.slots.wait.file: .*b.dist, line 1: expected whole numbers",
+        ),
+    ],
+)
+def test_a_file_that_is_no_table_is_refused_by_its_key(
+    tmp_path: Path, change: dict[str, Any], words: str
+) -> None:
+    (tmp_path / "b.dist").write_text("0.5\n")
+    way = {"delay_s": 1.0}
+    tables = {"up": way, "down": way, "changes": [{"at_s": 9.0} | change]}
+    with pytest.raises(LinkConfigError, match=words):
+        resolve_link(msgspec.convert(tables, LinkConfig), folder=tmp_path, duration_s=9.0)

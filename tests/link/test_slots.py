@@ -13,7 +13,7 @@ from scipy import stats  # type: ignore[import-untyped]
 from farside.frames import Fate
 from farside.link import OneWay
 from farside.link.profile.config import LinkChange, RateStep, Trace
-from farside.link.profile.impairments import Slots
+from farside.link.profile.impairments import Jitter, JitterShape, Slots
 from farside.node import Frame, to_ns, to_s
 
 
@@ -124,6 +124,20 @@ def test_bursts_are_seen_at_the_other_end() -> None:
     assert sum(sizes) == 60
     assert max(sizes) > 2
     assert max(sizes) <= 5
+
+
+def test_waits_have_the_distribution_given() -> None:
+    wait = Jitter(spread_s=0.5, shape=JitterShape.NORMAL, mean_s=3.0)
+    found = left_s(at(*(10.0 * n for n in range(1, 400))), Slots(wait=wait))
+    waits = [left - 10.0 * (n + 1) for n, left in found.items()]
+    assert stats.kstest(waits, stats.norm(3.0, 0.5).cdf).pvalue > 1e-4
+
+
+def test_waits_of_two_kinds_or_with_a_memory_are_refused() -> None:
+    with pytest.raises(ValueError, match="expected either min_s and max_s or wait, found both"):
+        Slots(min_s=1.0, wait=Jitter(spread_s=1.0))
+    with pytest.raises(ValueError, match=r"expected waits without correlation, found 0\.5"):
+        Slots(wait=Jitter(spread_s=1.0, correlation=0.5))
 
 
 @pytest.mark.parametrize(("min_s", "max_s"), [(0.0, None), (2.0, 1.0), (0.0, 0.0)])
