@@ -18,7 +18,8 @@ from numpy.typing import NDArray
 
 from farside.frames import Fate
 from farside.link.profile.config import BitErrorEffect, OneWay
-from farside.link.profile.impairments import Jitter, JitterShape, LossModel
+from farside.link.profile.impairments import Jitter, LossModel
+from farside.link.profile.jitter import Sample, sampler
 from farside.link.profile.loss import LossChain
 from farside.node import Frame, to_ns
 
@@ -28,7 +29,6 @@ _BLOCK_BIT = 1 << 21
 _MANY = 0.02
 _FEW = 16
 _SKIP_BLOCK = 1 << 16
-_SQRT_HALF = math.sqrt(0.5)
 
 
 class Impairment(msgspec.Struct, gc=False):
@@ -135,12 +135,46 @@ class LossProcess:
         return _indices(losses < np.array(in_force).repeat(runs))
 
 
+class CorrelatedHits:
+    """Which frames are hit with probability p, with correlation c between successive ones.
+
+    A frame is hit if its random number is below p·(1 − c), or below p·(1 − c) + c if the frame
+    before was hit; below p if there is none before. So without correlation one is as another.
+    """
+
+    def __init__(self, rng: Generator) -> None:
+        self._stream = Stream(rng.random)
+        self._was_hit: bool | None = None
+
+    def draw(self, probability: float, correlation: float, count: int) -> list[int]:
+        """Indices of the next `count` frames that are hit."""
+        if not probability or not correlation:
+            self._was_hit = None
+            return _hits(self._stream, probability, count)
+        numbers = self._stream.take(count)
+        fresh = probability * (1 - correlation)
+        again = fresh + correlation
+        hit = numbers < min(fresh, again)
+        decided = hit | (numbers >= max(fresh, again))
+        if self._was_hit is None:
+            hit[0], decided[0] = numbers[0] < probability, True
+        # The others are as the frame before, or the opposite where correlation is negative.
+        places = np.arange(count)
+        last = np.maximum.accumulate(np.where(decided, places, -1))
+        before = np.where(last >= 0, hit[last], bool(self._was_hit))
+        hit = before ^ ((correlation < 0) & ((places - last) % 2 == 1))
+        self._was_hit = bool(hit[-1])
+        return _indices(hit)
+
+
 class JitterProcess:
-    """Jitter: correlated from frame to frame, of either shape (a Gaussian copula)."""
+    """Jitter of any shape, correlated from frame to frame (a Gaussian copula)."""
 
     def __init__(self, rng: Generator) -> None:
         self._noise = Stream(rng.standard_normal)
         self._score: float | None = None
+        self._jitter: Jitter | None = None
+        self._sample: Sample = _no_jitter
 
     def draw(
         self, jitter: Jitter | None, count: int, indices: Sequence[int] | None = None
@@ -150,16 +184,12 @@ class JitterProcess:
             self._noise.skip(count)
             self._score = None
             return [0] * (count if indices is None else len(indices))
-        spread_ns, erfc, log = to_ns(jitter.spread_s), math.erfc, math.log
+        if jitter is not self._jitter:
+            self._jitter, self._sample = jitter, sampler(jitter)
         scores = self._scores(jitter.correlation, count)
         if indices is not None:
             scores = [scores[index] for index in indices]
-        if jitter.shape is JitterShape.UNIFORM:
-            # spread · Φ(x)
-            half_ns, scale = spread_ns * 0.5, -_SQRT_HALF
-            return [round(half_ns * erfc(score * scale)) for score in scores]
-        # −spread · ln(1 − Φ(x))
-        return [round(-spread_ns * log(0.5 * erfc(score * _SQRT_HALF))) for score in scores]
+        return self._sample(scores)
 
     def _scores(self, correlation: float, count: int) -> list[float]:
         noise = self._noise.take(count)
@@ -258,6 +288,10 @@ def _with_bits(places: NDArray[np.int64], bits: int) -> int:
     return int.from_bytes(octets.tobytes(), "little")
 
 
+def _no_jitter(scores: Sequence[float]) -> list[int]:
+    return [0] * len(scores)
+
+
 def _hits(stream: Stream, probability: float, count: int) -> list[int]:
     """Indices of the next `count` frames that are hit, each with this probability."""
     if not probability:
@@ -283,7 +317,7 @@ class RandomImpairments:
         # The order says which child serves which purpose, so it is part of what a seed means.
         steps, losses, hold, duplicate, jitter, copy, *bits = rng.spawn(10)
         self._loss = LossProcess(steps, losses)
-        self._hold = Stream(hold.random)
+        self._hold = CorrelatedHits(hold)
         self._duplicate = Stream(duplicate.random)
         self._jitter = JitterProcess(jitter)
         self._copy = JitterProcess(copy)
@@ -315,11 +349,9 @@ class RandomImpairments:
 
     def _hold_back(self, found: defaultdict[int, Impairment], count: int) -> None:
         reorder = self._config.reorder
-        if reorder is None:
-            self._hold.skip(count)
-            return
-        hold_ns = to_ns(reorder.hold_s)
-        for index in _hits(self._hold, reorder.share, count):
+        share, correlation = (reorder.share, reorder.correlation) if reorder else (0.0, 0.0)
+        hold_ns = to_ns(reorder.hold_s) if reorder else 0
+        for index in self._hold.draw(share, correlation, count):
             found[index].hold_ns = hold_ns
 
     def _duplicate_some(self, found: defaultdict[int, Impairment], count: int) -> None:

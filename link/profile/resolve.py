@@ -4,26 +4,25 @@ import math
 from bisect import bisect_right
 from collections.abc import MutableMapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 import msgspec
 
 from farside.frames import OutageReason
 from farside.link.profile.config import (
+    DELAY_KEYS,
     RATE_KEYS,
     Affected,
     Blackout,
     ContactPlan,
     LinkChange,
     LinkConfig,
-    OneWay,
 )
 from farside.link.profile.impairments import LossModel
-from farside.link.profile.layers import refused, text_at
+from farside.link.profile.layers import refused
+from farside.link.profile.measured import Files, change_with_tables, with_tables
 from farside.link.profile.plans.contacts import ContactPlanError, LinkTables, gaps, link_tables
 from farside.link.profile.plans.hdtn import parse_hdtn
 from farside.link.profile.plans.ion import parse_ion
-from farside.link.profile.plans.traces import TraceError, parse_trace
 from farside.validation import shown
 
 MAX_PASSES = 100_000
@@ -49,8 +48,8 @@ def resolve_link(
         may_lack_delay: whether a direction may be without a delay, which is then 0.
 
     Returns:
-        a link without `preset`, `ephemeris`, `passes`, `contacts` and `rate_trace.file`, with a
-        delay for each direction. Resolving it again changes nothing.
+        a link without `preset`, `ephemeris`, `passes`, `contacts` and files, with a delay for each
+        direction. Resolving it again changes nothing.
 
     Raises:
         LinkConfigError: if a file is invalid, or a direction has no delay or two.
@@ -58,60 +57,35 @@ def resolve_link(
     if config.preset is not None:
         raise refused(("preset",), f"expected none left to read, found {shown(config.preset)}")
     _expect_one_delay(config, least=0 if may_lack_delay else 1)
-    files = _Files(folder, {} if texts is None else texts)
+    files = Files(folder, {} if texts is None else texts)
     link = msgspec.structs.replace(
         config,
-        up=_with_trace(config.up, "up", files),
-        down=_with_trace(config.down, "down", files),
+        up=with_tables(config.up, ("up",), files),
+        down=with_tables(config.down, ("down",), files),
+        changes=tuple(
+            change_with_tables(change, ("changes", str(index)), files)
+            for index, change in enumerate(config.changes)
+        ),
     )
     link = _with_contacts(link, files, duration_s)
     link = _with_ephemeris(link, duration_s)
     return _with_passes(link, duration_s)
 
 
-class _Files(NamedTuple):
-    """The files that a link names: what of them was read so far, and the folder of the rest."""
-
-    folder: Path
-    texts: MutableMapping[str, str]
-
-    def text(self, name: str, key: tuple[str, ...]) -> str:
-        if name not in self.texts:
-            self.texts[name] = text_at(self.folder / name, key)
-        return self.texts[name]
-
-
 def _expect_one_delay(config: LinkConfig, least: int) -> None:
     for way, one_way in (("up", config.up), ("down", config.down)):
         given = [f"{way}.delay_s"] if one_way.delay_s is not None else []
-        given += [f"{way}.delay_table"] if one_way.delay_table else []
+        given += [f"{way}.{key}" for key in DELAY_KEYS[1:] if getattr(one_way, key)]
         given += ["ephemeris"] if config.ephemeris else []
         given += ["contacts"] if config.contacts else []
         if not least <= len(given) <= 1:
             found = " and ".join(given) or "none of them"
-            text = f"expected one of delay_s, delay_table, ephemeris and contacts, found {found}"
+            expected = ", ".join((*DELAY_KEYS, "ephemeris"))
+            text = f"expected one of {expected} and contacts, found {found}"
             raise refused((way,), text)
 
 
-def _with_trace(one_way: OneWay, way: str, files: _Files) -> OneWay:
-    trace, key = one_way.rate_trace, (way, "rate_trace")
-    if trace is None:
-        return one_way
-    if (trace.file is None) == (not trace.times_ms):
-        found = "both" if trace.file else "neither"
-        raise refused(key, f"expected either file or times_ms, found {found}")
-    if trace.file is None:
-        return one_way
-    text = files.text(trace.file, (*key, "file"))
-    try:
-        times_ms = parse_trace(text, str(files.folder / trace.file))
-    except TraceError as error:
-        raise refused((*key, "file"), str(error)) from error
-    trace = msgspec.structs.replace(trace, file=None, times_ms=times_ms)
-    return msgspec.structs.replace(one_way, rate_trace=trace)
-
-
-def _with_contacts(link: LinkConfig, files: _Files, duration_s: float) -> LinkConfig:
+def _with_contacts(link: LinkConfig, files: Files, duration_s: float) -> LinkConfig:
     contacts = link.contacts
     if contacts is None:
         return link
@@ -129,7 +103,7 @@ def _with_contacts(link: LinkConfig, files: _Files, duration_s: float) -> LinkCo
     )
 
 
-def _contact_tables(contacts: ContactPlan, files: _Files, duration_s: float) -> LinkTables:
+def _contact_tables(contacts: ContactPlan, files: Files, duration_s: float) -> LinkTables:
     path = files.folder / contacts.file
     text = files.text(contacts.file, ("contacts", "file"))
     parse = parse_hdtn if path.suffix.lower() == ".json" else parse_ion
