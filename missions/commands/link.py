@@ -68,7 +68,8 @@ def show_light_time(
     farside link light-time 2026-11-28 --horizons vectors.txt
     """
     if horizons is None:
-        named, date = body, epoch
+        named: str | None = body
+        date = epoch
     else:
         named, date = (None, body) if epoch is None else (body, epoch)
     if date is None:
