@@ -1,22 +1,15 @@
 """Resolves a link to plain tables: presets, files and ephemerides are read here."""
 
-from collections.abc import MutableMapping
+from collections.abc import MutableMapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import msgspec
 
 from farside.frames import OutageReason
-from farside.link.profile.config import Blackout, LinkConfig, OneWay
-from farside.link.profile.layers import (
-    RATE_KEYS,
-    LinkConfigError,
-    profile_table,
-    refused,
-    text_at,
-    with_preset,
-)
+from farside.link.profile.config import RATE_KEYS, Blackout, LinkConfig, OneWay
+from farside.link.profile.layers import refused, text_at
 from farside.link.profile.plans.contacts import (
     ContactPlanError,
     KnownLightTimes,
@@ -29,34 +22,16 @@ from farside.link.profile.plans.hdtn import parse_hdtn
 from farside.link.profile.plans.ion import parse_ion
 from farside.link.profile.plans.times import Window, count_of, gaps_between, placed
 from farside.link.profile.plans.traces import TraceError, parse_trace
-from farside.validation import mismatches, shown
+from farside.validation import shown
 
 if TYPE_CHECKING:
+    from farside.link.profile.sky.positions import Orbit
     from farside.link.profile.sky.sky import Sky
 
-_SCHEMA = msgspec.inspect.type_info(LinkConfig)
+    Kernels = MutableMapping[str, Sequence[Orbit]]
+
 MAX_PASSES = 1_000_000
 """The most periodic passes whose outages are in memory at a time (project default)."""
-
-
-def load_profile(source: str | Path, duration_s: float) -> LinkConfig:
-    """Read a profile: a TOML file like the `[link]` table of a mission, or a preset.
-
-    Args:
-        source: path of the file, or the name of a preset; a file of that name comes first.
-        duration_s: how much simulated time the tables have to cover.
-
-    Returns:
-        the link, resolved.
-
-    Raises:
-        LinkConfigError: if the file cannot be read, or is invalid. Nothing else is raised.
-    """
-    try:
-        config = _checked(with_preset(profile_table(source)))
-        return resolve_link(config, folder=Path(source).parent, window=Window.of(duration_s))
-    except LinkConfigError as error:
-        raise LinkConfigError(*error.problems, source=str(source)) from error
 
 
 def resolve_link(
@@ -65,6 +40,8 @@ def resolve_link(
     folder: Path,
     window: Window,
     texts: MutableMapping[str, str] | None = None,
+    kernels: "Kernels | None" = None,
+    may_lack_delay: bool = False,
 ) -> LinkConfig:
     """Replace all that names a file, a plan, passes or an ephemeris by plain tables.
 
@@ -74,6 +51,8 @@ def resolve_link(
         window: the simulated time that the tables have to cover.
         texts: of the files that the link names, by that name: what is there is not read from
             `folder`, and what is read from there is put in.
+        kernels: likewise of the orbits in the kernels that it names.
+        may_lack_delay: whether a direction may be without a delay, which is then 0.
 
     Returns:
         a link without `preset`, `start`, `ephemeris`, `passes`, `contacts` and `rate_trace.file`,
@@ -84,21 +63,41 @@ def resolve_link(
     """
     if config.preset is not None:
         raise refused(("preset",), f"expected none left to read, found {shown(config.preset)}")
-    _expect_one_delay(config)
-    files = _Files(folder, {} if texts is None else texts)
+    _expect_one_delay(config, least=0 if may_lack_delay else 1)
+    files = _Files(folder, {} if texts is None else texts, {} if kernels is None else kernels)
     link = msgspec.structs.replace(
         config,
         up=_with_trace(config.up, "up", files),
         down=_with_trace(config.down, "down", files),
     )
-    start = _start_of(link)
-    plan = _plan_of(link, files, start)
-    if start is None and plan is not None and plan.zero is not None:
-        start = datetime.fromtimestamp(plan.zero, UTC)
+    start, plan = _begun(link, files)
     sky = _sky_of(link, files, start)
     link = _with_sky(link, sky, window)
     link = _with_contacts(link, plan, files, window, sky)
     return msgspec.structs.replace(_with_passes(link, window), start=None)
+
+
+class LightEnd(NamedTuple):
+    """Where the light times of an ephemeris end: in simulated time, and as a date in UTC."""
+
+    at_s: float
+    date: str
+
+
+def light_end(
+    config: LinkConfig, *, folder: Path, texts: MutableMapping[str, str], kernels: "Kernels"
+) -> LightEnd | None:
+    """The end of a link's ephemeris; `None` if it has none. Arguments as of `resolve_link`.
+
+    Raises:
+        LinkConfigError: if a file is invalid.
+    """
+    if config.ephemeris is None:
+        return None
+    files = _Files(folder, texts, kernels)
+    start, _ = _begun(config, files)
+    sky = _sky_of(config, files, start)
+    return None if sky is None else LightEnd(sky.last_s, sky.last_date)
 
 
 class _Files(NamedTuple):
@@ -106,6 +105,15 @@ class _Files(NamedTuple):
 
     folder: Path
     texts: MutableMapping[str, str]
+    kernels: "Kernels"
+
+    def orbits(self, name: str) -> "Sequence[Orbit]":
+        """The orbits of a kernel; raises `EphemerisError` if it is none."""
+        from farside.link.profile.sky.kernels import kernel_orbits  # noqa: PLC0415
+
+        if name not in self.kernels:
+            self.kernels[name] = kernel_orbits(self.folder / name)
+        return self.kernels[name]
 
     def text(self, name: str, key: tuple[str, ...]) -> str:
         if name not in self.texts:
@@ -113,18 +121,13 @@ class _Files(NamedTuple):
         return self.texts[name]
 
 
-def _checked(table: dict[str, Any]) -> LinkConfig:
-    if problems := list(mismatches(table, _SCHEMA)):
-        raise LinkConfigError(*problems)
-    return msgspec.convert(table, LinkConfig)
-
-
-def _expect_one_delay(config: LinkConfig) -> None:
+def _expect_one_delay(config: LinkConfig, least: int) -> None:
     for way, one_way in (("up", config.up), ("down", config.down)):
         given = [f"{way}.delay_s"] if one_way.delay_s is not None else []
         given += [f"{way}.delay_table"] if one_way.delay_table else []
         given += ["ephemeris"] if config.ephemeris else []
-        if len(given) > 1 or not (given or config.contacts):
+        most_lacking = least if config.contacts is None else 0
+        if not most_lacking <= len(given) <= 1:
             found = " and ".join(given) or "none of them"
             text = f"expected one of delay_s, delay_table, ephemeris and contacts, found {found}"
             raise refused((way,), text)
@@ -146,6 +149,15 @@ def _with_trace(one_way: OneWay, way: str, files: _Files) -> OneWay:
         raise refused((*key, "file"), str(error)) from error
     trace = msgspec.structs.replace(trace, file=None, times_ms=times_ms)
     return msgspec.structs.replace(one_way, rate_trace=trace)
+
+
+def _begun(link: LinkConfig, files: _Files) -> tuple[datetime | None, Plan | None]:
+    """The date at simulated time 0, and the contact plan counted from it, if there are any."""
+    start = _start_of(link)
+    plan = _plan_of(link, files, start)
+    if start is None and plan is not None and plan.zero is not None:
+        start = datetime.fromtimestamp(plan.zero, UTC)
+    return start, plan
 
 
 def _start_of(link: LinkConfig) -> datetime | None:
@@ -245,7 +257,7 @@ def _sky_of(link: LinkConfig, files: _Files, start: datetime | None) -> "Sky | N
         return files.text(name, ("ephemeris", "horizons"))
 
     try:
-        return sky_of(link.ephemeris, start, files.folder, text_of)
+        return sky_of(link.ephemeris, start, text_of, files.orbits)
     except EphemerisError as error:
         raise refused(("ephemeris",), str(error)) from error
 

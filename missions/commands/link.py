@@ -11,6 +11,7 @@ from rich.table import Table
 from farside.link.profile.config import Ephemeris
 from farside.link.profile.layers import LinkConfigError, text_at
 from farside.link.profile.sky.dates import parsed_date
+from farside.link.profile.sky.kernels import kernel_orbits
 from farside.link.profile.sky.light import LightTime, light_time
 from farside.link.profile.sky.positions import EphemerisError
 from farside.link.profile.sky.sky import BODIES, sky_of
@@ -76,7 +77,9 @@ def show_light_time(
         raise typer.BadParameter("expected a date after the body, found none", param_hint="EPOCH")
     table = Ephemeris(body=named, center=center, kernel=tuple(kernel or ()), horizons=horizons)
     try:
-        found = light_time(sky_of(table, parsed_date(date), Path(), _text))
+        found = light_time(
+            sky_of(table, parsed_date(date), _text, lambda name: kernel_orbits(Path(name)))
+        )
     except ValueError as error:
         raise EphemerisError(str(error)) from error
     if json:

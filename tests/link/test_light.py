@@ -5,7 +5,6 @@ import sys
 from collections.abc import Sequence
 from datetime import UTC, datetime, timedelta
 from itertools import pairwise
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,7 +23,7 @@ MARS = Ephemeris(body="mars", epoch=BEGIN.isoformat(), conjunction_deg=2.2)
 
 def sky(ephemeris: Ephemeris) -> Sky:
     """What it describes, without a file."""
-    return sky_of(ephemeris, parsed_date(ephemeris.epoch or ""), Path(), str)
+    return sky_of(ephemeris, parsed_date(ephemeris.epoch or ""), str, lambda _: [])
 
 
 def light_time(body: str, epoch: str) -> LightTime:
@@ -113,7 +112,6 @@ def test_with_outdated_leap_seconds_nothing_is_downloaded_and_nobody_is_warned()
 import sys
 from astropy.time import Time
 from astropy.utils import iers
-from pathlib import Path
 from farside.link.profile.config import Ephemeris
 from farside.link.profile.sky.dates import parsed_date
 from farside.link.profile.sky.light import light_time
@@ -123,7 +121,7 @@ far = Time("2099-01-01", scale="tai")
 fetched = []
 iers.LeapSeconds._today = staticmethod(lambda: far)
 iers.iers.download_file = lambda url, **_: fetched.append(url)
-sky = sky_of(Ephemeris(body="mars"), parsed_date("2085-06-01"), Path(), str)
+sky = sky_of(Ephemeris(body="mars"), parsed_date("2085-06-01"), str, lambda _: [])
 assert light_time(sky).downlink_s > 180
 assert fetched == [], fetched
 assert iers.conf.auto_download

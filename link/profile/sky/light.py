@@ -152,6 +152,8 @@ def _minima_s(times_s: Floats, angles_deg: Floats) -> Floats:
 
     Near a minimum the square of the angle is a parabola, as for any straight passage.
     """
+    if len(times_s) < 3:
+        return np.zeros(0)
     before, here, after = (angles_deg[i : len(angles_deg) - 2 + i] ** 2 for i in range(3))
     evenly = np.isclose(np.diff(times_s)[1:], np.diff(times_s)[:-1])
     (least,) = np.nonzero((here < before) & (here <= after) & evenly)

@@ -2,13 +2,11 @@
 
 from collections.abc import Callable, Sequence
 from datetime import datetime
-from pathlib import Path
 
 import numpy as np
 
 from farside.link.profile.config import Ephemeris
 from farside.link.profile.sky.horizons import LIGHT_KM_S, Table, horizons_table
-from farside.link.profile.sky.kernels import kernel_orbits
 from farside.link.profile.sky.names import name_of, number_of
 from farside.link.profile.sky.positions import (
     BUILT_IN,
@@ -151,22 +149,25 @@ class Sky:
 
 
 def sky_of(
-    ephemeris: Ephemeris, begin: datetime, folder: Path, text_of: Callable[[str], str]
+    ephemeris: Ephemeris,
+    begin: datetime,
+    text_of: Callable[[str], str],
+    orbits_of: Callable[[str], Sequence[Orbit]],
 ) -> Sky:
     """The sky that the table of an ephemeris describes.
 
     Args:
         ephemeris: the table.
         begin: the date of simulated time 0.
-        folder: what the paths of kernels are relative to.
-        text_of: the text of another file by its name.
+        text_of: the text of a file by its name.
+        orbits_of: the orbits in a kernel by its name.
 
     Raises:
         EphemerisError: if a body or a file is invalid, or `begin` not covered.
     """
     home = number_of(ephemeris.center)
     if ephemeris.horizons is not None:
-        table = horizons_table(text_of(ephemeris.horizons), str(folder / ephemeris.horizons))
+        table = horizons_table(text_of(ephemeris.horizons), ephemeris.horizons)
         if ephemeris.body is not None and number_of(ephemeris.body) != table.target:
             raise EphemerisError(
                 f"expected a table of {name_of(number_of(ephemeris.body))} as in body, "
@@ -176,7 +177,7 @@ def sky_of(
     kernels = (ephemeris.kernel,) if isinstance(ephemeris.kernel, str) else ephemeris.kernel
     if not kernels:
         return Sky(begin, _built_in(ephemeris.body), home)
-    orbits = [orbit for name in kernels for orbit in kernel_orbits(folder / name)]
+    orbits = [orbit for name in kernels for orbit in orbits_of(name)]
     held = {orbit.target for orbit in orbits}
     if ephemeris.body is None:
         raise EphemerisError(f"expected a body of the kernels ({_named(held)}), found none")
