@@ -1,8 +1,8 @@
 """How far ahead the tables of a link are known, on a clock that has no end.
 
 Passes go on for ever and light times for decades, so their tables cover a window of days, and the
-next window is computed while the present one lasts. Windows agree where they overlap: what was known
-of the future stays so.
+next window is computed while the present one lasts. Windows agree where they overlap: what was
+known of the future stays so.
 """
 
 from typing import NamedTuple

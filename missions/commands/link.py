@@ -1,5 +1,6 @@
 """`farside link`: the link without a mission."""
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -13,7 +14,7 @@ from farside.link.profile.layers import LinkConfigError, text_at
 from farside.link.profile.sky.dates import parsed_date
 from farside.link.profile.sky.kernels import kernel_orbits
 from farside.link.profile.sky.light import LightTime, light_time
-from farside.link.profile.sky.positions import EphemerisError
+from farside.link.profile.sky.positions import EphemerisError, Orbit
 from farside.link.profile.sky.sky import BODIES, sky_of
 from farside.missions.commands.link_check import check
 from farside.missions.commands.link_emulator import emulate
@@ -93,6 +94,10 @@ def _text(name: str) -> str:
         return text_at(Path(name), ())
     except LinkConfigError as error:
         raise EphemerisError(str(error)) from error
+
+
+def _orbits(name: str) -> Sequence[Orbit]:
+    return kernel_orbits(Path(name))
 
 
 def _show(found: LightTime, console: Console) -> None:

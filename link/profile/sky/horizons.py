@@ -257,7 +257,10 @@ def _curve(
     Raises:
         EphemerisError: if they are too far apart to tell what is between them.
     """
-    from scipy.interpolate import CubicHermiteSpline, CubicSpline  # noqa: PLC0415 - takes long
+    from scipy.interpolate import (  # type: ignore[import-untyped]  # noqa: PLC0415 - takes long
+        CubicHermiteSpline,
+        CubicSpline,
+    )
 
     def through(every: int) -> Callable[[Floats], Floats]:
         if speeds is not None:
