@@ -4,7 +4,7 @@ import gc
 import math
 import re
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
@@ -19,7 +19,9 @@ from rich.text import Text
 
 from farside.link.emulator import Ahead, Emulator, look_ahead
 from farside.link.emulator.control import EmulatorState, WayCounters, WayState
-from farside.link.emulator.relay import Metadata, Relay, open_side
+from farside.link.emulator.domains import Domain, domain_at, domain_of
+from farside.link.emulator.relay import Metadata, Relay
+from farside.link.emulator.sides import open_sides
 from farside.link.profile.config import OneWay
 from farside.link.profile.layers import LinkConfigError
 from farside.link.profile.profile import Profile
@@ -69,13 +71,15 @@ def _seconds(text: str) -> float:
 
 
 def _start(text: str) -> str:
-    if text.casefold() == "now":
-        return datetime.now(UTC).isoformat()
+    if text.casefold() == _NOW:
+        return _NOW
     try:
         return parsed_date(text).isoformat()
     except ValueError as error:
         raise typer.BadParameter(f"now, or {error}") from error
 
+
+_NOW = "now"
 
 Keys = list[zenoh.KeyExpr] | None
 
@@ -89,6 +93,14 @@ def emulate(
     ground_side: Annotated[
         str | None,
         typer.Option(parser=_locator, metavar="LOCATOR", help="The ground's, likewise."),
+    ] = None,
+    rover_config: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.json5", help="Zenoh's settings for the rover's domain."),
+    ] = None,
+    ground_config: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.json5", help="Zenoh's settings for the ground's domain."),
     ] = None,
     up: Annotated[
         Keys,
@@ -142,22 +154,25 @@ def emulate(
     """
     if context.invoked_subcommand is not None:
         return
-    if rover_side is None or ground_side is None:
-        raise typer.BadParameter(
-            "expected both --rover-side and --ground-side, or a command; see --help"
-        )
+    domains = {
+        Role.ROVER: _domain(Role.ROVER, rover_side, rover_config),
+        Role.GROUND: _domain(Role.GROUND, ground_side, ground_config),
+    }
     if not (up or down):
         raise typer.BadParameter("expected --up or --down, without which nothing passes")
     link = _described(preset, profile, set_ or ())
-    if start is not None:
-        link = link.changed({"start": start})
-    ahead = _ahead(link, set_ or ())
-    emulator: Emulator[Metadata] = Emulator(ahead, seed)
+    ahead = _ahead(link, start, set_ or ())
     console = Console(stderr=True)
-    with (
-        open_side(Role.ROVER, rover_side) as rover,
-        open_side(Role.GROUND, ground_side) as ground,
-    ):
+
+    def notify(text: str) -> None:
+        console.print(text, style="yellow", soft_wrap=True, markup=False, highlight=False)
+
+    for role, domain in domains.items():
+        _warn(role, domain, notify)
+    with open_sides([*domains.values()], notify) as (rover, ground):
+        if start == _NOW:  # which may be long after both sides were looked for
+            ahead = _ahead(link, start, set_ or ())
+        emulator: Emulator[Metadata] = Emulator(ahead, seed)
         try:
             relay = Relay(
                 rover,
@@ -165,17 +180,42 @@ def emulate(
                 up=up or (),
                 down=down or (),
                 emulator=emulator,
-                notify=lambda text: console.print(text, style="yellow", soft_wrap=True),
+                notify=notify,
             )
         except ValueError as error:
             raise typer.BadParameter(str(error)) from error
-        title = f"rover side {rover_side}, ground side {ground_side}"
+        title = ", ".join(f"{domain.name} {domain.where}" for domain in domains.values())
         _run(relay, duration, title, console)
         state = relay.state()
     if json:
         print(msgspec.json.encode(state).decode())  # noqa: T201
     else:
         Console().print(_display(state, title))
+
+
+def _domain(role: Role, locator: str | None, config: Path | None) -> Domain:
+    name = f"{role} side"
+    if config is not None:
+        try:
+            return domain_of(config, locator, name)
+        except ValueError as error:
+            raise typer.BadParameter(str(error), param_hint=f"--{role}-config") from error
+    if locator is None:
+        raise typer.BadParameter(
+            f"expected --{role}-side or --{role}-config, found neither, and no command; see --help"
+        )
+    return domain_at(locator, name)
+
+
+def _warn(role: Role, domain: Domain, notify: Callable[[str], None]) -> None:
+    """Tell what anybody may do from outside, if anybody may."""
+    if (locator := domain.unguarded()) is not None:
+        # Counters and control are served on the ground side.
+        may = "send over the link and change it" if role is Role.GROUND else "send over the link"
+        notify(
+            f"warning: {domain.name}: anybody who reaches {locator} may {may}; "
+            f"--{role}-config can ask for a certificate or a password"
+        )
 
 
 def _described(preset: str | None, profile: Path | None, texts: Sequence[str]) -> Profile:
@@ -194,7 +234,10 @@ def _described(preset: str | None, profile: Path | None, texts: Sequence[str]) -
     return link
 
 
-def _ahead(link: Profile, texts: Sequence[str]) -> Ahead:
+def _ahead(link: Profile, start: str | None, texts: Sequence[str]) -> Ahead:
+    if start is not None:
+        date = datetime.now(UTC).isoformat() if start == _NOW else start
+        link = link.changed({"start": date})
     try:
         return look_ahead(link)
     except LinkConfigError as error:
