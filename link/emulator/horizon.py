@@ -16,7 +16,7 @@ from farside.node import NEVER_NS, Direction, to_ns, to_s
 LENGTH_S = 7 * 24 * 3600.0
 """How much of the future a window covers (project default)."""
 
-_PASSES = 10_000  # shorter windows where there are more passes in it than this
+_PASSES = 500  # shorter windows where there are more passes: many are taken over in milliseconds
 _FLIGHTS = 4  # but as long as a message may be under way so many times
 _HEAVIEST_TAIL = 40.0  # in mean jitters: what an exponential jitter exceeds once in 10^17 messages
 

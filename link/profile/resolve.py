@@ -190,12 +190,10 @@ def _plan_of(link: LinkConfig, files: _Files, start: datetime | None) -> Plan | 
         plan = parse(text, str(path))
     except ContactPlanError as error:
         raise refused(("contacts", "file"), str(error)) from error
-    if plan.zero is not None:
-        return placed(plan, start)
-    if link.start is not None and link.ephemeris is None:
+    if plan.zero is None and link.start is not None and link.ephemeris is None:
         text = f"expected a contact plan with dates, found none in {shown(str(path))}"
         raise refused(("start",), text)
-    return plan
+    return placed(plan, None if start is None else start.timestamp())
 
 
 def _with_contacts(

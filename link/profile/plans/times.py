@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Iterator
-from datetime import datetime
 from typing import NamedTuple
 
 from farside.link.profile.config import Passes
@@ -65,17 +64,15 @@ def _numbers(passes: Passes, window: Window) -> tuple[int, int]:
     return max(0, first), max(0, after)
 
 
-def placed(plan: Plan, start: datetime | None) -> Plan:
-    """A plan counted from the date at which the link starts; without one from its own second 0.
+def placed(plan: Plan, start: float | None) -> Plan:
+    """A plan counted from the date at which the link starts, in POSIX seconds.
 
-    Raises:
-        ValueError: if the link starts at a date and the plan has none.
+    Without such a date it is left as it is, and so is a plan without dates: its second 0 is then
+    the start.
     """
-    if start is None:
+    if start is None or plan.zero is None:
         return plan
-    if plan.zero is None:
-        raise ValueError("expected a plan with dates, since the link has one to start at")
-    later_s = plan.zero - start.timestamp()
+    later_s = plan.zero - start
     contacts = (
         one._replace(begin_s=one.begin_s + later_s, end_s=one.end_s + later_s)
         for one in plan.contacts
@@ -84,4 +81,4 @@ def placed(plan: Plan, start: datetime | None) -> Plan:
         one._replace(begin_s=one.begin_s + later_s, end_s=one.end_s + later_s)
         for one in plan.ranges
     )
-    return plan._replace(contacts=tuple(contacts), ranges=tuple(ranges))
+    return plan._replace(contacts=tuple(contacts), ranges=tuple(ranges), zero=start)
