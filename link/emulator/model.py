@@ -23,12 +23,10 @@ from farside.link.emulator.control import (
     WayState,
     read_change,
 )
+from farside.link.emulator.horizon import Ahead, look_ahead
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.link.profile.profile import Profile
 from farside.node import NEVER_NS, Direction, Frame, to_s
-
-HORIZON_S = 7 * 24 * 3600.0
-"""How long what changes by itself, such as light time, is computed for; after that it stays."""
 
 _COUNT_NS = 20_000_000
 """How often the counters are updated with what does not arrive."""
@@ -53,6 +51,7 @@ class _Outcome(msgspec.Struct, gc=False):
 
 
 _time = itemgetter(0)
+_time_ns = attrgetter("time_ns")
 _parts_of = attrgetter("direction", "sequence", "time_ns", "payload")
 _decode_outcome = msgspec.json.Decoder(_Outcome).decode
 
@@ -87,23 +86,15 @@ class Emulator(Generic[_Cargo]):
     """Takes messages with their cargo, and gives them back when they arrive.
 
     Args:
-        config: the link, resolved.
+        link: the link, resolved as a whole, or what is known of it by now, from `look_ahead`. Then
+            the emulator looks farther ahead when it has to; somebody else may do so before.
         seed: of the random streams, if the link has none of its own.
-        profile: what it was resolved from, which changes are laid over; `config` itself by default.
-        until_s: how much simulated time the tables of a changed link have to cover.
     """
 
-    def __init__(
-        self,
-        config: LinkConfig,
-        seed: int = 0,
-        *,
-        profile: Profile | None = None,
-        until_s: float = HORIZON_S,
-    ) -> None:
-        self._config, self._seed = config, seed
-        self._profile = Profile.of(config) if profile is None else profile
-        self._until_s = until_s
+    def __init__(self, link: LinkConfig | Ahead, seed: int = 0) -> None:
+        self._ahead = link if isinstance(link, Ahead) else Ahead(Profile.of(link), link)
+        self._seed = seed
+        config = self._ahead.config
         self._channel = Channel(config, self._rngs(config))
         self._ways: dict[Direction, _Way[_Cargo]] = {one: _Way() for one in Direction}
         self._now_ns = 0
@@ -134,9 +125,21 @@ class Emulator(Generic[_Cargo]):
         way.counters.received_byte += len(payload)
 
     def advance(self, until_ns: int) -> list[Delivery[_Cargo]]:
-        """Advance up to, not including, `until_ns`; returns what arrives, in order of arrival."""
-        sent, self._sent = self._sent, []
-        until_ns = max(until_ns, self._now_ns, *(frame.time_ns + 1 for frame in sent[-1:]))
+        """Advance up to, not including, `until_ns`; returns what arrives, in order of arrival.
+
+        Raises:
+            LinkConfigError: if it has to look farther ahead and a file is no longer there.
+        """
+        until_ns = max(until_ns, self._now_ns, *(frame.time_ns + 1 for frame in self._sent[-1:]))
+        arrived: list[Delivery[_Cargo]] = []
+        while self._ahead.latest_ns < until_ns:
+            arrived += self._advance(max(self._ahead.latest_ns, self._now_ns))
+            self.renew(look_ahead(self._ahead.profile, self._now_ns))
+        return arrived + self._advance(until_ns)
+
+    def _advance(self, until_ns: int) -> list[Delivery[_Cargo]]:
+        end = bisect_left(self._sent, until_ns, key=_time_ns)
+        sent, self._sent = self._sent[:end], self._sent[end:]
         step = self._channel.advance(until_ns, sent)
         self._now_ns = self._last_ns = until_ns
         if step.frames:
@@ -199,18 +202,27 @@ class Emulator(Generic[_Cargo]):
         """
         change = read_change(payload)
         if change.layer:
-            profile = self._profile.changed(change.layer, now_ns=self._now_ns)
-            self._adopt(profile.resolved(self._until_s))
-            self._profile = profile
+            profile = self._ahead.profile.changed(change.layer, now_ns=self._now_ns)
+            self._adopt(look_ahead(profile, self._now_ns))
         for direction, out in change.out.items():
             self._channel.set_out(direction, out)
         return self.state()
 
-    def _adopt(self, config: LinkConfig) -> None:
-        if config.seed != self._config.seed:
-            self._channel.reseed(self._rngs(config))
-        self._channel.adopt(config)
-        self._config = config
+    @property
+    def ahead(self) -> Ahead:
+        """What is known of the link by now."""
+        return self._ahead
+
+    def renew(self, ahead: Ahead) -> None:
+        """Go on with what is now known of the link, unless the link has changed meanwhile."""
+        if ahead.profile is self._ahead.profile:
+            self._adopt(ahead)
+
+    def _adopt(self, ahead: Ahead) -> None:
+        if ahead.config.seed != self._ahead.config.seed:
+            self._channel.reseed(self._rngs(ahead.config))
+        self._channel.adopt(ahead.config)
+        self._ahead = ahead
 
     def _rngs(self, config: LinkConfig) -> dict[Direction, np.random.Generator]:
         sequence = np.random.SeedSequence(self._seed if config.seed is None else config.seed)

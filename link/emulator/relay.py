@@ -26,6 +26,7 @@ from farside.link.emulator.control import (
     EmulatorState,
     SideState,
 )
+from farside.link.emulator.renewing import Renewal
 from farside.node import Direction, Role, to_ns, to_s
 
 _IDLE_NS = to_ns(0.5)
@@ -121,6 +122,7 @@ class Relay:
                 f"connected to {', '.join(sorted(shared))}"
             )
         self._emulator = emulator
+        self._renewal = Renewal(emulator, notify)
         self._notify = notify
         self._keys: dict[zenoh.KeyExpr, zenoh.KeyExpr] = {}
         self._encodings: dict[zenoh.Encoding, zenoh.Encoding] = {}
@@ -180,6 +182,7 @@ class Relay:
                 _put(far.session, payload, metadata)
             for warning in self._emulator.take_warnings():
                 self._notify(warning)
+            self._renewal.step(until_ns)
 
     def state(self) -> EmulatorState:
         """Current counters, outages and settings; may be called from any thread."""
