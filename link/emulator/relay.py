@@ -1,9 +1,5 @@
 """The Zenoh side of the stand-alone emulator: between two domains, on a wall clock.
 
-A message keeps its key, encoding, attachment, priority, timestamp and kind (put or delete). It is
-published with congestion control `BLOCK`, so none is lost except by the link: a slow receiver makes
-the emulator wait.
-
 A key may pass both ways. The relay never takes back what it has itself put into a domain, so
 nothing loops unless the domains are connected elsewhere; one network on both sides is refused.
 
@@ -14,7 +10,7 @@ received by nobody; it is counted, and the loss of the connection reported at on
 import time
 from collections.abc import Callable, Sequence
 from queue import Empty, SimpleQueue
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import msgspec
 import zenoh
@@ -26,39 +22,16 @@ from farside.link.emulator.control import (
     EmulatorState,
     SideState,
 )
+from farside.link.emulator.samples import Metadata, MetadataReader, publish, subscribe
 from farside.node import Direction, Role, to_ns, to_s
 
 _IDLE_NS = to_ns(0.5)
 
-_PRIORITIES = (
-    zenoh.Priority.BACKGROUND,
-    zenoh.Priority.DATA_LOW,
-    zenoh.Priority.DATA,
-    zenoh.Priority.DATA_HIGH,
-    zenoh.Priority.INTERACTIVE_LOW,
-    zenoh.Priority.INTERACTIVE_HIGH,
-    zenoh.Priority.REAL_TIME,
-)
-"""Zenoh's priorities by frame priority, from the lowest."""
-
-_PRIORITY_OF = {int(priority): number for number, priority in enumerate(_PRIORITIES)}  # type: ignore[call-overload]
-
 _MAX_BATCH = 2000
 """Messages taken before those due are delivered: many, for speed, but not for too long."""
 
-_MAX_SHARED = 4096
-
-_Value = TypeVar("_Value")
-
 _Received = tuple[int, Direction, zenoh.Sample]
 """A message: when it was received, its direction, the sample. A plain tuple, for speed."""
-
-Metadata = tuple[
-    zenoh.KeyExpr, bool, int, bool, zenoh.Encoding, zenoh.ZBytes | None, zenoh.Timestamp | None
-]
-"""Everything of a sample but its payload: key, whether it deletes, frame priority, express,
-encoding, attachment, timestamp. The sample itself would take twice the memory, since it keeps alive
-the whole batch that it was received in."""
 
 
 class _Request(NamedTuple):
@@ -122,8 +95,7 @@ class Relay:
             )
         self._emulator = emulator
         self._notify = notify
-        self._keys: dict[zenoh.KeyExpr, zenoh.KeyExpr] = {}
-        self._encodings: dict[zenoh.Encoding, zenoh.Encoding] = {}
+        self._reader = MetadataReader()
         self._inbox: SimpleQueue[_Received | _Request | _ConnectionEvent] = SimpleQueue()
         self._rover, self._ground = _Side(Role.ROVER, rover), _Side(Role.GROUND, ground)
         self._far = {Direction.UP: self._rover, Direction.DOWN: self._ground}
@@ -138,23 +110,8 @@ class Relay:
     def _subscribe(
         self, near: zenoh.Session, direction: Direction, keys: Sequence[zenoh.KeyExpr]
     ) -> None:
-        for number, key in enumerate(keys):
-            # What a subscriber before takes as well is not taken twice.
-            earlier = [other for other in keys[:number] if other.intersects(key)]
-            listener = self._listener(direction, earlier)
-            near.declare_subscriber(key, listener, allowed_origin=zenoh.Locality.REMOTE)
-
-    def _listener(
-        self, direction: Direction, earlier: Sequence[zenoh.KeyExpr]
-    ) -> Callable[[zenoh.Sample], None]:
         clock, put = time.monotonic_ns, self._inbox.put
-
-        def listen(sample: zenoh.Sample) -> None:
-            if earlier and any(key.intersects(sample.key_expr) for key in earlier):
-                return
-            put((clock(), direction, sample))
-
-        return listen
+        subscribe(near, keys, lambda sample: put((clock(), direction, sample)))
 
     def _serve(
         self, near: zenoh.Session, key: str, reply: Callable[[bytes], EmulatorState]
@@ -177,7 +134,7 @@ class Relay:
                 far = self._far[direction]
                 if far.is_alone:
                     far.unheard += 1
-                _put(far.session, payload, metadata)
+                publish(far.session, payload, metadata)
 
     def state(self) -> EmulatorState:
         """Current counters, outages and settings; may be called from any thread."""
@@ -221,18 +178,9 @@ class Relay:
             self._connection_changed(item)
             return
         time_ns, direction, sample = item
-        priority = _PRIORITY_OF[int(sample.priority)]  # type: ignore[call-overload]
-        metadata = (
-            _shared(self._keys, sample.key_expr),
-            sample.kind == zenoh.SampleKind.DELETE,
-            priority,
-            sample.express,
-            _shared(self._encodings, sample.encoding),
-            sample.attachment,
-            sample.timestamp,
-        )
+        metadata = self._reader.read(sample)
         payload, at_ns = sample.payload.to_bytes(), time_ns - self._began_ns
-        self._emulator.send(direction, at_ns, payload, metadata, priority=priority)
+        self._emulator.send(direction, at_ns, payload, metadata, priority=metadata[2])
 
     def _connection_changed(self, event: _ConnectionEvent) -> None:
         side = event.side
@@ -245,13 +193,6 @@ class Relay:
             side.is_alone = is_alone
             now = "nobody is connected any more" if side.is_alone else "connected"
             self._notify(f"{side.role} side: {now}")
-
-
-def _shared(kept: dict[_Value, _Value], value: _Value) -> _Value:
-    """`value`, or an equal one kept before: a million messages share few different ones."""
-    if len(kept) == _MAX_SHARED:
-        kept.clear()
-    return kept.setdefault(value, value)
 
 
 def _neighbours(session: zenoh.Session) -> set[str]:
@@ -271,27 +212,3 @@ def _reply(query: zenoh.Query, reply: Callable[[bytes], EmulatorState]) -> None:
     else:
         encoding = zenoh.Encoding.APPLICATION_JSON
         query.reply(query.key_expr, msgspec.json.encode(state), encoding=encoding)
-
-
-def _put(far: zenoh.Session, payload: bytes, metadata: Metadata) -> None:
-    key, deletes, priority, express, encoding, attachment, timestamp = metadata
-    if deletes:
-        far.delete(
-            key,
-            congestion_control=zenoh.CongestionControl.BLOCK,
-            priority=_PRIORITIES[priority],
-            express=express,
-            attachment=attachment,
-            timestamp=timestamp,
-        )
-        return
-    far.put(
-        key,
-        payload,
-        encoding=encoding,
-        congestion_control=zenoh.CongestionControl.BLOCK,
-        priority=_PRIORITIES[priority],
-        express=express,
-        attachment=attachment,
-        timestamp=timestamp,
-    )

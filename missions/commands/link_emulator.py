@@ -17,7 +17,8 @@ from rich.text import Text
 
 from farside.link.emulator import Emulator
 from farside.link.emulator.control import EmulatorState, WayCounters, WayState, alternatives_to
-from farside.link.emulator.relay import Metadata, Relay
+from farside.link.emulator.relay import Relay
+from farside.link.emulator.samples import Metadata
 from farside.link.emulator.sides import open_side
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.link.profile.layers import LinkConfigError
