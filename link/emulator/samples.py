@@ -1,8 +1,8 @@
 """What is published in one domain: taken there, and published in the other.
 
-A message keeps its key, encoding, attachment, priority, timestamp and kind (put or delete). It is
-published with congestion control `BLOCK`, so none is lost except by the link: a slow receiver makes
-the emulator wait.
+A message keeps its key, encoding, attachment, priority, timestamp, source and kind (put or delete).
+It is published with congestion control `BLOCK`, so none is lost except by the link: a slow receiver
+makes the emulator wait.
 """
 
 from collections.abc import Callable, Sequence
@@ -23,16 +23,26 @@ PRIORITIES = (
 
 _PRIORITY_OF = {int(priority): number for number, priority in enumerate(PRIORITIES)}  # type: ignore[call-overload]
 
+DEFAULT_PRIORITY = PRIORITIES.index(zenoh.Priority.DATA)
+"""The frame priority of what Zenoh does not show the priority of."""
+
 _MAX_SHARED = 4096
 
 _Value = TypeVar("_Value")
 
 Metadata = tuple[
-    zenoh.KeyExpr, bool, int, bool, zenoh.Encoding, zenoh.ZBytes | None, zenoh.Timestamp | None
+    zenoh.KeyExpr,
+    bool,
+    int,
+    bool,
+    zenoh.Encoding,
+    zenoh.ZBytes | None,
+    zenoh.Timestamp | None,
+    zenoh.SourceInfo | None,
 ]
 """Everything of a sample but its payload: key, whether it deletes, frame priority, express,
-encoding, attachment, timestamp. The sample itself would take twice the memory, since it keeps alive
-the whole batch that it was received in."""
+encoding, attachment, timestamp, source. The sample itself would take twice the memory, since it
+keeps alive the whole batch that it was received in."""
 
 
 def subscribe(
@@ -76,6 +86,7 @@ class MetadataReader:
             _shared(self._encodings, sample.encoding),
             sample.attachment,
             sample.timestamp,
+            sample.source_info,
         )
 
 
@@ -88,7 +99,7 @@ def _shared(kept: dict[_Value, _Value], value: _Value) -> _Value:
 
 def publish(far: zenoh.Session, payload: bytes, metadata: Metadata) -> None:
     """Put or delete as the sample did."""
-    key, deletes, priority, express, encoding, attachment, timestamp = metadata
+    key, deletes, priority, express, encoding, attachment, timestamp, source = metadata
     if deletes:
         far.delete(
             key,
@@ -97,6 +108,7 @@ def publish(far: zenoh.Session, payload: bytes, metadata: Metadata) -> None:
             express=express,
             attachment=attachment,
             timestamp=timestamp,
+            source_info=source,
         )
         return
     far.put(
@@ -108,4 +120,5 @@ def publish(far: zenoh.Session, payload: bytes, metadata: Metadata) -> None:
         express=express,
         attachment=attachment,
         timestamp=timestamp,
+        source_info=source,
     )

@@ -17,8 +17,7 @@ from rich.text import Text
 
 from farside.link.emulator import Emulator
 from farside.link.emulator.control import EmulatorState, WayCounters, WayState, alternatives_to
-from farside.link.emulator.relay import Relay
-from farside.link.emulator.samples import Metadata
+from farside.link.emulator.relay import Cargo, Relay
 from farside.link.emulator.sides import open_side
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.link.profile.layers import LinkConfigError
@@ -118,7 +117,7 @@ def emulate(
     if not (up or down):
         raise typer.BadParameter("expected --up or --down, without which nothing passes")
     config = _load(preset, profile, set_ or (), duration or _HORIZON_S)
-    emulator: Emulator[Metadata] = Emulator(config, seed)
+    emulator: Emulator[Cargo] = Emulator(config, seed)
     console = Console(stderr=True)
     with (
         open_side(Role.ROVER, rover_side) as rover,
