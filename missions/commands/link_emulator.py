@@ -18,7 +18,7 @@ from rich.text import Text
 from farside.link.emulator import Emulator
 from farside.link.emulator.control import EmulatorState, WayCounters, WayState, alternatives_to
 from farside.link.emulator.domains import Domain, domain_at, domain_of
-from farside.link.emulator.relay import Metadata, Relay
+from farside.link.emulator.relay import Cargo, Relay
 from farside.link.emulator.sides import open_sides
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.link.profile.layers import LinkConfigError
@@ -126,7 +126,7 @@ def emulate(
     if not (up or down):
         raise typer.BadParameter("expected --up or --down, without which nothing passes")
     config = _load(preset, profile, set_ or (), duration or _HORIZON_S)
-    emulator: Emulator[Metadata] = Emulator(config, seed)
+    emulator: Emulator[Cargo] = Emulator(config, seed)
     console = Console(stderr=True)
 
     def notify(text: str) -> None:
