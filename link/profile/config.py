@@ -11,6 +11,7 @@ import msgspec
 from msgspec import Meta
 
 from farside.frames import OutageReason
+from farside.link.profile.ephemeris import Ephemeris
 from farside.link.profile.impairments import Jitter, LossModel, Reorder, Slots
 from farside.node import Direction, to_ns
 from farside.settings import Count, Fraction, NonNegative, Positive, Section, expect_growing
@@ -21,6 +22,9 @@ DELAY_KEYS = ("delay_s", "delay_table", "delay_trace")
 
 RATE_KEYS = ("rate_bit_s", "rate_table", "rate_trace")
 """The keys of a direction that give its rate, of which one at most may be there."""
+
+EPHEMERIS_FILES = ("kernel", "horizons")
+"""The keys of an ephemeris that name its files, of which one at most may be there."""
 
 
 class DropPolicy(StrEnum):
@@ -288,24 +292,6 @@ class ContactPlan(Section, frozen=True):
     rover: int
 
 
-class Ephemeris(Section, frozen=True):
-    """Where the other end is: gives both delays, and outages around solar conjunction.
-
-    Attributes:
-        body: `moon`, `mars` or another body of `farside.link.profile.sky.light.BODIES`.
-        epoch: the date at simulated time 0, in UTC, such as `2021-02-18T00:00:00Z`.
-        conjunction_deg: no uplink while the angle between Sun and body, seen from Earth, is
-            below this; 0 for never. 2.2 gives the command moratoria of NASA's Mars missions.
-        conjunction_loss: probability that a downlink frame is lost in that time; a greater loss
-            of the link itself stays.
-    """
-
-    body: str
-    epoch: str
-    conjunction_deg: NonNegative = 0.0
-    conjunction_loss: Fraction = 0.5
-
-
 _CHANGING = (
     "rate_bit_s",
     "loss",
@@ -356,6 +342,8 @@ class LinkConfig(Section, frozen=True):
         up: the direction from the ground to the rover.
         down: the direction from the rover to the ground.
         preset: name of the profile that supplies what this table does not, such as `moon`.
+        start: the date at simulated time 0, in UTC, such as `2026-11-28T00:00:00Z`: of a contact
+            plan with dates, and of the ephemeris.
         ephemeris: gives the delays, and outages at conjunction.
         blackouts: outages at given times, at the rover's end of the path.
         passes: periodic visibility.
@@ -369,6 +357,7 @@ class LinkConfig(Section, frozen=True):
     up: OneWay = OneWay()
     down: OneWay = OneWay()
     preset: str | None = None
+    start: str | None = None
     ephemeris: Ephemeris | None = None
     blackouts: tuple[Blackout, ...] = ()
     passes: Passes | None = None

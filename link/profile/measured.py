@@ -1,8 +1,8 @@
 """What a direction names as files, and plain tables in their place."""
 
-from collections.abc import MutableMapping
+from collections.abc import MutableMapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import msgspec
 
@@ -13,7 +13,13 @@ from farside.link.profile.plans.delays import DelayFileError, parse_delays
 from farside.link.profile.plans.dist import DistributionError, parse_distribution
 from farside.link.profile.plans.traces import TraceError, parse_trace
 
+if TYPE_CHECKING:
+    from farside.link.profile.sky.positions import Orbit
+
 Key = tuple[str, ...]
+
+Kernels: TypeAlias = "MutableMapping[str, Sequence[Orbit]]"
+"""The orbits of kernels by the names of their files."""
 
 
 class Files(NamedTuple):
@@ -21,6 +27,19 @@ class Files(NamedTuple):
 
     folder: Path
     texts: MutableMapping[str, str]
+    kernels: "Kernels"
+
+    def orbits(self, name: str) -> "Sequence[Orbit]":
+        """The orbits of a kernel.
+
+        Raises:
+            EphemerisError: if it is none.
+        """
+        from farside.link.profile.sky.kernels import kernel_orbits  # noqa: PLC0415
+
+        if name not in self.kernels:
+            self.kernels[name] = kernel_orbits(self.folder / name)
+        return self.kernels[name]
 
     def text(self, name: str, key: Key) -> str:
         """The text of the file that `key` names.
