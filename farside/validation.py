@@ -285,6 +285,7 @@ def _bounds(schema: _Number, data: object) -> list[_Bound]:
     bounds = (
         (">", schema.gt, operator.gt),
         (">=", schema.ge, operator.ge),
+        ("<", schema.lt, operator.lt),
         ("<=", greatest if schema.le is None and beyond else schema.le, operator.le),
     )
     return [_Bound(sign, limit, holds) for sign, limit, holds in bounds if limit is not None]

@@ -12,7 +12,6 @@ import msgspec
 from farside.files import parse_toml, read_text
 from farside.link.profile.layers import LinkConfigError, laid_over, with_preset
 from farside.link.profile.plans.times import Window
-from farside.link.profile.profile import Profile
 from farside.link.profile.resolve import resolve_link
 from farside.missions.assignments import (
     Assignment,
@@ -265,8 +264,7 @@ def _assign_to_link(assignment: Assignment, data: dict[str, Any]) -> None:
     if not isinstance(link, dict):
         assign(assignment, data)  # raises
         return
-    layer = as_layer(assignment, {"link": Profile(link).table})
-    data["link"] = laid_over(link, layer["link"])
+    data["link"] = laid_over(link, as_layer(assignment, data)["link"])
 
 
 def _insert_preset(data: dict[str, Any]) -> Iterator[Problem]:

@@ -24,7 +24,7 @@ from farside.link.emulator.control import (
     read_change,
 )
 from farside.link.emulator.horizon import Ahead, look_ahead
-from farside.link.profile.config import LinkConfig
+from farside.link.profile.config import LinkConfig, OneWay
 from farside.link.profile.profile import Profile
 from farside.node import NEVER_NS, Direction, Frame, to_s
 
@@ -103,6 +103,7 @@ class Emulator(Generic[_Cargo]):
         # Sorted batches as (time of the next delivery, tie-breaker, index of it, deliveries).
         self._coming: list[tuple[int, int, int, list[Delivery[_Cargo]]]] = []
         self._order = count()
+        self._warnings: list[str] = []
 
     def send(
         self,
@@ -146,8 +147,20 @@ class Emulator(Generic[_Cargo]):
         for record in step.records:
             if record.topic == "/link/frame":
                 outcome = _decode_outcome(record.payload)
-                self._ways[outcome.direction].settle(outcome)
+                self._settle(outcome)
         return self._arrived(until_ns)
+
+    def _settle(self, outcome: _Outcome) -> None:
+        way = self._ways[outcome.direction]
+        way.settle(outcome)
+        if outcome.fate is Fate.QUEUE_FULL and way.counters.queue_full == 1:
+            config = self._channel.settings(outcome.direction)
+            self._warnings.append(_too_small(outcome, config))
+
+    def take_warnings(self) -> list[str]:
+        """What its user should know and has not been told, one line each."""
+        taken, self._warnings = self._warnings, []
+        return taken
 
     def _expect(self, frames: Sequence[Frame]) -> None:
         ways = self._ways
@@ -234,3 +247,19 @@ class Emulator(Generic[_Cargo]):
             return None
         left_s = to_s(outage.end_ns - self._now_ns) if outage.end_ns < NEVER_NS else None
         return OutageState(outage.reason, left_s)
+
+
+def _too_small(outcome: _Outcome, config: OneWay) -> str:
+    """The warning that the transmit queue has dropped a message."""
+    limits = [
+        ("queue_byte", config.queue_byte, "bytes"),
+        ("queue_frame", config.queue_frame, "messages"),
+    ]
+    given = [
+        (f"{outcome.direction}.{key}", f"{most:,} {unit}") for key, most, unit in limits if most
+    ]
+    keys, most = (" or ".join(parts) for parts in zip(*given, strict=True))
+    return (
+        f"{outcome.direction}: a message of {outcome.size_byte:,} bytes was dropped, since no more "
+        f"than {most} may wait to be sent; {keys} sets how much"
+    )

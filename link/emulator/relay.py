@@ -99,8 +99,8 @@ class Relay:
         up: key expressions that pass from the ground to the rover.
         down: key expressions that pass the other way.
         emulator: the link.
-        notify: called with a message when a side loses its last connection, and when it is
-            connected again.
+        notify: called with a message when a side loses its last connection, when it is connected
+            again, and when a queue drops a message for the first time.
 
     Raises:
         ValueError: if both sessions are in one network.
@@ -180,6 +180,8 @@ class Relay:
                 if far.is_alone:
                     far.unheard += 1
                 _put(far.session, payload, metadata)
+            for warning in self._emulator.take_warnings():
+                self._notify(warning)
             self._renewal.step(until_ns)
 
     def state(self) -> EmulatorState:

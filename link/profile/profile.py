@@ -76,12 +76,9 @@ class Profile:
         return cls(table, may_lack_delay=True)
 
     @property
-    def table(self) -> dict[str, Any]:
-        """All that is said, the preset's part included if there is such a preset; unchecked."""
-        try:
-            return with_preset(self._table)
-        except LinkConfigError:
-            return dict(self._table)
+    def table(self) -> Mapping[str, Any]:
+        """What is said, unchecked, without what a preset adds to it."""
+        return self._table
 
     def changed(self, layer: Mapping[str, Any], *, now_ns: int = 0) -> "Profile":
         """This profile with a table laid over it; see `farside.link.profile.layers`.
@@ -167,7 +164,7 @@ class Profile:
 
     def _with_overruled(self, layer: Mapping[str, Any], now_ns: int) -> dict[str, Any]:
         """The table in which `changes` before `now_ns` do not undo what `layer` says."""
-        if not now_ns or not (changes := self.table.get("changes")):
+        if not now_ns or not (changes := with_preset(self._table).get("changes")):
             return self._table
         past = [one for one in changes if to_ns(one["at_s"]) < now_ns]
         coming = [one for one in changes if to_ns(one["at_s"]) >= now_ns]
