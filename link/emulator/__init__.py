@@ -4,6 +4,6 @@
 """
 
 from farside.link.emulator.horizon import Ahead, look_ahead
-from farside.link.emulator.model import Delivery, Emulator
+from farside.link.emulator.model import Delivery, Emulator, Kind
 
-__all__ = ["Ahead", "Delivery", "Emulator", "look_ahead"]
+__all__ = ["Ahead", "Delivery", "Emulator", "Kind", "look_ahead"]

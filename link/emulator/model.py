@@ -7,6 +7,7 @@ start.
 import heapq
 from bisect import bisect_left
 from collections.abc import Sequence
+from enum import StrEnum
 from itertools import count
 from operator import attrgetter, itemgetter
 from typing import Generic, TypeVar
@@ -39,6 +40,14 @@ Delivery = tuple[int, Direction, bytes, _Cargo]
 whatever was sent with it. A plain tuple, for speed."""
 
 
+class Kind(StrEnum):
+    """What is counted apart among the messages: the names of their counters."""
+
+    QUERY = "queries"
+    REPLY = "replies"
+    ANNOUNCEMENT = "announcements"
+
+
 class _Outcome(msgspec.Struct, gc=False):
     """The fields of a `FrameFate` that are of interest here."""
 
@@ -64,6 +73,8 @@ class _Way(Generic[_Cargo]):
         self.in_flight = 0
         self.counters = WayCounters()
         self.sequence = 0
+        self.announced: set[int] = set()
+        self.unannounced: list[_Cargo] = []
 
     def settle(self, outcome: _Outcome) -> None:
         counters = self.counters
@@ -73,7 +84,11 @@ class _Way(Generic[_Cargo]):
             counters.duplicated += 1
             return
         self.in_flight -= 1
-        self.cargo.pop(outcome.sequence, None)
+        cargo = self.cargo.pop(outcome.sequence, None)
+        if outcome.sequence in self.announced:
+            self.announced.remove(outcome.sequence)
+            if cargo is not None:
+                self.unannounced.append(cargo)
         if outcome.fate is Fate.DELIVERED:
             counters.delivered += 1
             counters.delivered_byte += outcome.size_byte
@@ -113,8 +128,12 @@ class Emulator(Generic[_Cargo]):
         cargo: _Cargo,
         *,
         priority: int = 0,
+        kind: Kind | None = None,
     ) -> None:
-        """Accept a message sent at `time_ns`, or now if that is in the past."""
+        """Accept a message sent at `time_ns`, or now if that is in the past.
+
+        `cargo` is given back with it. It counts as a sample unless `kind` says otherwise.
+        """
         way = self._ways[direction]
         time_ns = max(time_ns, self._last_ns)
         self._last_ns = time_ns
@@ -123,6 +142,20 @@ class Emulator(Generic[_Cargo]):
         way.in_flight += 1
         way.sequence += 1
         way.counters.received_byte += len(payload)
+        if kind is not None:
+            setattr(way.counters, kind, getattr(way.counters, kind) + 1)
+            if kind is Kind.ANNOUNCEMENT:
+                way.announced.add(way.sequence - 1)
+
+    def unannounced(self, direction: Direction) -> list[_Cargo]:
+        """Take the cargo of the announcements that did not arrive."""
+        way = self._ways[direction]
+        lost, way.unannounced = way.unannounced, []
+        return lost
+
+    def is_out(self, direction: Direction) -> bool:
+        """Whether a direction is out of service now."""
+        return self._channel.outage(direction) is not None
 
     def advance(self, until_ns: int) -> list[Delivery[_Cargo]]:
         """Advance up to, not including, `until_ns`; returns what arrives, in order of arrival.

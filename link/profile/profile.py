@@ -122,7 +122,7 @@ class Profile:
         """
         try:
             return resolve_link(
-                self._checked(),
+                self.checked(),
                 folder=self._folder,
                 window=window,
                 texts=self._texts,
@@ -141,22 +141,15 @@ class Profile:
             LinkConfigError: as by `resolved`.
         """
         return light_end(
-            self._checked(), folder=self._folder, texts=self._texts, kernels=self._kernels
+            self.checked(), folder=self._folder, texts=self._texts, kernels=self._kernels
         )
 
-    @property
-    def is_endless(self) -> bool:
-        """Whether it has passes or an ephemeris, of which no window knows the whole."""
-        table = self.table
-        return bool(table.get("passes") or table.get("ephemeris"))
+    def checked(self) -> LinkConfig:
+        """The link as it is described, its preset included, with files and dates unread.
 
-    @property
-    def pass_period_s(self) -> float | None:
-        """The period of its passes; `None` if it has none."""
-        passes = self._checked().passes
-        return None if passes is None else passes.period_s
-
-    def _checked(self) -> LinkConfig:
+        Raises:
+            LinkConfigError: if a key or a value is invalid.
+        """
         table = with_preset(self._table)
         if problems := list(islice(mismatches(table, _SCHEMA), MAX_PROBLEMS + 1)):
             raise LinkConfigError(*problems)

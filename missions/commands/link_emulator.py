@@ -20,7 +20,7 @@ from rich.text import Text
 from farside.link.emulator import Ahead, Emulator, look_ahead
 from farside.link.emulator.control import EmulatorState, WayCounters, WayState
 from farside.link.emulator.domains import Domain, domain_at, domain_of
-from farside.link.emulator.relay import Metadata, Relay
+from farside.link.emulator.relay import Cargo, Relay
 from farside.link.emulator.sides import open_sides
 from farside.link.profile.config import OneWay
 from farside.link.profile.layers import LinkConfigError
@@ -172,7 +172,7 @@ def emulate(
     with open_sides([*domains.values()], notify) as (rover, ground):
         if start == _NOW:  # which may be long after both sides were looked for
             ahead = _ahead(link, start, set_ or ())
-        emulator: Emulator[Metadata] = Emulator(ahead, seed)
+        emulator: Emulator[Cargo] = Emulator(ahead, seed)
         try:
             relay = Relay(
                 rover,
