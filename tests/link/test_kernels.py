@@ -5,6 +5,7 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 import pytest
 from kernels import Floats, Segment, chebyshev, hermite, write_kernel
@@ -13,6 +14,7 @@ from farside.link.profile.config import Ephemeris, LinkConfig
 from farside.link.profile.layers import LinkConfigError
 from farside.link.profile.plans.times import Window
 from farside.link.profile.profile import Profile
+from farside.link.profile.resolve import resolve_link
 from farside.link.profile.sky.dates import parsed_date
 from farside.link.profile.sky.kernels import kernel_orbits
 from farside.link.profile.sky.light import conjunctions, delay_tables, light_time
@@ -192,6 +194,19 @@ def test_a_mission_within_the_kernel_resolves_and_one_beyond_it_is_refused(orbit
     assert 2 * DAY_S - end.at_s == pytest.approx(
         light_time(sky(orbiter, body=CRAFT)).uplink_s, 0.02
     )
+
+
+def test_a_mission_that_is_run_again_does_without_the_kernel(orbiter: Path) -> None:
+    orbit = {"body": CRAFT, "kernel": orbiter.name, "conjunction_deg": 175}
+    config = msgspec.convert({"ephemeris": orbit, "start": BEGIN}, LinkConfig)
+    window, folder = Window.of(DAY_S), orbiter.parent
+    texts: dict[str, str] = {}
+    link = resolve_link(config, folder=folder, window=window, texts=texts)
+    assert link.blackouts
+    orbiter.unlink()
+    assert resolve_link(config, folder=folder, window=window, texts=texts) == link
+    with pytest.raises(LinkConfigError, match="expected a kernel, found"):
+        resolve_link(config, folder=folder, window=Window.of(DAY_S / 2), texts=texts)
 
 
 @pytest.mark.parametrize(
