@@ -2,12 +2,13 @@
 
 import math
 from bisect import bisect_right
-from collections.abc import MutableMapping, Sequence
+from collections.abc import Callable, MutableMapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 
 import msgspec
 
+from farside.files import read_text
 from farside.frames import OutageReason
 from farside.link.profile.config import (
     Affected,
@@ -27,8 +28,7 @@ from farside.link.profile.layers import (
     with_preset,
 )
 from farside.link.profile.plans.contacts import ContactPlanError, LinkTables, gaps, link_tables
-from farside.link.profile.plans.hdtn import parse_hdtn
-from farside.link.profile.plans.ion import parse_ion
+from farside.link.profile.plans.files import parse_plan, read_plan
 from farside.link.profile.plans.traces import TraceError, parse_trace
 from farside.validation import mismatches, shown
 
@@ -100,9 +100,9 @@ class _Files(NamedTuple):
     folder: Path
     texts: MutableMapping[str, str]
 
-    def text(self, name: str, key: tuple[str, ...]) -> str:
+    def text(self, name: str, key: tuple[str, ...], read: Callable[[Path], str] = read_text) -> str:
         if name not in self.texts:
-            self.texts[name] = text_at(self.folder / name, key)
+            self.texts[name] = text_at(self.folder / name, key, read)
         return self.texts[name]
 
 
@@ -162,10 +162,9 @@ def _with_contacts(link: LinkConfig, files: _Files, duration_s: float) -> LinkCo
 
 def _contact_tables(contacts: ContactPlan, files: _Files, duration_s: float) -> LinkTables:
     path = files.folder / contacts.file
-    text = files.text(contacts.file, ("contacts", "file"))
-    parse = parse_hdtn if path.suffix.lower() == ".json" else parse_ion
+    text = files.text(contacts.file, ("contacts", "file"), read_plan)
     try:
-        plan = parse(text, str(path))
+        plan = parse_plan(text, path)
     except ContactPlanError as error:
         raise refused(("contacts", "file"), str(error)) from error
     try:
