@@ -131,6 +131,10 @@ class OneWayChannel:
                 self._note_outage(begin_ns, reason, down=True)
             self._note_outage(end_ns, reason, down=False)
 
+    def reseed(self, rng: Generator) -> None:
+        """Draw from other random streams; see `Channel.reseed`."""
+        self._impairments = RandomImpairments(rng, self.config)
+
     def set_out(self, now_ns: int, *, out: bool) -> None:
         """Be out, or as scheduled, from `now_ns` on; see `Channel.set_out`."""
         if out is not self._outages.is_commanded:

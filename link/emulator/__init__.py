@@ -3,6 +3,6 @@
 `farside.link.emulator.relay` is not imported here, for it needs Zenoh.
 """
 
-from farside.link.emulator.model import Delivery, Emulator
+from farside.link.emulator.model import HORIZON_S, Delivery, Emulator
 
-__all__ = ["Delivery", "Emulator"]
+__all__ = ["HORIZON_S", "Delivery", "Emulator"]

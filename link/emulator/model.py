@@ -23,8 +23,12 @@ from farside.link.emulator.control import (
     WayState,
     read_change,
 )
-from farside.link.profile.config import LinkConfig
+from farside.link.profile.config import LinkConfig, OneWay
+from farside.link.profile.profile import Profile
 from farside.node import NEVER_NS, Direction, Frame, to_s
+
+HORIZON_S = 7 * 24 * 3600.0
+"""How long what changes by itself, such as light time, is computed for; after that it stays."""
 
 _COUNT_NS = 20_000_000
 """How often the counters are updated with what does not arrive."""
@@ -85,12 +89,22 @@ class Emulator(Generic[_Cargo]):
     Args:
         config: the link, resolved.
         seed: of the random streams, if the link has none of its own.
+        profile: what it was resolved from, which changes are laid over; `config` itself by default.
+        until_s: how much simulated time the tables of a changed link have to cover.
     """
 
-    def __init__(self, config: LinkConfig, seed: int = 0) -> None:
-        sequence = np.random.SeedSequence(seed if config.seed is None else config.seed)
-        rngs = map(np.random.default_rng, sequence.spawn(len(Direction)))
-        self._channel = Channel(config, dict(zip(Direction, rngs, strict=True)))
+    def __init__(
+        self,
+        config: LinkConfig,
+        seed: int = 0,
+        *,
+        profile: Profile | None = None,
+        until_s: float = HORIZON_S,
+    ) -> None:
+        self._config, self._seed = config, seed
+        self._profile = Profile.of(config) if profile is None else profile
+        self._until_s = until_s
+        self._channel = Channel(config, self._rngs(config))
         self._ways: dict[Direction, _Way[_Cargo]] = {one: _Way() for one in Direction}
         self._now_ns = 0
         self._last_ns = 0
@@ -98,6 +112,7 @@ class Emulator(Generic[_Cargo]):
         # Sorted batches as (time of the next delivery, tie-breaker, index of it, deliveries).
         self._coming: list[tuple[int, int, int, list[Delivery[_Cargo]]]] = []
         self._order = count()
+        self._warnings: list[str] = []
 
     def send(
         self,
@@ -129,8 +144,20 @@ class Emulator(Generic[_Cargo]):
         for record in step.records:
             if record.topic == "/link/frame":
                 outcome = _decode_outcome(record.payload)
-                self._ways[outcome.direction].settle(outcome)
+                self._settle(outcome)
         return self._arrived(until_ns)
+
+    def _settle(self, outcome: _Outcome) -> None:
+        way = self._ways[outcome.direction]
+        way.settle(outcome)
+        if outcome.fate is Fate.QUEUE_FULL and way.counters.queue_full == 1:
+            config = self._channel.settings(outcome.direction)
+            self._warnings.append(_too_small(outcome, config))
+
+    def take_warnings(self) -> list[str]:
+        """What its user should know and has not been told, one line each."""
+        taken, self._warnings = self._warnings, []
+        return taken
 
     def _expect(self, frames: Sequence[Frame]) -> None:
         ways = self._ways
@@ -170,13 +197,25 @@ class Emulator(Generic[_Cargo]):
         Raises:
             ValueError: if the change is invalid; nothing of it is then applied.
         """
-        settings = {direction: self._channel.settings(direction) for direction in Direction}
-        for direction, change in read_change(payload, settings).items():
-            if change.settings is not None:
-                self._channel.change(direction, change.settings)
-            if change.out is not None:
-                self._channel.set_out(direction, change.out)
+        change = read_change(payload)
+        if change.layer:
+            profile = self._profile.changed(change.layer, now_ns=self._now_ns)
+            self._adopt(profile.resolved(self._until_s))
+            self._profile = profile
+        for direction, out in change.out.items():
+            self._channel.set_out(direction, out)
         return self.state()
+
+    def _adopt(self, config: LinkConfig) -> None:
+        if config.seed != self._config.seed:
+            self._channel.reseed(self._rngs(config))
+        self._channel.adopt(config)
+        self._config = config
+
+    def _rngs(self, config: LinkConfig) -> dict[Direction, np.random.Generator]:
+        sequence = np.random.SeedSequence(self._seed if config.seed is None else config.seed)
+        rngs = map(np.random.default_rng, sequence.spawn(len(Direction)))
+        return dict(zip(Direction, rngs, strict=True))
 
     def state(self) -> EmulatorState:
         """Current counters, outages and settings."""
@@ -196,3 +235,19 @@ class Emulator(Generic[_Cargo]):
             return None
         left_s = to_s(outage.end_ns - self._now_ns) if outage.end_ns < NEVER_NS else None
         return OutageState(outage.reason, left_s)
+
+
+def _too_small(outcome: _Outcome, config: OneWay) -> str:
+    """The warning that the transmit queue has dropped a message."""
+    limits = [
+        ("queue_byte", config.queue_byte, "bytes"),
+        ("queue_frame", config.queue_frame, "messages"),
+    ]
+    given = [
+        (f"{outcome.direction}.{key}", f"{most:,} {unit}") for key, most, unit in limits if most
+    ]
+    keys, most = (" or ".join(parts) for parts in zip(*given, strict=True))
+    return (
+        f"{outcome.direction}: a message of {outcome.size_byte:,} bytes was dropped, since no more "
+        f"than {most} may wait to be sent; {keys} sets how much"
+    )

@@ -98,8 +98,8 @@ class Relay:
         up: key expressions that pass from the ground to the rover.
         down: key expressions that pass the other way.
         emulator: the link.
-        notify: called with a message when a side loses its last connection, and when it is
-            connected again.
+        notify: called with a message when a side loses its last connection, when it is connected
+            again, and when a queue drops a message for the first time.
 
     Raises:
         ValueError: if both sessions are in one network.
@@ -178,6 +178,8 @@ class Relay:
                 if far.is_alone:
                     far.unheard += 1
                 _put(far.session, payload, metadata)
+            for warning in self._emulator.take_warnings():
+                self._notify(warning)
 
     def state(self) -> EmulatorState:
         """Current counters, outages and settings; may be called from any thread."""

@@ -4,6 +4,7 @@ Some tables name a file or an ephemeris. `farside.link.profile.resolve` replaces
 tables, so that whatever simulates reads no files.
 """
 
+from collections.abc import Sequence
 from enum import StrEnum
 from itertools import pairwise
 from typing import Annotated
@@ -15,6 +16,13 @@ from farside.frames import OutageReason
 from farside.link.profile.impairments import Jitter, LossModel, Reorder
 from farside.node import Direction, to_ns
 from farside.settings import Count, Fraction, NonNegative, Positive, Section
+from farside.validation import MEASURED
+
+DELAY_KEYS = ("delay_s", "delay_table")
+"""The keys of a direction that give its delay, of which one at most may be there."""
+
+RATE_KEYS = ("rate_bit_s", "rate_table", "rate_trace")
+"""The keys of a direction that give its rate, of which one at most may be there."""
 
 
 class DropPolicy(StrEnum):
@@ -70,11 +78,22 @@ class Trace(Section, frozen=True):
         file: path of the trace, one whole number of milliseconds per line.
         times_ms: its lines.
         at_end: what follows the last line.
+
+    Raises:
+        ValueError: if the times fall, or none is above 0, since a trace must have a length.
     """
 
     file: str | None = None
-    times_ms: tuple[Annotated[int, Meta(ge=0)], ...] = ()
+    times_ms: Annotated[tuple[Annotated[int, Meta(ge=0)], ...], MEASURED] = ()
     at_end: AtEnd = AtEnd.WRAP
+
+    def __post_init__(self) -> None:
+        for index, (earlier, later) in enumerate(pairwise(self.times_ms), start=1):
+            if later < earlier:
+                found = _between(self.times_ms, index)
+                raise ValueError(f"times_ms: expected times that do not fall, found {found}")
+        if self.times_ms and not self.times_ms[-1]:
+            raise ValueError("times_ms: expected a last time above 0 ms, found 0")
 
 
 class OneWay(Section, frozen=True):
@@ -86,7 +105,7 @@ class OneWay(Section, frozen=True):
         rate_bit_s: rate cap in bit/s; unlimited where absent.
         rate_table: the same over time, in place of `rate_bit_s`; starts at 0 s.
         rate_trace: delivery opportunities, in place of either.
-        overhead_byte: bytes sent with each frame on top of its own.
+        overhead_byte: bytes sent with each frame on top of its own; at most 65,535, as for a frame.
         queue_byte: bytes that may wait in the transmit queue (project default: 4096).
         queue_frame: frames that may wait; any number where absent.
         drop: which frame is dropped when either limit is exceeded.
@@ -105,11 +124,11 @@ class OneWay(Section, frozen=True):
     """
 
     delay_s: NonNegative | None = None
-    delay_table: tuple[DelayPoint, ...] = ()
+    delay_table: Annotated[tuple[DelayPoint, ...], MEASURED] = ()
     rate_bit_s: Count | None = None
-    rate_table: tuple[RateStep, ...] = ()
+    rate_table: Annotated[tuple[RateStep, ...], MEASURED] = ()
     rate_trace: Trace | None = None
-    overhead_byte: Annotated[int, Meta(ge=0)] = 0
+    overhead_byte: Annotated[int, Meta(ge=0, le=65_535)] = 0
     queue_byte: Count = 4096
     queue_frame: Count | None = None
     drop: DropPolicy = DropPolicy.NEWEST
@@ -123,12 +142,14 @@ class OneWay(Section, frozen=True):
     duplicate: Fraction = 0.0
 
     def __post_init__(self) -> None:
-        _expect_one(self, "delay_s", "delay_table")
-        _expect_one(self, "rate_bit_s", "rate_table", "rate_trace")
+        _expect_one(self, *DELAY_KEYS)
+        _expect_one(self, *RATE_KEYS)
         for name in ("delay_table", "rate_table"):
-            times = [point.t_s for point in getattr(self, name)]
-            if any(later <= earlier for earlier, later in pairwise(times)):
-                raise ValueError(f"{name}: expected times that grow, found {times}")
+            times_s = [point.t_s for point in getattr(self, name)]
+            for index, (earlier, later) in enumerate(pairwise(times_s), start=1):
+                if later <= earlier:
+                    found = _between(times_s, index)
+                    raise ValueError(f"{name}: expected t_s that grows, found {found}")
         if self.rate_table and self.rate_table[0].t_s > 0:
             raise ValueError(f"rate_table: expected t_s = 0 first, found {self.rate_table[0].t_s}")
 
@@ -151,6 +172,12 @@ def _expect_one(section: Section, *names: str) -> None:
     given = [name for name in names if getattr(section, name) not in (None, ())]
     if len(given) > 1:
         raise ValueError(f"expected one of {', '.join(names)}, found {' and '.join(given)}")
+
+
+def _between(values: Sequence[float], index: int) -> str:
+    """An entry that is out of order, with its neighbours."""
+    after = f" and before {values[index + 1]:.12g}" if index + 1 < len(values) else ""
+    return f"{values[index]:.12g} at index {index}, after {values[index - 1]:.12g}{after}"
 
 
 class Affected(StrEnum):

@@ -4,13 +4,14 @@ import math
 from bisect import bisect_right
 from collections.abc import Callable, MutableMapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import msgspec
 
 from farside.files import read_text
 from farside.frames import OutageReason
 from farside.link.profile.config import (
+    RATE_KEYS,
     Affected,
     Blackout,
     ContactPlan,
@@ -19,42 +20,14 @@ from farside.link.profile.config import (
     OneWay,
 )
 from farside.link.profile.impairments import LossModel
-from farside.link.profile.layers import (
-    RATE_KEYS,
-    LinkConfigError,
-    profile_table,
-    refused,
-    text_at,
-    with_preset,
-)
+from farside.link.profile.layers import refused, text_at
 from farside.link.profile.plans.contacts import ContactPlanError, LinkTables, gaps, link_tables
 from farside.link.profile.plans.files import parse_plan, read_plan
 from farside.link.profile.plans.traces import TraceError, parse_trace
-from farside.validation import mismatches, shown
+from farside.validation import shown
 
-_SCHEMA = msgspec.inspect.type_info(LinkConfig)
 MAX_PASSES = 100_000
 """The most periodic passes in a run (project default)."""
-
-
-def load_profile(source: str | Path, duration_s: float) -> LinkConfig:
-    """Read a profile: a TOML file like the `[link]` table of a mission, or a preset.
-
-    Args:
-        source: path of the file, or the name of a preset; a file of that name comes first.
-        duration_s: how much simulated time the tables have to cover.
-
-    Returns:
-        the link, resolved.
-
-    Raises:
-        LinkConfigError: if the file cannot be read, or is invalid. Nothing else is raised.
-    """
-    try:
-        config = _checked(with_preset(profile_table(source)))
-        return resolve_link(config, folder=Path(source).parent, duration_s=duration_s)
-    except LinkConfigError as error:
-        raise LinkConfigError(*error.problems, source=str(source)) from error
 
 
 def resolve_link(
@@ -63,6 +36,7 @@ def resolve_link(
     folder: Path,
     duration_s: float,
     texts: MutableMapping[str, str] | None = None,
+    may_lack_delay: bool = False,
 ) -> LinkConfig:
     """Replace all that names a file, a plan, passes or an ephemeris by plain tables.
 
@@ -72,6 +46,7 @@ def resolve_link(
         duration_s: how much simulated time the tables have to cover.
         texts: of the files that the link names, by that name: what is there is not read from
             `folder`, and what is read from there is put in.
+        may_lack_delay: whether a direction may be without a delay, which is then 0.
 
     Returns:
         a link without `preset`, `ephemeris`, `passes`, `contacts` and `rate_trace.file`, with a
@@ -82,7 +57,7 @@ def resolve_link(
     """
     if config.preset is not None:
         raise refused(("preset",), f"expected none left to read, found {shown(config.preset)}")
-    _expect_one_delay(config)
+    _expect_one_delay(config, least=0 if may_lack_delay else 1)
     files = _Files(folder, {} if texts is None else texts)
     link = msgspec.structs.replace(
         config,
@@ -106,19 +81,13 @@ class _Files(NamedTuple):
         return self.texts[name]
 
 
-def _checked(table: dict[str, Any]) -> LinkConfig:
-    if problems := list(mismatches(table, _SCHEMA)):
-        raise LinkConfigError(*problems)
-    return msgspec.convert(table, LinkConfig)
-
-
-def _expect_one_delay(config: LinkConfig) -> None:
+def _expect_one_delay(config: LinkConfig, least: int) -> None:
     for way, one_way in (("up", config.up), ("down", config.down)):
         given = [f"{way}.delay_s"] if one_way.delay_s is not None else []
         given += [f"{way}.delay_table"] if one_way.delay_table else []
         given += ["ephemeris"] if config.ephemeris else []
         given += ["contacts"] if config.contacts else []
-        if len(given) != 1:
+        if not least <= len(given) <= 1:
             found = " and ".join(given) or "none of them"
             text = f"expected one of delay_s, delay_table, ephemeris and contacts, found {found}"
             raise refused((way,), text)

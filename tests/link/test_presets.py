@@ -11,7 +11,7 @@ from farside.link.profile.config import (
     Trace,
 )
 from farside.link.profile.layers import LinkConfigError, merged, preset_names, with_preset
-from farside.link.profile.resolve import load_profile
+from farside.link.profile.profile import load_profile
 from farside.node import Direction
 
 DAY_S = 86400.0
