@@ -9,7 +9,7 @@ import pytest
 
 from farside.link.profile.config import Affected, LinkConfig
 from farside.link.profile.layers import LinkConfigError
-from farside.link.profile.resolve import load_profile
+from farside.link.profile.profile import load_profile
 
 HORIZON_S = 1000
 

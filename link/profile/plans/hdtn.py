@@ -19,7 +19,7 @@ from farside.link.profile.plans.contacts import (
 )
 from farside.validation import one_line, shown
 
-_LOOKS_LIKE_ION = re.compile(r"^\s*a\s+(?:contact|range)\s", re.MULTILINE)
+_LOOKS_LIKE_ION = re.compile(r"^[ \t]*a[ \t]+(?:contact|range)\s", re.MULTILINE)
 _JSON_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*+"|[{}\[\]\n]|NaN|Infinity')
 _DECIMAL = re.compile(r"[0-9]{1,18}(?:\.[0-9]{0,18})?")
 
