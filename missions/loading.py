@@ -11,6 +11,7 @@ import msgspec
 
 from farside.files import parse_toml, read_text
 from farside.link.profile.layers import LinkConfigError, laid_over, with_preset
+from farside.link.profile.plans.times import Window
 from farside.link.profile.resolve import resolve_link
 from farside.missions.assignments import (
     Assignment,
@@ -161,7 +162,9 @@ def load_text(
     _refuse(_inconsistencies(mission, data), source, made)
     folder = Path(source).parent
     try:
-        link = resolve_link(mission.link, folder=folder, duration_s=mission.duration_s, texts=texts)
+        link = resolve_link(
+            mission.link, folder=folder, window=Window.of(mission.duration_s), texts=texts
+        )
     except LinkConfigError as error:
         _refuse(_link_problems(error), source, made)
         raise

@@ -120,6 +120,11 @@ class Transmitter:
         return taken
 
     @property
+    def began_ns(self) -> int | None:
+        """When the frame that is being sent began to leave; `None` without one."""
+        return None if self._sending is None else self._sending.start_ns
+
+    @property
     def next_ns(self) -> int | None:
         """When the last bit of a frame leaves next, at the earliest; `None` if the queue is idle.
 

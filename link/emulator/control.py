@@ -49,6 +49,9 @@ class WayCounters(msgspec.Struct, kw_only=True):
         corrupted: delivered with wrong bits, duplicates included.
         lost, outage, queue_full, expired, bit_error: not delivered, by reason; see `Fate`.
         in_flight: queued or on the way.
+        queries, replies, announcements: how many of `received` were queries; replies and ends of
+            replies; tokens that appeared or vanished, each repetition of what was lost included.
+            All others were samples.
     """
 
     received: int = 0
@@ -63,6 +66,9 @@ class WayCounters(msgspec.Struct, kw_only=True):
     expired: int = 0
     bit_error: int = 0
     in_flight: int = 0
+    queries: int = 0
+    replies: int = 0
+    announcements: int = 0
 
 
 class OutageState(msgspec.Struct, frozen=True):

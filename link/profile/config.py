@@ -24,6 +24,9 @@ DELAY_KEYS = ("delay_s", "delay_table")
 RATE_KEYS = ("rate_bit_s", "rate_table", "rate_trace")
 """The keys of a direction that give its rate, of which one at most may be there."""
 
+EPHEMERIS_FILES = ("kernel", "horizons")
+"""The keys of an ephemeris that name its files, of which one at most may be there."""
+
 
 class DropPolicy(StrEnum):
     """Which frame a full queue drops: the newest, the oldest, or one of the lowest priority."""
@@ -266,19 +269,37 @@ class ContactPlan(Section, frozen=True):
 class Ephemeris(Section, frozen=True):
     """Where the other end is: gives both delays, and outages around solar conjunction.
 
+    Without `kernel` or `horizons` from astropy's built-in ephemeris, until the end of 2099.
+
     Attributes:
-        body: `moon`, `mars` or another body of `farside.link.profile.sky.light.BODIES`.
-        epoch: the date at simulated time 0, in UTC, such as `2021-02-18T00:00:00Z`.
-        conjunction_deg: no uplink while the angle between Sun and body, seen from Earth, is
+        body: the other end: `moon`, `mars` or another of `farside.link.profile.sky.sky.BODIES`;
+            with `kernel` a NAIF number such as `-74` or a name; absent with `horizons`.
+        epoch: the date at simulated time 0, in UTC, such as `2021-02-18T00:00:00Z`; in place of
+            `start` of the link. Absent, it is that of a contact plan with dates.
+        center: the body on which the ground is, likewise (project default: the Earth).
+        kernel: path of a SPICE kernel of positions (SPK), or several whose orbits form a chain; the
+            later ones count first. What they lack of Sun, Earth and planets is built in.
+        horizons: path of a vector table as JPL Horizons prints it.
+        conjunction_deg: no uplink while the angle between Sun and body, seen from `center`, is
             below this; 0 for never. 2.2 gives the command moratoria of NASA's Mars missions.
         conjunction_loss: probability that a downlink frame is lost in that time; a greater loss
             of the link itself stays.
+
+    Raises:
+        ValueError: if both `kernel` and `horizons` are given.
     """
 
-    body: str
-    epoch: str
+    body: int | str | None = None
+    epoch: str | None = None
+    center: int | str = "earth"
+    kernel: str | tuple[str, ...] = ()
+    horizons: str | None = None
     conjunction_deg: NonNegative = 0.0
     conjunction_loss: Fraction = 0.5
+
+    def __post_init__(self) -> None:
+        if self.kernel and self.horizons is not None:
+            raise ValueError("expected kernel or horizons, found both")
 
 
 class LinkChange(Section, frozen=True):
@@ -319,6 +340,8 @@ class LinkConfig(Section, frozen=True):
         up: the direction from the ground to the rover.
         down: the direction from the rover to the ground.
         preset: name of the profile that supplies what this table does not, such as `moon`.
+        start: the date at simulated time 0, in UTC, such as `2026-11-28T00:00:00Z`: of a contact
+            plan with dates, and of the ephemeris.
         ephemeris: gives the delays, and outages at conjunction.
         blackouts: outages at given times, at the rover's end of the path.
         passes: periodic visibility.
@@ -332,6 +355,7 @@ class LinkConfig(Section, frozen=True):
     up: OneWay = OneWay()
     down: OneWay = OneWay()
     preset: str | None = None
+    start: str | None = None
     ephemeris: Ephemeris | None = None
     blackouts: tuple[Blackout, ...] = ()
     passes: Passes | None = None

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from farside.files import parse_toml, read_text
-from farside.link.profile.config import DELAY_KEYS, RATE_KEYS
+from farside.link.profile.config import DELAY_KEYS, EPHEMERIS_FILES, RATE_KEYS
 from farside.validation import MAX_PROBLEMS, Problem, did_you_mean, dotted, one_line, shown
 
 _SOURCE_LENGTH = 300
@@ -172,8 +172,8 @@ def _without_replaced(below: Mapping[str, Any], above: Mapping[str, Any]) -> dic
     """`below` without the tables and keys to which `above` gives an alternative."""
     given = _given(above)
     given_ways = {way: _given(_table(above.get(way))) for way in ("up", "down")}
-    left = dict(below)
-    if "contacts" in given or any(keys.intersection(DELAY_KEYS) for keys in given_ways.values()):
+    left = _without_dates(below, above)
+    if any(keys.intersection(DELAY_KEYS) for keys in given_ways.values()):
         left.pop("ephemeris", None)
     dropped = {
         *(DELAY_KEYS if given.intersection({"ephemeris", "contacts"}) else ()),
@@ -183,6 +183,20 @@ def _without_replaced(below: Mapping[str, Any], above: Mapping[str, Any]) -> dic
         if isinstance(table := below.get(way, {}), dict):
             replaced = (dropped | alternatives_to(keys)) - keys
             left[way] = type(table)({key: table[key] for key in table if key not in replaced})
+    return left
+
+
+def _without_dates(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+    """`below` without the date and the file of an ephemeris to which `above` gives another."""
+    left, orbit = dict(below), _given(_table(above.get("ephemeris")))
+    dropped = {key for one in EPHEMERIS_FILES if one in orbit for key in EPHEMERIS_FILES} - orbit
+    if "epoch" in orbit:
+        left.pop("start", None)
+    if "start" in _given(above):
+        dropped.add("epoch")
+    if isinstance(table := left.get("ephemeris"), dict):
+        kept = {key: value for key, value in table.items() if key not in dropped}
+        left["ephemeris"] = type(table)(kept)
     return left
 
 

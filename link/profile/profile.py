@@ -4,11 +4,11 @@ The one door: what is said of a link in a file, by the name of a preset, by `--s
 control query is laid over what was said before, then checked and resolved as a whole.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import islice
 from operator import itemgetter
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import msgspec
 
@@ -20,9 +20,13 @@ from farside.link.profile.layers import (
     profile_table,
     with_preset,
 )
-from farside.link.profile.resolve import resolve_link
+from farside.link.profile.plans.times import Window
+from farside.link.profile.resolve import LightEnd, light_end, resolve_link
 from farside.node import Direction, to_ns
 from farside.validation import MAX_PROBLEMS, Problem, mismatches
+
+if TYPE_CHECKING:
+    from farside.link.profile.sky.positions import Orbit
 
 _SCHEMA = msgspec.inspect.type_info(LinkConfig)
 
@@ -50,6 +54,7 @@ class Profile:
         self._table = dict(table)
         self._folder, self._source = folder, source
         self._texts = dict(texts or {})
+        self._kernels: dict[str, Sequence[Orbit]] = {}
         self._may_lack_delay = may_lack_delay
 
     @classmethod
@@ -93,19 +98,23 @@ class Profile:
         named = set(_strings(layer))
         # What is named anew is read anew.
         texts = {name: text for name, text in self._texts.items() if name not in named}
-        return Profile(
+        profile = Profile(
             table,
             self._folder,
             source=self._source,
             texts=texts,
             may_lack_delay=self._may_lack_delay,
         )
+        profile._kernels |= {
+            name: orbits for name, orbits in self._kernels.items() if name not in named
+        }
+        return profile
 
-    def resolved(self, until_s: float) -> LinkConfig:
+    def resolved(self, window: Window) -> LinkConfig:
         """The link in plain tables, checked as a whole. Files are read once.
 
         Args:
-            until_s: how much simulated time the tables have to cover.
+            window: the simulated time that the tables have to cover.
 
         Raises:
             LinkConfigError: if something is invalid, or a file cannot be read. Nothing else is
@@ -115,14 +124,37 @@ class Profile:
             return resolve_link(
                 self._checked(),
                 folder=self._folder,
-                duration_s=until_s,
+                window=window,
                 texts=self._texts,
+                kernels=self._kernels,
                 may_lack_delay=self._may_lack_delay,
             )
         except LinkConfigError as error:
             raise LinkConfigError(*error.problems, source=self._source) from error
         except RecursionError as error:
             raise _too_deep() from error
+
+    def light_end(self) -> LightEnd | None:
+        """Where the light times of its ephemeris end; `None` if it has none.
+
+        Raises:
+            LinkConfigError: as by `resolved`.
+        """
+        return light_end(
+            self._checked(), folder=self._folder, texts=self._texts, kernels=self._kernels
+        )
+
+    @property
+    def is_endless(self) -> bool:
+        """Whether it has passes or an ephemeris, of which no window knows the whole."""
+        table = self.table
+        return bool(table.get("passes") or table.get("ephemeris"))
+
+    @property
+    def pass_period_s(self) -> float | None:
+        """The period of its passes; `None` if it has none."""
+        passes = self._checked().passes
+        return None if passes is None else passes.period_s
 
     def _checked(self) -> LinkConfig:
         table = with_preset(self._table)
@@ -150,7 +182,7 @@ def load_profile(source: str | Path, duration_s: float) -> LinkConfig:
     Raises:
         LinkConfigError: if the file cannot be read, or is invalid. Nothing else is raised.
     """
-    return Profile.read(source).resolved(duration_s)
+    return Profile.read(source).resolved(Window.of(duration_s))
 
 
 def _made(past: Iterable[Mapping[str, Any]], way: Direction, said: object) -> dict[str, Any] | None:

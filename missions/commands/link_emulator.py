@@ -5,6 +5,7 @@ import math
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -16,14 +17,15 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from farside.link.emulator import HORIZON_S, Emulator
+from farside.link.emulator import Ahead, Emulator, look_ahead
 from farside.link.emulator.control import EmulatorState, WayCounters, WayState
 from farside.link.emulator.domains import Domain, domain_at, domain_of
-from farside.link.emulator.relay import Metadata, Relay
+from farside.link.emulator.relay import Cargo, Relay
 from farside.link.emulator.sides import open_sides
-from farside.link.profile.config import LinkConfig, OneWay
+from farside.link.profile.config import OneWay
 from farside.link.profile.layers import LinkConfigError
 from farside.link.profile.profile import Profile
+from farside.link.profile.sky.dates import parsed_date
 from farside.missions.assignments import as_layer, origin_of, read_assignments
 from farside.node import Direction, Role
 from farside.validation import Problem, shown
@@ -68,6 +70,17 @@ def _seconds(text: str) -> float:
     return seconds
 
 
+def _start(text: str) -> str:
+    if text.casefold() == _NOW:
+        return _NOW
+    try:
+        return parsed_date(text).isoformat()
+    except ValueError as error:
+        raise typer.BadParameter(f"now, or {error}") from error
+
+
+_NOW = "now"
+
 Keys = list[zenoh.KeyExpr] | None
 
 
@@ -107,6 +120,14 @@ def emulate(
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Replace a value of it: up.loss=0.1"),
     ] = None,
+    start: Annotated[
+        str | None,
+        typer.Option(
+            parser=_start,
+            metavar="now|DATE",
+            help="The date at which a contact plan with dates, or an ephemeris, begins.",
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of the random streams.")] = 0,
     duration: Annotated[
         float | None,
@@ -140,9 +161,7 @@ def emulate(
     if not (up or down):
         raise typer.BadParameter("expected --up or --down, without which nothing passes")
     link = _described(preset, profile, set_ or ())
-    until_s = duration or HORIZON_S
-    config = _resolved(link, set_ or (), until_s)
-    emulator: Emulator[Metadata] = Emulator(config, seed, profile=link, until_s=until_s)
+    ahead = _ahead(link, start, set_ or ())
     console = Console(stderr=True)
 
     def notify(text: str) -> None:
@@ -151,6 +170,9 @@ def emulate(
     for role, domain in domains.items():
         _warn(role, domain, notify)
     with open_sides([*domains.values()], notify) as (rover, ground):
+        if start == _NOW:  # which may be long after both sides were looked for
+            ahead = _ahead(link, start, set_ or ())
+        emulator: Emulator[Cargo] = Emulator(ahead, seed)
         try:
             relay = Relay(
                 rover,
@@ -212,9 +234,12 @@ def _described(preset: str | None, profile: Path | None, texts: Sequence[str]) -
     return link
 
 
-def _resolved(link: Profile, texts: Sequence[str], horizon_s: float) -> LinkConfig:
+def _ahead(link: Profile, start: str | None, texts: Sequence[str]) -> Ahead:
+    if start is not None:
+        date = datetime.now(UTC).isoformat() if start == _NOW else start
+        link = link.changed({"start": date})
     try:
-        return link.resolved(horizon_s)
+        return look_ahead(link)
     except LinkConfigError as error:
         made = read_assignments(texts)
         told = [Problem(one.key, one.text + origin_of(one, made)) for one in error.problems]

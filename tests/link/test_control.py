@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 from farside.frames import OutageReason
 from farside.link.emulator import Emulator
 from farside.link.emulator.control import EmulatorState
+from farside.link.emulator.horizon import look_ahead
 from farside.link.profile.config import LinkChange, LinkConfig, OneWay
 from farside.link.profile.profile import Profile
 from farside.node import Direction, to_ns
@@ -86,7 +87,7 @@ def test_tables_nested_as_deeply_as_json_may_be_are_refused_in_words() -> None:
 def test_a_table_is_laid_over_the_profile_with_its_files(tmp_path: Path) -> None:
     (tmp_path / "lte.trace").write_text("0\n4\n")
     profile = Profile({"preset": "moon"}, tmp_path)
-    subject: Emulator[int] = Emulator(profile.resolved(9.0), profile=profile, until_s=9.0)
+    subject: Emulator[int] = Emulator(look_ahead(profile))
     state = control(subject, down={"rate_trace": {"file": "lte.trace"}}, preset="earth-geo")
     assert state.down.settings.rate_trace is not None
     assert state.down.settings.rate_trace.times_ms == (0, 4)
@@ -195,7 +196,7 @@ steps = st.one_of(
 def test_no_change_harms_the_link_neither_at_once_nor_at_the_next_message(
     taken: list[tuple[str, Any]],
 ) -> None:
-    subject: Emulator[int] = Emulator(DELAYED, until_s=3600.0)
+    subject: Emulator[int] = Emulator(DELAYED)
     now_ns = 0
     for step, what in [*taken, ("up", 100), ("down", 100), ("advance", 10**18)]:
         match step:

@@ -11,6 +11,7 @@ from farside.link.emulator.control import read_change
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.link.profile.impairments import Jitter
 from farside.link.profile.layers import LinkConfigError
+from farside.link.profile.plans.times import Window
 from farside.link.profile.profile import Profile
 from farside.missions.assignments import as_layer, read_assignments
 from farside.missions.loading import MissionError, load_mission
@@ -51,19 +52,19 @@ def by_file(folder: Path, said: Mapping[str, Any]) -> LinkConfig:
     table = {**said, "down": {"lifetime_s": 9, **said.get("down", {})}}
     path = folder / "own.toml"
     path.write_text(toml({"preset": "earth-geo", **table}))
-    return Profile.read(path).resolved(DURATION_S)
+    return Profile.read(path).resolved(Window.of(DURATION_S))
 
 
 def by_set(folder: Path, said: Mapping[str, Any]) -> LinkConfig:
     link = Profile(BELOW, folder)
     for assignment in read_assignments(dict(leaves(said))):
         link = link.changed(as_layer(assignment, link.table))
-    return link.resolved(DURATION_S)
+    return link.resolved(Window.of(DURATION_S))
 
 
 def by_control(folder: Path, said: Mapping[str, Any]) -> LinkConfig:
     change = read_change(json.dumps(said).encode())
-    return Profile(BELOW, folder).changed(change.layer).resolved(DURATION_S)
+    return Profile(BELOW, folder).changed(change.layer).resolved(Window.of(DURATION_S))
 
 
 def by_mission(folder: Path, said: Mapping[str, Any]) -> LinkConfig:
@@ -219,27 +220,30 @@ def test_what_is_said_later_replaces_the_alternatives_to_it() -> None:
     table = [{"t_s": 0, "delay_s": 3}]
     link = Profile({"preset": "moon", "ephemeris": {"body": "mars", "epoch": "2026-01-01"}})
     link = link.changed({"up": {"delay_s": 1}, "down": {"delay_table": table}})
-    assert [link.resolved(9).up.delay_s, link.resolved(9).down.delay_s] == [1, None]
+    assert [link.resolved(Window.of(9)).up.delay_s, link.resolved(Window.of(9)).down.delay_s] == [
+        1,
+        None,
+    ]
     link = link.changed({"down": {"delay_s": 2, "rate_bit_s": 3}})
     link = link.changed(
         {"down": {"rate_table": [{"t_s": 0, "rate_bit_s": 5}], "delay_table": None}}
     )
-    down = link.resolved(9).down
+    down = link.resolved(Window.of(9)).down
     assert (down.delay_s, down.delay_table, down.rate_bit_s) == (2, (), None)
 
 
 def test_what_is_removed_stays_so_whatever_the_preset_has() -> None:
     link = Profile({"preset": "earth-geo"}).changed({"down": {"jitter": None, "loss": None}})
-    assert link.resolved(9).down.jitter is None
+    assert link.resolved(Window.of(9)).down.jitter is None
     link = link.changed({"down": {"jitter": {"spread_s": 1}}})
-    assert link.resolved(9).down == link.changed({}).resolved(9).down
-    assert link.resolved(9).down.jitter == Jitter(spread_s=1)
+    assert link.resolved(Window.of(9)).down == link.changed({}).resolved(Window.of(9)).down
+    assert link.resolved(Window.of(9)).down.jitter == Jitter(spread_s=1)
     with pytest.raises(
         LinkConfigError, match=r"spread_s: expected a number > 0, found no such key"
     ):
         link.changed({"down": {"jitter": None}}).changed(
             {"down": {"jitter": {"correlation": 0.5}}}
-        ).resolved(9)
+        ).resolved(Window.of(9))
 
 
 def test_a_table_of_another_model_does_not_mix_with_what_was_before() -> None:
@@ -247,12 +251,14 @@ def test_a_table_of_another_model_does_not_mix_with_what_was_before() -> None:
     link = link.changed({"down": {"loss": 0.5}}).changed({"down": {"loss": BURSTS | {"p": 0.2}}})
     link = link.changed({"down": {"loss": {"model": "four-state", "p13": 0.1}}})
     with pytest.raises(LinkConfigError, match=r"loss\.r: expected a number .*found no such key"):
-        link.changed({"down": {"loss": {"model": "gilbert-elliott", "p": 0.1}}}).resolved(9)
+        link.changed({"down": {"loss": {"model": "gilbert-elliott", "p": 0.1}}}).resolved(
+            Window.of(9)
+        )
 
 
 def test_another_preset_leaves_what_was_said_of_its_own() -> None:
     link = Profile({"preset": "earth-geo", "down": {"loss": 0.5}}).changed({"preset": "perfect"})
-    resolved = link.resolved(9)
+    resolved = link.resolved(Window.of(9))
     assert (resolved.up, resolved.down) == (OneWay(delay_s=0.0), OneWay(delay_s=0.0, loss=0.5))
 
 
@@ -266,7 +272,7 @@ def test_what_is_said_now_goes_before_the_changes_that_have_taken_place() -> Non
     way = {"delay_s": 0, "rate_table": [{"t_s": 0, "rate_bit_s": 5}]}
     link = Profile({"up": way, "down": way, "changes": changes})
     said = {"up": {"loss": 0.9}, "down": {"rate_table": [{"t_s": 0, "rate_bit_s": 7}]}}
-    later = link.changed(said, now_ns=to_ns(25)).resolved(60)
+    later = link.changed(said, now_ns=to_ns(25)).resolved(Window.of(60))
     assert [
         (one.at_s, str(one.direction), one.loss, one.corrupt, one.rate_bit_s)
         for one in later.changes
@@ -280,19 +286,23 @@ def test_what_is_said_now_goes_before_the_changes_that_have_taken_place() -> Non
 def test_a_file_is_read_once_and_again_when_it_is_named_anew(folder: Path) -> None:
     trace = {"down": {"rate_trace": {"file": "lte.trace"}}}
     link = Profile(BELOW, folder).changed(trace)
-    before = link.resolved(9)
+    before = link.resolved(Window.of(9))
     (folder / "lte.trace").write_text("1\n")
-    assert link.resolved(99) == before
-    assert link.changed({"up": {"loss": 0.5}}).resolved(9).down == before.down
-    assert link.changed(trace).resolved(9).down != before.down
+    assert link.resolved(Window.of(99)) == before
+    assert link.changed({"up": {"loss": 0.5}}).resolved(Window.of(9)).down == before.down
+    assert link.changed(trace).resolved(Window.of(9)).down != before.down
 
 
 def test_a_link_made_in_python_can_be_changed_too() -> None:
-    config = LinkConfig(up=OneWay(loss=0.5), blackouts=Profile(BELOW).resolved(9).blackouts)
+    config = LinkConfig(
+        up=OneWay(loss=0.5), blackouts=Profile(BELOW).resolved(Window.of(9)).blackouts
+    )
     link = Profile.of(config)
-    assert link.resolved(9) == config
-    assert link.changed({"up": {"loss": None}}).resolved(9) == LinkConfig()
-    assert link.changed({"preset": "perfect"}).resolved(9).up == OneWay(delay_s=0.0, loss=0.5)
+    assert link.resolved(Window.of(9)) == config
+    assert link.changed({"up": {"loss": None}}).resolved(Window.of(9)) == LinkConfig()
+    assert link.changed({"preset": "perfect"}).resolved(Window.of(9)).up == OneWay(
+        delay_s=0.0, loss=0.5
+    )
 
 
 def test_messages_do_not_grow_with_what_they_are_about() -> None:
@@ -315,7 +325,7 @@ def test_messages_do_not_grow_with_what_they_are_about() -> None:
     told = []
     for table in tables:
         with pytest.raises(LinkConfigError) as refusal:
-            Profile({"preset": "moon"}, source="s" * 10**6).changed(table).resolved(9)
+            Profile({"preset": "moon"}, source="s" * 10**6).changed(table).resolved(Window.of(9))
         told.append(str(refusal.value))
     assert told[0].endswith(
         "s…: down: delay_table: expected t_s that grows, "
