@@ -1,12 +1,13 @@
 """Resolves a link to plain tables: presets, files and ephemerides are read here."""
 
-from collections.abc import MutableMapping, Sequence
+from collections.abc import Callable, MutableMapping, Sequence
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import msgspec
 
+from farside.files import read_text
 from farside.frames import OutageReason
 from farside.link.profile.config import RATE_KEYS, Blackout, LinkConfig, OneWay
 from farside.link.profile.layers import refused, text_at
@@ -18,8 +19,7 @@ from farside.link.profile.plans.contacts import (
     WayTables,
     link_tables,
 )
-from farside.link.profile.plans.hdtn import parse_hdtn
-from farside.link.profile.plans.ion import parse_ion
+from farside.link.profile.plans.files import parse_plan, read_plan
 from farside.link.profile.plans.times import Window, count_of, gaps_between, placed
 from farside.link.profile.plans.traces import TraceError, parse_trace
 from farside.validation import shown
@@ -114,9 +114,9 @@ class _Files(NamedTuple):
             self.kernels[name] = kernel_orbits(self.folder / name)
         return self.kernels[name]
 
-    def text(self, name: str, key: tuple[str, ...]) -> str:
+    def text(self, name: str, key: tuple[str, ...], read: Callable[[Path], str] = read_text) -> str:
         if name not in self.texts:
-            self.texts[name] = text_at(self.folder / name, key)
+            self.texts[name] = text_at(self.folder / name, key, read)
         return self.texts[name]
 
 
@@ -183,10 +183,9 @@ def _plan_of(link: LinkConfig, files: _Files, start: datetime | None) -> Plan | 
             raise refused(("start",), text)
         return None
     path = files.folder / contacts.file
-    text = files.text(contacts.file, ("contacts", "file"))
-    parse = parse_hdtn if path.suffix.lower() == ".json" else parse_ion
+    text = files.text(contacts.file, ("contacts", "file"), read_plan)
     try:
-        plan = parse(text, str(path))
+        plan = parse_plan(text, path)
     except ContactPlanError as error:
         raise refused(("contacts", "file"), str(error)) from error
     if plan.zero is None and link.start is not None and link.ephemeris is None:
