@@ -1,11 +1,12 @@
 """What a direction names as files, and plain tables in their place."""
 
-from collections.abc import MutableMapping, Sequence
+from collections.abc import Callable, MutableMapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import msgspec
 
+from farside.files import read_text
 from farside.link.profile.config import AfterLast, LinkChange, OneWay
 from farside.link.profile.impairments import Jitter, Slots
 from farside.link.profile.layers import refused, text_at
@@ -41,14 +42,19 @@ class Files(NamedTuple):
             self.kernels[name] = kernel_orbits(self.folder / name)
         return self.kernels[name]
 
-    def text(self, name: str, key: Key) -> str:
+    def text(self, name: str, key: Key, read: Callable[[Path], str] = read_text) -> str:
         """The text of the file that `key` names.
+
+        Args:
+            name: the file.
+            key: what names it.
+            read: reads it.
 
         Raises:
             LinkConfigError: if it cannot be read.
         """
         if name not in self.texts:
-            self.texts[name] = text_at(self.folder / name, key)
+            self.texts[name] = text_at(self.folder / name, key, read)
         return self.texts[name]
 
 
