@@ -131,8 +131,6 @@ class Profile:
             )
         except LinkConfigError as error:
             raise LinkConfigError(*error.problems, source=self._source) from error
-        except RecursionError as error:
-            raise _too_deep() from error
 
     def light_end(self) -> LightEnd | None:
         """Where the light times of its ephemeris end; `None` if it has none.
@@ -157,8 +155,12 @@ class Profile:
         return None if passes is None else passes.period_s
 
     def _checked(self) -> LinkConfig:
-        table = with_preset(self._table)
-        if problems := list(islice(mismatches(table, _SCHEMA), MAX_PROBLEMS + 1)):
+        try:
+            table = with_preset(self._table)
+            problems = list(islice(mismatches(table, _SCHEMA), MAX_PROBLEMS + 1))
+        except RecursionError as error:
+            raise _too_deep() from error
+        if problems:
             raise LinkConfigError(*problems)
         return msgspec.convert(table, LinkConfig)
 
