@@ -7,6 +7,7 @@ query says lie over one another in this order.
 """
 
 from collections.abc import Callable, Mapping
+from datetime import date
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -56,12 +57,12 @@ def with_preset(table: Mapping[str, Any]) -> dict[str, Any]:
     """
     name = table.get("preset")
     if not isinstance(name, str):
-        return _without_marks(table)
+        return _plain(table)
     preset = _presets().get(name)
     if preset is None:
         raise refused(("preset",), _no_such_preset(name, "the name of a preset"))
     own = {key: value for key, value in table.items() if key != "preset"}
-    return _without_marks(laid_over(_toml(preset.read_text("utf-8"), ("preset",)), own))
+    return _plain(laid_over(_toml(preset.read_text("utf-8"), ("preset",)), own))
 
 
 def laid_over(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
@@ -95,9 +96,14 @@ def merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]
     return result
 
 
-def _without_marks(table: Mapping[str, Any]) -> dict[str, Any]:
+def _plain(table: Mapping[str, Any]) -> dict[str, Any]:
+    """`table` without marks, and dates as text, which TOML's own need not be."""
     return {
-        key: _without_marks(value) if isinstance(value, dict) else value
+        key: _plain(value)
+        if isinstance(value, dict)
+        else value.isoformat()
+        if isinstance(value, date)
+        else value
         for key, value in table.items()
         if value is not None
     }

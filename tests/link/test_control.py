@@ -1,6 +1,7 @@
 """The control query: changes while messages pass, all of it or nothing."""
 
 import json
+import os
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -92,6 +93,21 @@ def test_a_table_is_laid_over_the_profile_with_its_files(tmp_path: Path) -> None
     assert state.down.settings.rate_trace is not None
     assert state.down.settings.rate_trace.times_ms == (0, 4)
     assert state.up.settings.delay_s == 0.25
+
+
+def test_a_change_never_waits_for_a_file(tmp_path: Path) -> None:
+    """For a pipe to which nobody writes, or for what the kernel has yet to tell."""
+    os.mkfifo(pipe := tmp_path / "pipe")
+    subject: Emulator[int] = Emulator(DELAYED)
+    for path in (str(pipe), "/proc/kmsg", "/dev/zero"):
+        for change in (
+            {"down": {"rate_trace": {"file": path}}},
+            {"contacts": {"file": path, "ground": 1, "rover": 2}},
+            {"ephemeris": {"body": -74, "epoch": "2026-01-01", "kernel": path}},
+            {"ephemeris": {"epoch": "2026-01-01", "horizons": path}},
+        ):
+            with pytest.raises(ValueError, match="expected"):
+                control(subject, **change)
 
 
 def test_times_in_a_change_count_from_the_start() -> None:

@@ -9,6 +9,7 @@ import pytest
 
 from farside.link.emulator.control import read_change
 from farside.link.profile.config import LinkConfig, OneWay
+from farside.link.profile.ephemeris import Ephemeris
 from farside.link.profile.impairments import Jitter
 from farside.link.profile.layers import LinkConfigError
 from farside.link.profile.plans.times import Window
@@ -303,6 +304,17 @@ def test_a_link_made_in_python_can_be_changed_too() -> None:
     assert link.changed({"preset": "perfect"}).resolved(Window.of(9)).up == OneWay(
         delay_s=0.0, loss=0.5
     )
+
+
+def test_a_date_may_be_one_of_toml() -> None:
+    """`--set start=2026-01-01`, or unquoted in a file."""
+    link = Profile({"preset": "moon"})
+    for text in ("ephemeris={body='moon', epoch=2026-01-01}", "start=2026-01-01T00:00:00Z"):
+        [made] = read_assignments([text])
+        link = link.changed(as_layer(made, link.table))
+    described = link.checked()
+    assert described.start == "2026-01-01T00:00:00+00:00"
+    assert described.ephemeris == Ephemeris(body="moon")
 
 
 def test_messages_do_not_grow_with_what_they_are_about() -> None:

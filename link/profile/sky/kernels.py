@@ -13,11 +13,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from farside.files import open_regular
 from farside.link.profile.sky.axes import FRAMES
 from farside.link.profile.sky.differences import modified_differences
 from farside.link.profile.sky.positions import DAY_S, J2000_DAY, EphemerisError, Moments, Span
 from farside.link.profile.statistics import Floats
-from farside.validation import one_line
+from farside.validation import one_line, shown
 
 _STATE = 6
 _DAMAGE = (ArithmeticError, LookupError, TypeError, ValueError, struct.error)
@@ -53,7 +54,13 @@ def kernel_orbits(path: Path) -> list[Segment]:
             f"expected jplephem for kernels, found no {error.name}: pip install 'farside[spice]'"
         ) from error
     try:
-        with path.open("rb") as file:
+        file = open_regular(path)
+    except OSError as error:
+        raise EphemerisError(f"expected a kernel, found: {path}: {error.strerror}") from error
+    except ValueError as error:
+        raise EphemerisError(f"{error}: {shown(str(path))}") from error
+    try:
+        with file:
             kernel = SPK(DAF(file))
             kernel.daf.map_array(1, 1)  # all of it, which stays when the file is closed
             segments = [_segment(one, path) for one in kernel.segments]
