@@ -46,8 +46,12 @@ _ANNOUNCEMENT_PRIORITY = len(PRIORITIES) - 1
 Cargo = Metadata | Question | Answer | End | Announcement
 """What crosses, but for its payload."""
 
-_Item = tuple[int, Callable[[int], None]]
-"""Something to do, with the time when it came. A plain tuple, for speed."""
+_Task = Callable[[int], None]
+"""Something to do, given the time when it came."""
+
+_Item = tuple[int, Direction, zenoh.Sample | _Task]
+"""A sample with the time when it came and its direction, or something else to do. A plain tuple,
+for speed."""
 
 
 class _Side:
@@ -162,7 +166,7 @@ class Relay:
         subscribe(
             near,
             [*keys, *_of_advanced(keys, "pub")],
-            lambda sample: self._later(partial(self._take_sample, direction, sample)),
+            self._listener(direction),
         )
         queries = Queries(near, far, [*asked, *_of_advanced(asked)], way)
         self._queries[direction] = queries
@@ -178,8 +182,12 @@ class Relay:
             lambda token, present: self._queries[opposite].service(token, present=present),
         )
 
-    def _later(self, task: Callable[[int], None]) -> None:
-        self._inbox.put((time.monotonic_ns(), task))
+    def _listener(self, direction: Direction) -> Callable[[zenoh.Sample], None]:
+        clock, put = time.monotonic_ns, self._inbox.put
+        return lambda sample: put((clock(), direction, sample))
+
+    def _later(self, task: _Task) -> None:
+        self._inbox.put((time.monotonic_ns(), Direction.UP, task))
 
     def _serve(
         self, near: zenoh.Session, key: str, reply: Callable[[bytes], EmulatorState]
@@ -263,19 +271,22 @@ class Relay:
             item = inbox.get(timeout=timeout_s)
         except Empty:
             return self._now_ns() + 1
-        began_ns = self._began_ns
-        time_ns, task = item
-        task(time_ns - began_ns)
+        self._take_one(item)
         waiting = inbox.qsize()
         for _ in range(min(waiting, _MAX_BATCH)):
-            time_ns, task = inbox.get()
-            task(time_ns - began_ns)
-        return time_ns - began_ns + 1 if waiting > _MAX_BATCH else self._now_ns() + 1
+            item = inbox.get()
+            self._take_one(item)
+        return item[0] - self._began_ns + 1 if waiting > _MAX_BATCH else self._now_ns() + 1
 
-    def _take_sample(self, direction: Direction, sample: zenoh.Sample, time_ns: int) -> None:
+    def _take_one(self, item: _Item) -> None:
+        time_ns, direction, sample = item
+        at_ns = time_ns - self._began_ns
+        if not isinstance(sample, zenoh.Sample):
+            sample(at_ns)
+            return
         metadata = self._reader.read(sample)
         payload = sample.payload.to_bytes()
-        self._emulator.send(direction, time_ns, payload, metadata, priority=metadata[2])
+        self._emulator.send(direction, at_ns, payload, metadata, priority=metadata[2])
 
     def _connection_changed(self, side: _Side, node: str, *, connected: bool) -> None:
         if connected:

@@ -50,14 +50,17 @@ class Tokens:
         self.presence = Presence()
         self.declared: dict[str, zenoh.LivelinessToken] = {}
         self._opposite: Tokens | None = None
+        self._subscribers: list[zenoh.Subscriber[None]] = []
 
     def begin(self, opposite: "Tokens") -> None:
         """Take tokens from now on; those that `opposite` has declared here are not taken."""
         self._opposite = opposite
         for number, key in enumerate(self._keys):
             listener = partial(self._listen, self._keys[:number])
-            self._near.liveliness().declare_subscriber(
-                key, zenoh.handlers.Callback(listener, indirect=False), history=True
+            self._subscribers.append(
+                self._near.liveliness().declare_subscriber(
+                    key, zenoh.handlers.Callback(listener, indirect=False), history=True
+                )
             )
 
     def _listen(self, earlier: Sequence[zenoh.KeyExpr], sample: zenoh.Sample) -> None:
