@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 from linking import LinkProcess
@@ -32,14 +32,20 @@ LIGHT_NS = to_ns(1.282)
 """To the Moon, as the preset has it."""
 
 
-@pytest.fixture(autouse=True)
-def definitions(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """The definitions of all messages here; nothing is fetched."""
-    folder = tmp_path / "definitions"
+@pytest.fixture(scope="module")
+def definitions(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The definitions of all messages here."""
+    folder = tmp_path_factory.mktemp("definitions")
     write_definitions(folder)
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def guard(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
+    """Nothing is fetched."""
     monkeypatch.setenv("ZENOH_ROS2_SDK_CACHE", str(tmp_path / "cache"))
     with nothing_fetched():
-        yield folder
+        yield
 
 
 def test_what_is_not_given_would_be_fetched_and_is_refused(definitions: Path) -> None:
@@ -137,76 +143,85 @@ NEAR = (
 )
 
 
-def test_the_wire_is_the_same_on_both_sides(definitions: Path) -> None:
+class Pair(NamedTuple):
+    """Two computers with the link between them."""
+
+    rover: Computer
+    ground: Computer
+
+
+@pytest.fixture(scope="module")
+def near(definitions: Path) -> Iterator[Pair]:
+    """As near as may be; a link starts slowly, so several stories are told on this one."""
+    with (
+        Computer(definitions) as rover,
+        Computer(definitions) as ground,
+        across(rover, ground, NEAR),
+    ):
+        yield Pair(rover, ground)
+
+
+def test_the_wire_is_the_same_on_both_sides(near: Pair) -> None:
     """Key, payload, encoding, and who says it as which of how many."""
-    with (
-        Computer(definitions) as rover,
-        Computer(definitions) as ground,
-        across(rover, ground, NEAR),
-    ):
-        pilot = ground.publisher("/cmd", "pilot")
-        at_ground, at_rover = (
-            computer.session().declare_subscriber(pilot.keyexpr) for computer in (ground, rover)
-        )
-        until(lambda: "pilot" in rover.nodes())
-        for word in ("go", "stop"):
-            pilot.publish(data=word)
-        for number in range(2):
-            sent, received = at_ground.recv(), at_rover.recv()
-            assert received.key_expr == sent.key_expr
-            assert received.payload == sent.payload
-            assert received.encoding == sent.encoding
-            assert received.timestamp == sent.timestamp
-            attachment = Attachment.from_bytes(received.attachment.to_bytes())
-            assert attachment == Attachment.from_bytes(sent.attachment.to_bytes())
-            assert (attachment.sequence_id, attachment.gid) == (number, pilot.publisher_gid)
+    rover, ground = near
+    pilot = ground.publisher("/cmd", "pilot")
+    at_ground, at_rover = (
+        computer.session().declare_subscriber(pilot.keyexpr) for computer in (ground, rover)
+    )
+    until(lambda: "pilot" in rover.nodes())
+    for word in ("go", "stop"):
+        pilot.publish(data=word)
+    for number in range(2):
+        sent, received = at_ground.recv(), at_rover.recv()
+        assert received.key_expr == sent.key_expr
+        assert received.payload == sent.payload
+        assert received.encoding == sent.encoding
+        assert received.timestamp == sent.timestamp
+        attachment = Attachment.from_bytes(received.attachment.to_bytes())
+        assert attachment == Attachment.from_bytes(sent.attachment.to_bytes())
+        assert (attachment.sequence_id, attachment.gid) == (number, pilot.publisher_gid)
 
 
-def test_parameters_and_late_subscriptions_work_in_both_directions(definitions: Path) -> None:
-    with (
-        Computer(definitions) as rover,
-        Computer(definitions) as ground,
-        across(rover, ground, NEAR),
-    ):
-        for here, there, name in ((rover, ground, "driver"), (ground, rover, "planner")):
-            latched = here.publisher(f"/{name}_state", name, latched=True)
-            latched.publish(data="1")
-            asked = f"/{name}/get_parameters"
-            here.service(asked, GET_PARAMETERS, name, parameters(here, {"name": name}))
-            heard = there.late_subscription(f"/{name}_state", f"watches_{name}")
-            assert heard.next().text == "1"
-            latched.publish(data="2")
-            while heard.next().text != "2":
-                pass
-            client = there.client(asked, GET_PARAMETERS, f"asks_{name}")
-            [value] = client.call(names=["name"]).values
-            assert value.string_value == name
+def test_parameters_and_late_subscriptions_work_in_both_directions(near: Pair) -> None:
+    rover, ground = near
+    for here, there, name in ((rover, ground, "driver"), (ground, rover, "planner")):
+        latched = here.publisher(f"/{name}_state", name, latched=True)
+        latched.publish(data="1")
+        asked = f"/{name}/get_parameters"
+        here.service(asked, GET_PARAMETERS, name, parameters(here, {"name": name}))
+        heard = there.late_subscription(f"/{name}_state", f"watches_{name}")
+        assert heard.next().text == "1"
+        latched.publish(data="2")
+        while heard.next().text != "2":
+            pass
+        client = there.client(asked, GET_PARAMETERS, f"asks_{name}")
+        [value] = client.call(names=["name"]).values
+        assert value.string_value == name
 
 
-def test_the_graph_follows_nodes_that_come_and_go_and_an_outage(definitions: Path) -> None:
-    with (
-        Computer(definitions) as rover,
-        Computer(definitions) as ground,
-        across(rover, ground, NEAR),
-    ):
+def test_the_graph_follows_nodes_that_come_and_go_and_an_outage(near: Pair) -> None:
+    rover, ground = near
 
-        def change(**how: object) -> None:
-            payload = json.dumps(how)
-            [reply] = list(ground.session().get("farside/link/control", payload=payload))
-            assert reply.ok is not None
+    def change(**how: object) -> None:
+        payload = json.dumps(how)
+        while not (replies := list(ground.session().get("farside/link/control", payload=payload))):
+            pass
+        assert replies[0].ok is not None
 
-        first = rover.publisher("/first", "first")
-        rover.publisher("/second", "second")
-        until(lambda: ground.nodes() == {"first", "second"})
-        change(both={"out": True})
-        first.close()
-        rover.publisher("/third", "third")
-        until(lambda: rover.nodes() == {"second", "third"})
-        # What the control says next it says after the relay has taken the tokens of before.
-        change(both={"out": True})
-        assert ground.nodes() == {"first", "second"}
-        change(both={"out": False})
-        until(lambda: ground.nodes() == {"second", "third"})
+    first = rover.publisher("/first", "first")
+    rover.publisher("/second", "second")
+    until(lambda: {"first", "second"} <= ground.nodes())
+    change(both={"out": True})
+    first.close()
+    rover.publisher("/third", "third")
+    until(lambda: "first" not in rover.nodes() and "third" in rover.nodes())
+    # What the control says next it says after the relay has taken the tokens of before.
+    change(both={"out": True})
+    assert {"first", "second"} <= ground.nodes()
+    assert "third" not in ground.nodes()
+    change(both={"out": False})
+    until(lambda: "first" not in ground.nodes() and "third" in ground.nodes())
+    assert "second" in ground.nodes()
 
 
 def test_without_the_graph_a_topic_crosses_all_the_same(definitions: Path) -> None:
