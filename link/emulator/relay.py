@@ -24,6 +24,7 @@ from farside.link.emulator.control import (
 )
 from farside.link.emulator.presence import Announcement
 from farside.link.emulator.queries import Answer, End, Queries, Question
+from farside.link.emulator.renewing import Renewal
 from farside.link.emulator.samples import (
     DEFAULT_PRIORITY,
     PRIORITIES,
@@ -114,8 +115,8 @@ class Relay:
         up: key expressions that pass from the ground to the rover.
         down: key expressions that pass the other way.
         emulator: the link.
-        notify: called with a message when a side loses its last connection, and when it is
-            connected again.
+        notify: called with a message when a side loses its last connection, when it is connected
+            again, and when a queue drops a message for the first time.
 
     Raises:
         ValueError: if both sessions are in one network.
@@ -137,6 +138,7 @@ class Relay:
                 f"connected to {', '.join(sorted(shared))}"
             )
         self._emulator = emulator
+        self._renewal = Renewal(emulator, notify)
         self._notify = notify
         self._reader = MetadataReader()
         self._inbox: SimpleQueue[_Item] = SimpleQueue()
@@ -221,6 +223,9 @@ class Relay:
                 else:
                     self._deliver(time_ns, direction, payload, cargo)
             self._announce_again(until_ns)
+            for warning in self._emulator.take_warnings():
+                self._notify(warning)
+            self._renewal.step(until_ns)
 
     def _deliver(
         self,
