@@ -77,6 +77,10 @@ class Exchanges(Generic[_Query]):
         exchange = self._open.get(number)
         return None if exchange is None else exchange.made
 
+    def is_open(self, number: int) -> bool:
+        """Whether a query is open."""
+        return number in self._open
+
     def receive(self, number: int, index: int, now_ns: int) -> _Query | None:
         """A reply arrived; returns the query to which it is to be given, if it is."""
         exchange = self._open.get(number)

@@ -1,6 +1,7 @@
 """Queries of one side: taken there, asked on the other side, and replied to here.
 
-A query crosses as a message, and so does each reply, and the end of the replies. Of a query, all
+A query crosses as a message, and so does each reply, and the end of the replies. If a query or a
+reply is lost, its caller waits until its time is up; a lost end is sent again. Of a query, all
 that Zenoh shows to whoever replies to it crosses: key, parameters, payload, encoding, attachment,
 which replies it accepts, source; of a reply, all that can be set. Not shown are a query's priority,
 target, consolidation, and how long its caller waits. On the way it has Zenoh's default priority. On
@@ -74,8 +75,11 @@ class Post(Protocol):
     def ask(self, time_ns: int, payload: bytes, question: Question) -> None:
         """Send a query through the link."""
 
-    def reply(self, time_ns: int, payload: bytes, reply: Answer | End) -> None:
-        """Send a reply or an end back through the link."""
+    def reply(self, time_ns: int, payload: bytes, answer: Answer) -> None:
+        """Send a reply back through the link."""
+
+    def end(self, time_ns: int, end: End, matters: Callable[[], bool]) -> None:
+        """Send the end of the replies back through the link, until it arrives."""
 
     def later(self, task: Callable[[int], None]) -> None:
         """Have something done in the loop's own thread, with the present time."""
@@ -197,7 +201,8 @@ class Queries:
         self._cancel.pop(number, None)
         total = self._exchanges.end(number)
         if total is not None:
-            self._post.reply(time_ns, b"", End(number, total))
+            is_open = partial(self._exchanges.is_open, number)
+            self._post.end(time_ns, End(number, total), is_open)
 
     def receive(self, payload: bytes, reply: Answer | End, time_ns: int) -> None:
         """A reply or the end of the replies arrived: give it to the caller."""
