@@ -24,7 +24,9 @@ from farside.link.emulator.control import (
     WayState,
     read_change,
 )
-from farside.link.profile.config import LinkConfig
+from farside.link.emulator.horizon import Ahead, look_ahead
+from farside.link.profile.config import LinkConfig, OneWay
+from farside.link.profile.profile import Profile
 from farside.node import NEVER_NS, Direction, Frame, to_ns, to_s
 
 _COUNT_NS = 20_000_000
@@ -61,6 +63,7 @@ class _Outcome(msgspec.Struct, gc=False):
 
 
 _time = itemgetter(0)
+_time_ns = attrgetter("time_ns")
 _parts_of = attrgetter("direction", "sequence", "time_ns", "payload")
 _decode_outcome = msgspec.json.Decoder(_Outcome).decode
 
@@ -110,14 +113,16 @@ class Emulator(Generic[_Cargo]):
     """Takes messages with their cargo, and gives them back when they arrive.
 
     Args:
-        config: the link, resolved.
+        link: the link, resolved as a whole, or what is known of it by now, from `look_ahead`. Then
+            the emulator looks farther ahead when it has to; somebody else may do so before.
         seed: of the random streams, if the link has none of its own.
     """
 
-    def __init__(self, config: LinkConfig, seed: int = 0) -> None:
-        sequence = np.random.SeedSequence(seed if config.seed is None else config.seed)
-        rngs = map(np.random.default_rng, sequence.spawn(len(Direction)))
-        self._channel = Channel(config, dict(zip(Direction, rngs, strict=True)))
+    def __init__(self, link: LinkConfig | Ahead, seed: int = 0) -> None:
+        self._ahead = link if isinstance(link, Ahead) else Ahead(Profile.of(link), link)
+        self._seed = seed
+        config = self._ahead.config
+        self._channel = Channel(config, self._rngs(config))
         self._ways: dict[Direction, _Way[_Cargo]] = {one: _Way() for one in Direction}
         self._now_ns = 0
         self._last_ns = 0
@@ -126,6 +131,7 @@ class Emulator(Generic[_Cargo]):
         # Sorted batches as (time of the next delivery, tie-breaker, index of it, deliveries).
         self._coming: list[tuple[int, int, int, list[Delivery[_Cargo]]]] = []
         self._order = count()
+        self._warnings: list[str] = []
 
     def send(
         self,
@@ -178,10 +184,22 @@ class Emulator(Generic[_Cargo]):
                 )
 
     def advance(self, until_ns: int) -> list[Delivery[_Cargo]]:
-        """Advance up to, not including, `until_ns`; returns what arrives, in order of arrival."""
+        """Advance up to, not including, `until_ns`; returns what arrives, in order of arrival.
+
+        Raises:
+            LinkConfigError: if it has to look farther ahead and a file is no longer there.
+        """
         self._send_again()
-        sent, self._sent = self._sent, []
-        until_ns = max(until_ns, self._now_ns, *(frame.time_ns + 1 for frame in sent[-1:]))
+        until_ns = max(until_ns, self._now_ns, *(frame.time_ns + 1 for frame in self._sent[-1:]))
+        arrived: list[Delivery[_Cargo]] = []
+        while self._ahead.latest_ns < until_ns:
+            arrived += self._advance(max(self._ahead.latest_ns, self._now_ns))
+            self.renew(look_ahead(self._ahead.profile, self._now_ns))
+        return arrived + self._advance(until_ns)
+
+    def _advance(self, until_ns: int) -> list[Delivery[_Cargo]]:
+        end = bisect_left(self._sent, until_ns, key=_time_ns)
+        sent, self._sent = self._sent[:end], self._sent[end:]
         step = self._channel.advance(until_ns, sent)
         self._now_ns = self._last_ns = until_ns
         if step.frames:
@@ -189,10 +207,22 @@ class Emulator(Generic[_Cargo]):
         for record in step.records:
             if record.topic == "/link/frame":
                 outcome = _decode_outcome(record.payload)
-                self._ways[outcome.direction].settle(outcome)
+                self._settle(outcome)
         if self._again_ns is None and any(way.failed for way in self._ways.values()):
             self._again_ns = until_ns + AGAIN_NS
         return self._arrived(until_ns)
+
+    def _settle(self, outcome: _Outcome) -> None:
+        way = self._ways[outcome.direction]
+        way.settle(outcome)
+        if outcome.fate is Fate.QUEUE_FULL and way.counters.queue_full == 1:
+            config = self._channel.settings(outcome.direction)
+            self._warnings.append(_too_small(outcome, config))
+
+    def take_warnings(self) -> list[str]:
+        """What its user should know and has not been told, one line each."""
+        taken, self._warnings = self._warnings, []
+        return taken
 
     def _expect(self, frames: Sequence[Frame]) -> None:
         ways = self._ways
@@ -234,13 +264,34 @@ class Emulator(Generic[_Cargo]):
         Raises:
             ValueError: if the change is invalid; nothing of it is then applied.
         """
-        settings = {direction: self._channel.settings(direction) for direction in Direction}
-        for direction, change in read_change(payload, settings).items():
-            if change.settings is not None:
-                self._channel.change(direction, change.settings)
-            if change.out is not None:
-                self._channel.set_out(direction, change.out)
+        change = read_change(payload)
+        if change.layer:
+            profile = self._ahead.profile.changed(change.layer, now_ns=self._now_ns)
+            self._adopt(look_ahead(profile, self._now_ns))
+        for direction, out in change.out.items():
+            self._channel.set_out(direction, out)
         return self.state()
+
+    @property
+    def ahead(self) -> Ahead:
+        """What is known of the link by now."""
+        return self._ahead
+
+    def renew(self, ahead: Ahead) -> None:
+        """Go on with what is now known of the link, unless the link has changed meanwhile."""
+        if ahead.profile is self._ahead.profile:
+            self._adopt(ahead)
+
+    def _adopt(self, ahead: Ahead) -> None:
+        if ahead.config.seed != self._ahead.config.seed:
+            self._channel.reseed(self._rngs(ahead.config))
+        self._channel.adopt(ahead.config)
+        self._ahead = ahead
+
+    def _rngs(self, config: LinkConfig) -> dict[Direction, np.random.Generator]:
+        sequence = np.random.SeedSequence(self._seed if config.seed is None else config.seed)
+        rngs = map(np.random.default_rng, sequence.spawn(len(Direction)))
+        return dict(zip(Direction, rngs, strict=True))
 
     def state(self) -> EmulatorState:
         """Current counters, outages and settings."""
@@ -260,3 +311,19 @@ class Emulator(Generic[_Cargo]):
             return None
         left_s = to_s(outage.end_ns - self._now_ns) if outage.end_ns < NEVER_NS else None
         return OutageState(outage.reason, left_s)
+
+
+def _too_small(outcome: _Outcome, config: OneWay) -> str:
+    """The warning that the transmit queue has dropped a message."""
+    limits = [
+        ("queue_byte", config.queue_byte, "bytes"),
+        ("queue_frame", config.queue_frame, "messages"),
+    ]
+    given = [
+        (f"{outcome.direction}.{key}", f"{most:,} {unit}") for key, most, unit in limits if most
+    ]
+    keys, most = (" or ".join(parts) for parts in zip(*given, strict=True))
+    return (
+        f"{outcome.direction}: a message of {outcome.size_byte:,} bytes was dropped, since no more "
+        f"than {most} may wait to be sent; {keys} sets how much"
+    )

@@ -24,6 +24,7 @@ from farside.link.emulator.control import (
 )
 from farside.link.emulator.presence import Announcement
 from farside.link.emulator.queries import Answer, End, Queries, Question
+from farside.link.emulator.renewing import Renewal
 from farside.link.emulator.samples import (
     DEFAULT_PRIORITY,
     PRIORITIES,
@@ -129,8 +130,8 @@ class Relay:
         up: key expressions that pass from the ground to the rover.
         down: key expressions that pass the other way.
         emulator: the link.
-        notify: called with a message when a side loses its last connection, and when it is
-            connected again.
+        notify: called with a message when a side loses its last connection, when it is connected
+            again, and when a queue drops a message for the first time.
 
     Raises:
         ValueError: if both sessions are in one network.
@@ -152,6 +153,7 @@ class Relay:
                 f"connected to {', '.join(sorted(shared))}"
             )
         self._emulator = emulator
+        self._renewal = Renewal(emulator, notify)
         self._notify = notify
         self._reader = MetadataReader()
         self._inbox: SimpleQueue[_Item] = SimpleQueue()
@@ -235,6 +237,9 @@ class Relay:
                     publish(far.session, payload, cargo)
                 else:
                     self._deliver(time_ns, direction, payload, cargo)
+            for warning in self._emulator.take_warnings():
+                self._notify(warning)
+            self._renewal.step(until_ns)
 
     def _deliver(
         self,

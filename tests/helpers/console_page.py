@@ -11,6 +11,7 @@ _TIMEOUT_MS = 20_000  # a machine may be busy; a page that fails is told late, a
 _SETTLED = (
     "() => [...farside.meanings.values()].every(({since}) => performance.now() - since > 510)"
 )
+_MEANINGS = "() => ['proposal', 'paused'].map((name) => farside.meanings.get(name)?.meaning)"
 
 
 class Visitor:
@@ -49,6 +50,10 @@ class Visitor:
     def settle(self) -> None:
         """Wait until every button has meant the same for long enough to be pressed."""
         self.page.wait_for_function(_SETTLED)
+
+    def shows(self, proposal: int, *, paused: bool) -> bool:
+        """Whether this is what its keys answer by now, and whether time stands for them."""
+        return bool(self.page.evaluate(_MEANINGS) == [proposal, paused])
 
     def look(self) -> None:
         """Look for as long as it takes until what has just changed can be clicked."""

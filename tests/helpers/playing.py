@@ -23,6 +23,7 @@ from farside.missions.run import FinishedRun
 from farside.node import to_ns
 
 _PATIENCE_S = 20.0
+_LOOKS, _LOOK_MS = 400, 50.0
 _NOTE_S = 2.0  # a note that something was refused stands for longer
 _KEYS = {"N": "ArrowUp", "E": "ArrowRight", "S": "ArrowDown", "W": "ArrowLeft"}
 _MOMENT_NS = to_ns(600)
@@ -157,8 +158,18 @@ class Player:
     def order(self, *keys: str, settled: bool = False) -> str:
         """Press keys that order one thing; the answer."""
         if settled:
-            self.visitor.settle()
+            self._settle()
         return self._answered(lambda: self.visitor.press(*keys), str(keys))
+
+    def _settle(self) -> None:
+        """Wait until the page's keys mean what is so, and have meant it for long enough."""
+        for _ in range(_LOOKS):
+            card, paused = self.screen.proposal, self.screen.paused
+            number = card.number if card is not None and card.can_answer else 0
+            if self.visitor.shows(number, paused=paused):
+                break
+            self.visitor.page.wait_for_timeout(_LOOK_MS)
+        self.visitor.settle()
 
     def click(self, name: str) -> str:
         """Click a button that orders something; the answer."""
@@ -170,7 +181,7 @@ class Player:
         act()
         answered = self.station.comes(lambda _: len(self.station.said) > count, _NOTE_S)
         if not answered and self.visitor.page.get_by_text(JUST_CHANGED).count():
-            self.visitor.settle()  # on a busy machine it may have changed since it was looked at
+            self._settle()  # on a busy machine it may have changed since it was looked at
             act()
         self.station.until(f"{name} is answered", lambda _: len(self.station.said) > count)
         return self.station.said[count]

@@ -23,7 +23,7 @@ from farside.node import Record, to_s
 from farside.topics import TOPICS
 
 _LONGEST_SLEEP_S = 0.1  # a signal does not end a sleep
-_DOMAIN = "the programs that listen"
+_DOMAIN = "programs that listen"
 _WALL_CLOCK = WallClock()
 
 
