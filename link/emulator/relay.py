@@ -22,10 +22,9 @@ from farside.link.emulator.control import (
     EmulatorState,
     SideState,
 )
-from farside.link.emulator.presence import Announcement
-from farside.link.emulator.queries import Answer, End, Queries, Question
-from farside.link.emulator.renewing import Renewal
-from farside.link.emulator.samples import (
+from farside.link.emulator.crossing.presence import Announcement
+from farside.link.emulator.crossing.queries import Answer, End, Queries, Question
+from farside.link.emulator.crossing.samples import (
     DEFAULT_PRIORITY,
     PRIORITIES,
     Metadata,
@@ -33,7 +32,8 @@ from farside.link.emulator.samples import (
     publish,
     subscribe,
 )
-from farside.link.emulator.tokens import Tokens
+from farside.link.emulator.crossing.tokens import Tokens
+from farside.link.emulator.renewing import Renewal
 from farside.node import Direction, Role, to_ns, to_s
 
 _IDLE_NS = to_ns(0.5)

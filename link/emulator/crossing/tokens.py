@@ -10,7 +10,7 @@ from typing import Protocol
 
 import zenoh
 
-from farside.link.emulator.presence import Announcement, Presence
+from farside.link.emulator.crossing.presence import Announcement, Presence
 
 
 class Announcer(Protocol):

@@ -5,9 +5,9 @@ reply is lost, its caller waits until its time is up; a lost end is sent again. 
 that Zenoh shows to whoever replies to it crosses: key, parameters, payload, encoding, attachment,
 which replies it accepts, source; of a reply, all that can be set. Not shown are a query's priority,
 target, consolidation, and how long its caller waits. On the way it has Zenoh's default priority. On
-the far side it goes to the best matching queryables; see also `farside.link.emulator.queryables`.
-All replies cross, for consolidation is the caller's. The query is asked for ever, so that it never
-ends before its caller's time is up.
+the far side it goes to the best matching queryables; see also `queryables` beside this. All replies
+cross, for consolidation is the caller's. The query is asked for ever, so that it never ends before
+its caller's time is up.
 """
 
 from collections import Counter
@@ -19,9 +19,9 @@ import msgspec
 import zenoh
 
 from farside.link.emulator.control import CONTROL_KEY, COUNTERS_KEY
-from farside.link.emulator.exchanges import MAX_OPEN, Exchanges
-from farside.link.emulator.queryables import Queryables
-from farside.link.emulator.ros import service_key
+from farside.link.emulator.crossing.exchanges import MAX_OPEN, Exchanges
+from farside.link.emulator.crossing.queryables import Queryables
+from farside.link.emulator.crossing.ros import service_key
 from farside.node import to_ns, to_s
 
 _FOREVER_S = 1e9
