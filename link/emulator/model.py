@@ -258,6 +258,11 @@ class Emulator(Generic[_Cargo]):
                 moments.append(queue_ns)
         return min(moments, default=None)
 
+    @property
+    def least_round_trip_ns(self) -> int:
+        """The shortest propagation delays of both directions together, as the link is now."""
+        return sum(self._channel.settings(direction).least_delay_ns for direction in Direction)
+
     def control(self, payload: bytes) -> EmulatorState:
         """Apply a change; see `farside.link.emulator.control`.
 

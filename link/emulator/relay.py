@@ -88,6 +88,10 @@ class _Way:
             self.direction, time_ns, payload, question, priority=DEFAULT_PRIORITY, kind=Kind.QUERY
         )
 
+    def least_round_trip_ns(self) -> int:
+        """How long a query and its reply take at least."""
+        return self._emulator.least_round_trip_ns
+
     def reply(self, time_ns: int, payload: bytes, answer: Answer) -> None:
         """Send a reply back through the link."""
         back = self.direction.opposite

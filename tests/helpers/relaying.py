@@ -21,6 +21,7 @@ def session(mode: str, **settings: object) -> zenoh.Session:
     config = zenoh.Config()
     config.insert_json5("mode", f'"{mode}"')
     config.insert_json5("scouting/multicast/enabled", "false")
+    config.insert_json5("scouting/delay", "0")
     config.insert_json5("timestamping/enabled", "true")
     for key, value in settings.items():
         config.insert_json5(key.replace("_", "/"), msgspec.json.encode(value).decode())

@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from itertools import count
 from typing import Generic, TypeVar
 
-MAX_OPEN = 100_000
-"""How many queries may be open in a direction at once (project default). One that is lost, or that
-nobody answers, stays open, for only its caller knows when it stops waiting."""
+MAX_OPEN = 50_000
+"""How many queries may be open in a direction at once (project default; about 200 MB). One that is
+lost, or that nobody answers, stays open, for only its caller knows when it stops waiting."""
 
 _Query = TypeVar("_Query")
 

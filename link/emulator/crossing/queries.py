@@ -18,10 +18,10 @@ from typing import Protocol
 import msgspec
 import zenoh
 
-from farside.link.emulator.control import CONTROL_KEY, COUNTERS_KEY
 from farside.link.emulator.crossing.exchanges import MAX_OPEN, Exchanges
 from farside.link.emulator.crossing.queryables import Queryables
 from farside.link.emulator.crossing.ros import service_key
+from farside.link.emulator.crossing.samples import OWN_KEYS
 from farside.node import to_ns, to_s
 
 _FOREVER_S = 1e9
@@ -29,7 +29,6 @@ _FOREVER_S = 1e9
 _DEFAULT_TIMEOUT_NS = to_ns(10.0)
 """How long a caller waits that asks for nothing else (Zenoh's `queries_default_timeout`)."""
 
-_OWN_KEYS = tuple(map(zenoh.KeyExpr, (CONTROL_KEY, COUNTERS_KEY)))
 _REMOTE = zenoh.Locality.REMOTE
 
 
@@ -81,6 +80,9 @@ class Post(Protocol):
     def end(self, time_ns: int, end: End, matters: Callable[[], bool]) -> None:
         """Send the end of the replies back through the link, until it arrives."""
 
+    def least_round_trip_ns(self) -> int:
+        """How long a query and its reply take at least."""
+
     def later(self, task: Callable[[int], None]) -> None:
         """Have something done in the loop's own thread, with the present time."""
 
@@ -123,7 +125,7 @@ class Queries:
             self._queryables.mirror(key)
 
     def _take(self, query: zenoh.Query) -> None:
-        if any(query.key_expr == own for own in _OWN_KEYS):
+        if any(query.key_expr == own for own in OWN_KEYS):
             query.drop()
         else:
             self._post.later(partial(self._ask, query))
@@ -145,11 +147,14 @@ class Queries:
             query.source_info,
         )
         self._post.ask(time_ns, b"" if payload is None else payload.to_bytes(), question)
+        if question.number == 0:
+            self._warn_of_patience(self._post.least_round_trip_ns())
         if (oldest := self._exchanges.overflow()) is not None:
             number, unanswered = oldest
             self._close(number, unanswered)
             self._warn_once(
-                f"more than {MAX_OPEN:,} queries without an answer: the oldest are ended"
+                "open",
+                f"more than {MAX_OPEN:,} queries are open without an answer: the oldest are ended",
             )
 
     def arrive(self, payload: bytes, question: Question) -> None:
@@ -214,11 +219,7 @@ class Queries:
             if query is not None:
                 _give(query, payload, reply)
             done = self._exchanges.finish(number, time_ns)
-        if self._exchanges.longest_ns > _DEFAULT_TIMEOUT_NS:
-            self._warn_once(
-                f"a query was answered after {to_s(self._exchanges.longest_ns):.1f} s: a caller "
-                "that does not ask for a longer timeout waits for 10 s, and hears no answer"
-            )
+        self._warn_of_patience(self._exchanges.longest_ns)
         if done is not None:
             done.drop()
 
@@ -227,8 +228,15 @@ class Queries:
         if (cancel := self._cancel.pop(number, None)) is not None:
             cancel.cancel()
 
-    def _warn_once(self, text: str) -> None:
-        kind = text.partition(" ")[0]
+    def _warn_of_patience(self, round_trip_ns: int) -> None:
+        if round_trip_ns > _DEFAULT_TIMEOUT_NS:
+            self._warn_once(
+                "patience",
+                f"a query and its answer take {to_s(round_trip_ns):,.1f} s: whoever asks for no "
+                f"longer timeout waits for {to_s(_DEFAULT_TIMEOUT_NS):.0f} s, and hears no answer",
+            )
+
+    def _warn_once(self, kind: str, text: str) -> None:
         if kind not in self._warned:
             self._warned.add(kind)
             self._post.notify(text)
