@@ -22,10 +22,9 @@ from farside.link.emulator.control import (
     EmulatorState,
     SideState,
 )
-from farside.link.emulator.presence import Announcement
-from farside.link.emulator.queries import Answer, End, Queries, Question
-from farside.link.emulator.renewing import Renewal
-from farside.link.emulator.samples import (
+from farside.link.emulator.crossing.presence import Announcement
+from farside.link.emulator.crossing.queries import Answer, End, Queries, Question
+from farside.link.emulator.crossing.samples import (
     DEFAULT_PRIORITY,
     PRIORITIES,
     Metadata,
@@ -33,7 +32,8 @@ from farside.link.emulator.samples import (
     publish,
     subscribe,
 )
-from farside.link.emulator.tokens import Tokens
+from farside.link.emulator.crossing.tokens import Tokens
+from farside.link.emulator.renewing import Renewal
 from farside.node import Direction, Role, to_ns, to_s
 
 _IDLE_NS = to_ns(0.5)
@@ -88,15 +88,33 @@ class _Way:
             self.direction, time_ns, payload, question, priority=DEFAULT_PRIORITY, kind=Kind.QUERY
         )
 
-    def reply(self, time_ns: int, payload: bytes, reply: Answer | End) -> None:
-        """Send a reply or an end back through the link."""
+    def least_round_trip_ns(self) -> int:
+        """How long a query and its reply take at least."""
+        return self._emulator.least_round_trip_ns
+
+    def reply(self, time_ns: int, payload: bytes, answer: Answer) -> None:
+        """Send a reply back through the link."""
         back = self.direction.opposite
         self._emulator.send(
-            back, time_ns, payload, reply, priority=DEFAULT_PRIORITY, kind=Kind.REPLY
+            back, time_ns, payload, answer, priority=DEFAULT_PRIORITY, kind=Kind.REPLY
         )
 
-    def announce(self, time_ns: int, announcement: Announcement) -> None:
-        """Send an announcement through the link."""
+    def end(self, time_ns: int, end: End, matters: Callable[[], bool]) -> None:
+        """Send the end of the replies back through the link, until it arrives."""
+        self._emulator.send(
+            self.direction.opposite,
+            time_ns,
+            b"",
+            end,
+            priority=DEFAULT_PRIORITY,
+            kind=Kind.REPLY,
+            matters=matters,
+        )
+
+    def announce(
+        self, time_ns: int, announcement: Announcement, matters: Callable[[], bool]
+    ) -> None:
+        """Send an announcement through the link, until it arrives."""
         self._emulator.send(
             self.direction,
             time_ns,
@@ -104,6 +122,7 @@ class _Way:
             announcement,
             priority=_ANNOUNCEMENT_PRIORITY,
             kind=Kind.ANNOUNCEMENT,
+            matters=matters,
         )
 
 
@@ -222,7 +241,6 @@ class Relay:
                     publish(far.session, payload, cargo)
                 else:
                     self._deliver(time_ns, direction, payload, cargo)
-            self._announce_again(until_ns)
             for warning in self._emulator.take_warnings():
                 self._notify(warning)
             self._renewal.step(until_ns)
@@ -241,16 +259,6 @@ class Relay:
                 self._tokens[direction].arrive(cargo)
             case _:
                 self._queries[direction.opposite].receive(payload, cargo, time_ns)
-
-    def _announce_again(self, now_ns: int) -> None:
-        for direction, tokens in self._tokens.items():
-            for cargo in self._emulator.unannounced(direction):
-                if isinstance(cargo, Announcement):
-                    tokens.presence.lose(cargo, now_ns)
-            again_ns = tokens.presence.next_ns
-            is_due = again_ns is not None and again_ns <= now_ns
-            if is_due and not self._emulator.is_out(direction):
-                tokens.again(now_ns)
 
     def state(self) -> EmulatorState:
         """Current counters, outages and settings; may be called from any thread."""
