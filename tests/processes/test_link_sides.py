@@ -175,7 +175,7 @@ def test_a_side_that_is_not_there_yet_is_waited_for() -> None:
     """It says so once, says when the side is there, and counts the duration from then on."""
     at = f"tcp/127.0.0.1:{unused_port()}"
     with LinkProcess(
-        UP, f"--rover-side={at}", "--ground-side=listen/tcp/127.0.0.1:0", "--duration=0"
+        UP, f"--rover-side={at}", "--ground-side=listen/tcp/127.0.0.1:0", "--duration=0.01"
     ) as between:
         assert between.says() == f"rover side: waiting for it at {at}: Connection refused"
         with router(at):
