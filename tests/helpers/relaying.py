@@ -1,7 +1,7 @@
 """Two Zenoh domains with the emulator between them, all in one process."""
 
 import threading
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack, contextmanager
 
 import msgspec
@@ -17,14 +17,18 @@ _TURN_S = 0.02
 
 
 def session(mode: str, **settings: object) -> zenoh.Session:
-    """A session that connects to nothing but what `settings` say: Zenoh's keys, `_` for `/`."""
+    """A session that connects to nothing but what `settings` say: Zenoh's keys.
+
+    In them `_` stands for `/`, and for itself where it has to.
+    """
     config = zenoh.Config()
     config.insert_json5("mode", f'"{mode}"')
     config.insert_json5("scouting/multicast/enabled", "false")
     config.insert_json5("scouting/delay", "0")
     config.insert_json5("timestamping/enabled", "true")
     for key, value in settings.items():
-        config.insert_json5(key.replace("_", "/"), msgspec.json.encode(value).decode())
+        path = key if key.startswith("queries") else key.replace("_", "/")
+        config.insert_json5(path, msgspec.json.encode(value).decode())
     return zenoh.open(config)
 
 
@@ -41,9 +45,10 @@ class Domain:
         about_it = msgspec.json.decode(about.ok.payload.to_bytes())
         self.locator: str = about_it["locators"][0]
 
-    def join(self) -> zenoh.Session:
+    def join(self, **settings: object) -> zenoh.Session:
         """Another program of this side."""
-        return self._stack.enter_context(session("client", connect_endpoints=[self.locator]))
+        joined = session("client", connect_endpoints=[self.locator], **settings)
+        return self._stack.enter_context(joined)
 
 
 class Between:
@@ -55,6 +60,7 @@ class Between:
         config: LinkConfig,
         up: Sequence[str],
         down: Sequence[str],
+        settings: Mapping[str, object],
     ) -> None:
         self.domains = {direction: Domain(stack) for direction in Direction}
         self.rover = self.domains[Direction.UP].join()
@@ -62,8 +68,8 @@ class Between:
         self.told: list[str] = []
         self._emulator: Emulator[Cargo] = Emulator(config)
         self._relay = Relay(
-            self.domains[Direction.UP].join(),
-            self.domains[Direction.DOWN].join(),
+            self.domains[Direction.UP].join(**settings),
+            self.domains[Direction.DOWN].join(**settings),
             up=[zenoh.KeyExpr(key) for key in up],
             down=[zenoh.KeyExpr(key) for key in down],
             emulator=self._emulator,
@@ -95,11 +101,15 @@ class Between:
 
 @contextmanager
 def between(
-    config: LinkConfig | None = None, *, up: Sequence[str] = (), down: Sequence[str] = ()
+    config: LinkConfig | None = None,
+    *,
+    up: Sequence[str] = (),
+    down: Sequence[str] = (),
+    **settings: object,
 ) -> Iterator[Between]:
-    """Two domains with a link between them."""
+    """Two domains with a link between them, whose own sessions have `settings` as in `session`."""
     with ExitStack() as stack:
-        both = Between(stack, config or LinkConfig(), up, down)
+        both = Between(stack, config or LinkConfig(), up, down, settings)
         try:
             yield both
         finally:

@@ -56,7 +56,6 @@ class Answer(msgspec.Struct, frozen=True, gc=False):
     encoding: zenoh.Encoding
     key: zenoh.KeyExpr | None = None
     deletes: bool = False
-    express: bool = False
     attachment: zenoh.ZBytes | None = None
     timestamp: zenoh.Timestamp | None = None
 
@@ -196,7 +195,6 @@ class Queries:
             sample.encoding,
             sample.key_expr,
             sample.kind == zenoh.SampleKind.DELETE,
-            sample.express,
             sample.attachment,
             sample.timestamp,
         )
@@ -257,7 +255,6 @@ def _give(query: zenoh.Query, payload: bytes, answer: Answer) -> None:
     elif answer.deletes:
         query.reply_del(
             key,
-            express=answer.express,
             attachment=answer.attachment,
             timestamp=answer.timestamp,
         )
@@ -266,7 +263,6 @@ def _give(query: zenoh.Query, payload: bytes, answer: Answer) -> None:
             key,
             payload,
             encoding=answer.encoding,
-            express=answer.express,
             attachment=answer.attachment,
             timestamp=answer.timestamp,
         )
