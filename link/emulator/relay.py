@@ -82,21 +82,40 @@ class _Way:
         self.direction, self._emulator = direction, emulator
         self.later, self.notify = later, notify
 
-    def ask(self, time_ns: int, payload: bytes, question: Question) -> None:
-        """Send a query through the link."""
+    def ask(
+        self,
+        time_ns: int,
+        payload: bytes,
+        question: Question,
+        matters: Callable[[], bool] | None,
+    ) -> None:
+        """Send a query through the link, until it arrives if it `matters`."""
         self._emulator.send(
-            self.direction, time_ns, payload, question, priority=DEFAULT_PRIORITY, kind=Kind.QUERY
+            self.direction,
+            time_ns,
+            payload,
+            question,
+            priority=DEFAULT_PRIORITY,
+            kind=Kind.QUERY,
+            matters=matters,
         )
 
     def least_round_trip_ns(self) -> int:
         """How long a query and its reply take at least."""
         return self._emulator.least_round_trip_ns
 
-    def reply(self, time_ns: int, payload: bytes, answer: Answer) -> None:
-        """Send a reply back through the link."""
-        back = self.direction.opposite
+    def reply(
+        self, time_ns: int, payload: bytes, answer: Answer, matters: Callable[[], bool] | None
+    ) -> None:
+        """Send a reply back through the link, until it arrives if it `matters`."""
         self._emulator.send(
-            back, time_ns, payload, answer, priority=DEFAULT_PRIORITY, kind=Kind.REPLY
+            self.direction.opposite,
+            time_ns,
+            payload,
+            answer,
+            priority=DEFAULT_PRIORITY,
+            kind=Kind.REPLY,
+            matters=matters,
         )
 
     def end(self, time_ns: int, end: End, matters: Callable[[], bool]) -> None:
