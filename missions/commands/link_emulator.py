@@ -244,7 +244,9 @@ def _ahead(link: Profile, start: str | None, texts: Sequence[str]) -> Ahead:
         made = read_assignments(texts)
         told = [Problem(one.key, one.text + origin_of(one, made)) for one in error.problems]
         words = str(LinkConfigError(*told, source=error.source))
-        raise typer.BadParameter(words, param_hint="--preset, --profile or --set") from error
+        is_set = any(origin_of(one, made) for one in error.problems)
+        hint = "--set" if is_set else "--preset or --profile"
+        raise typer.BadParameter(words, param_hint=hint) from error
 
 
 def _run(relay: Relay, duration_s: float | None, title: str, console: Console) -> None:
