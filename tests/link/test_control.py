@@ -95,6 +95,14 @@ def test_a_table_is_laid_over_the_profile_with_its_files(tmp_path: Path) -> None
     assert state.up.settings.delay_s == 0.25
 
 
+def test_the_changes_in_the_documents_are_taken() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "link.md").read_text()
+    payloads = page.partition("```json\n")[2].partition("```")[0].splitlines()
+    assert len(payloads) == 4
+    for payload in payloads:
+        Emulator[int](DELAYED).control(payload.encode())
+
+
 def test_a_change_never_waits_for_a_file(tmp_path: Path) -> None:
     """For a pipe to which nobody writes, or for what the kernel has yet to tell."""
     os.mkfifo(pipe := tmp_path / "pipe")
