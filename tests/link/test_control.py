@@ -2,14 +2,12 @@
 
 import json
 import os
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 import pytest
-from any_link import any_tables
+from changing_links import DELAYED, ChangeStep, changes, live_through
 from hypothesis import given
-from hypothesis import strategies as st
 
 from farside.frames import OutageReason
 from farside.link.emulator import Emulator
@@ -21,7 +19,6 @@ from farside.node import NEVER_NS, Direction, to_ns
 
 UP, DOWN = Direction.UP, Direction.DOWN
 S = 1_000_000_000
-DELAYED = LinkConfig(up=OneWay(delay_s=1.0), down=OneWay(delay_s=1.0))
 
 
 def control(subject: Emulator[int], **change: object) -> EmulatorState:
@@ -206,41 +203,8 @@ def test_the_greatest_values_do_no_harm(absent: str | None) -> None:
     assert counters.delivered > 0
 
 
-steps = st.one_of(
-    st.tuples(st.just("control"), any_tables(fitting=True)),
-    st.tuples(st.just("both"), any_tables(fitting=True)),
-    st.tuples(st.just("control"), any_tables(fitting=False)),
-    st.tuples(st.sampled_from(Direction), st.sampled_from([0, 1, 100, 5000])),
-    st.tuples(st.just("advance"), st.sampled_from([0, 1, 10**6, 10**9, 10**12, 10**18])),
-    st.tuples(st.just("out"), st.booleans()),
-)
-
-
-@given(st.lists(steps, max_size=12))
+@given(changes)
 def test_no_change_harms_the_link_neither_at_once_nor_at_the_next_message(
-    taken: list[tuple[str, Any]],
+    steps: list[ChangeStep],
 ) -> None:
-    """What goes on for ever is looked at for a while, all else for decades."""
-    subject: Emulator[int] = Emulator(DELAYED)
-    now_ns = 0
-    for step, what in [*taken, ("up", 100), ("down", 100), ("advance", 10**18)]:
-        match step:
-            case "control" | "both" | "out":
-                change = {"control": what, "out": {"both": {"out": what}}}.get(step)
-                if change is None:
-                    change = {"both": what.get("up", {})}
-                before = subject.state()
-                with suppress(ValueError):
-                    subject.control(json.dumps(change).encode())
-                    continue
-                assert subject.state() == before
-            case "advance":
-                most_ns = 10**18 if subject.ahead.latest_ns == NEVER_NS else 10**9
-                now_ns += min(what, most_ns)
-                subject.advance(now_ns)
-            case _:
-                subject.send(Direction(step), now_ns, bytes(what), 0)
-    for direction in Direction:
-        counters = subject.state().way(direction).counters
-        fates = ("delivered", "lost", "outage", "queue_full", "expired", "bit_error", "in_flight")
-        assert counters.received == sum(getattr(counters, fate) for fate in fates)
+    live_through(steps)
