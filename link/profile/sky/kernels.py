@@ -18,7 +18,7 @@ from farside.link.profile.sky.axes import FRAMES
 from farside.link.profile.sky.differences import modified_differences
 from farside.link.profile.sky.positions import DAY_S, J2000_DAY, EphemerisError, Moments, Span
 from farside.link.profile.statistics import Floats
-from farside.validation import one_line, shown
+from farside.validation import one_line, shown_path
 
 _STATE = 6
 _DAMAGE = (ArithmeticError, LookupError, TypeError, ValueError, struct.error)
@@ -56,9 +56,10 @@ def kernel_orbits(path: Path) -> list[Segment]:
     try:
         file = open_regular(path)
     except OSError as error:
-        raise EphemerisError(f"expected a kernel, found: {path}: {error.strerror}") from error
+        found = f"{shown_path(str(path))}: {error.strerror}"
+        raise EphemerisError(f"expected a kernel, found: {found}") from error
     except ValueError as error:
-        raise EphemerisError(f"{error}: {shown(str(path))}") from error
+        raise EphemerisError(f"{error}: {shown_path(str(path))}") from error
     try:
         with file:
             kernel = SPK(DAF(file))
@@ -67,7 +68,8 @@ def kernel_orbits(path: Path) -> list[Segment]:
     except EphemerisError:
         raise
     except OSError as error:
-        raise EphemerisError(f"expected a kernel, found: {path}: {error.strerror}") from error
+        found = f"{shown_path(str(path))}: {error.strerror}"
+        raise EphemerisError(f"expected a kernel, found: {found}") from error
     except _DAMAGE as error:
         found = one_line(str(error))
         raise EphemerisError(f"{path}: expected a binary SPK kernel, found: {found}") from error
