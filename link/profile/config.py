@@ -266,6 +266,10 @@ class ContactPlan(Section, frozen=True):
     rover: int
 
 
+BodyNumber = Annotated[int, Meta(ge=-1_000_000_000, le=1_000_000_000)]
+"""A body's number in SPICE."""
+
+
 class Ephemeris(Section, frozen=True):
     """Where the other end is: gives both delays, and outages around solar conjunction.
 
@@ -289,9 +293,9 @@ class Ephemeris(Section, frozen=True):
         ValueError: if both `kernel` and `horizons` are given.
     """
 
-    body: int | str | None = None
+    body: BodyNumber | str | None = None
     epoch: str | None = None
-    center: int | str = "earth"
+    center: BodyNumber | str = "earth"
     kernel: str | tuple[str, ...] = ()
     horizons: str | None = None
     conjunction_deg: NonNegative = 0.0
