@@ -16,6 +16,7 @@ import msgspec
 import zenoh
 
 from farside.link.emulator import Emulator, Kind
+from farside.link.emulator.ahead.renewing import Renewal
 from farside.link.emulator.control import (
     CONTROL_KEY,
     COUNTERS_KEY,
@@ -24,7 +25,6 @@ from farside.link.emulator.control import (
 )
 from farside.link.emulator.presence import Announcement
 from farside.link.emulator.queries import Answer, End, Queries, Question
-from farside.link.emulator.renewing import Renewal
 from farside.link.emulator.samples import (
     DEFAULT_PRIORITY,
     PRIORITIES,
