@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from farside.link.profile.config import Ephemeris
+from farside.link.profile.ephemeris import Ephemeris
 from farside.link.profile.layers import LinkConfigError, text_at
 from farside.link.profile.sky.dates import parsed_date
 from farside.link.profile.sky.kernels import kernel_orbits

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from farside.link.profile.config import Ephemeris
+from farside.link.profile.ephemeris import Ephemeris
 from farside.link.profile.sky.dates import parsed_date
 from farside.link.profile.sky.horizons import AU_KM, LIGHT_KM_S, horizons_table
 from farside.link.profile.sky.light import conjunctions, delay_tables, light_time

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from kernels import Floats, Segment, chebyshev, hermite, write_kernel
 
-from farside.link.profile.config import Ephemeris, LinkConfig
+from farside.link.profile.config import LinkConfig
+from farside.link.profile.ephemeris import Ephemeris
 from farside.link.profile.layers import LinkConfigError
 from farside.link.profile.plans.times import Window
 from farside.link.profile.profile import Profile
