@@ -17,6 +17,7 @@ import numpy as np
 
 from farside.frames import Fate
 from farside.link.channel.node import Channel
+from farside.link.emulator.ahead.horizon import Ahead, look_ahead
 from farside.link.emulator.control import (
     EmulatorState,
     OutageState,
@@ -24,7 +25,6 @@ from farside.link.emulator.control import (
     WayState,
     read_change,
 )
-from farside.link.emulator.horizon import Ahead, look_ahead
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.link.profile.layers import LinkConfigError
 from farside.link.profile.profile import Profile
@@ -193,7 +193,7 @@ class Emulator(Generic[_Cargo]):
         self._send_again()
         until_ns = max(until_ns, self._now_ns, *(frame.time_ns + 1 for frame in self._sent[-1:]))
         arrived: list[Delivery[_Cargo]] = []
-        while self._ahead.latest_ns < until_ns:
+        while self._ahead.latest_ns < min(until_ns, NEVER_NS):
             arrived += self._advance(max(self._ahead.latest_ns, self._now_ns))
             self.renew(look_ahead(self._ahead.profile, self._now_ns))
         return arrived + self._advance(until_ns)

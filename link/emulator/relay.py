@@ -16,6 +16,7 @@ import msgspec
 import zenoh
 
 from farside.link.emulator import Emulator, Kind
+from farside.link.emulator.ahead.renewing import Renewal
 from farside.link.emulator.control import (
     CONTROL_KEY,
     COUNTERS_KEY,
@@ -33,7 +34,6 @@ from farside.link.emulator.crossing.samples import (
     subscribe,
 )
 from farside.link.emulator.crossing.tokens import Tokens
-from farside.link.emulator.renewing import Renewal
 from farside.node import Direction, Role, to_ns, to_s
 
 _IDLE_NS = to_ns(0.5)
