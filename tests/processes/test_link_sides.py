@@ -10,10 +10,12 @@ import pytest
 import zenoh
 from certificates import Authority
 from linking import LinkProcess, unused_port
+from typer.testing import CliRunner
 
 from farside.link.emulator import sides
 from farside.link.emulator.domains import Domain, domain_at, domain_of
 from farside.link.emulator.sides import open_sides
+from farside.missions.commands.main import app
 
 pytestmark = pytest.mark.processes
 
@@ -261,11 +263,19 @@ def test_access_control_of_the_file_keeps_others_from_changing_the_link(folder: 
         assert between.state()["up"]["outage"] is None
 
 
-def test_a_file_that_is_not_valid_is_status_2(folder: Path) -> None:
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ([], "expected --rover-side or --rover-config, found neither"),
+        (["--rover-side=tcp/127.0.0.1:1"], "expected --ground-side or --ground-config"),
+        (
+            ["--rover-side=tcp/127.0.0.1:1", "--ground-config=ground.json5"],
+            "--ground-config: ground.json5: line 1, column 2: unknown field `conect`",
+        ),
+    ],
+)
+def test_what_is_missing_or_wrong_is_status_2(folder: Path, options: list[str], words: str) -> None:
     Path("ground.json5").write_text("{conect: {}}")
-    sides = ["--rover-side=tcp/127.0.0.1:1", "--ground-config=ground.json5"]
-    with LinkProcess(UP, *sides) as between:
-        status, _, errors = between.end()
-    assert status == 2
-    words = "--ground-config: ground.json5: line 1, column 2: unknown field `conect`"
-    assert words in " ".join(errors.split())
+    result = CliRunner().invoke(app, ["link", UP, *options], env={"COLUMNS": "1000"})
+    assert result.exit_code == 2
+    assert words in result.output
