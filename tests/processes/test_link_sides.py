@@ -2,7 +2,7 @@
 
 import json
 import socket
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -23,12 +23,15 @@ USERS = {"auth": {"usrpwd": {"dictionary_file": "users"}}}
 
 
 @contextmanager
-def router(locator: str, transport: Mapping[str, object] | None = None) -> Iterator[zenoh.Session]:
-    """A Zenoh router at an address."""
+def router(
+    locator: str, transport: Mapping[str, object] | None = None, *, connect: Sequence[str] = ()
+) -> Iterator[zenoh.Session]:
+    """A Zenoh router at an address, which connects to others."""
     config = zenoh.Config()
     config.insert_json5("mode", '"router"')
     config.insert_json5("scouting/multicast/enabled", "false")
     config.insert_json5("listen/endpoints", json.dumps([locator]))
+    config.insert_json5("connect/endpoints", json.dumps(connect))
     for key, value in (transport or {}).items():
         config.insert_json5(f"transport/{key}", json.dumps(value))
     with zenoh.open(config) as session:
@@ -210,6 +213,17 @@ def test_a_side_that_goes_and_comes_back_is_told_and_served_again() -> None:
             assert between.says() == "ground side: connected"
             [reply] = [one for one in again.get("farside/link/counters") if one.ok is not None]
             assert json.loads(reply.ok.payload.to_bytes())["ground_side"]["connected"] == 1
+
+
+def test_two_sides_whose_routers_know_each_other_are_refused() -> None:
+    """What the one is given the other would give back, for ever."""
+    rover, ground = (f"tcp/127.0.0.1:{unused_port()}" for _ in range(2))
+    with router(rover), router(ground, connect=[rover]):
+        options = ["--down=cmd/**", f"--rover-side={rover}", f"--ground-side={ground}"]
+        with LinkProcess(UP, *options) as between:
+            status, _, errors = between.end()
+    assert status == 3
+    assert "found a way from one side to the other beside this link" in errors
 
 
 def test_a_wrong_certificate_ends_the_command_in_words(folder: Path) -> None:

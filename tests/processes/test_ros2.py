@@ -108,7 +108,7 @@ def of_page() -> tuple[list[str], str]:
 
 
 def test_the_recipe_of_the_page_takes_a_ros_system_across_to_the_moon(definitions: Path) -> None:
-    """Topic, latched topic, service, parameters and graph; nothing comes before its light time."""
+    """Topic, latched topic, service and graph; nothing comes before its light time."""
     (of_rover, of_ground), line = of_page()
     assert "--preset moon" in line
     with (
