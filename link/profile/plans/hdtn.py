@@ -27,8 +27,8 @@ _DECIMAL = re.compile(r"-?[0-9]{1,18}(?:\.[0-9]{0,18})?")
 _MAX = 10**18
 """The largest number allowed in a plan."""
 
-_DATES_FROM_S = 1e9
-"""From here on times are dates, in POSIX seconds (UTC): no plan begins 30 years after its start."""
+_DATES_FROM_S, _DATES_UNTIL_S = 1e9, 250e9
+"""Between these, times are dates in POSIX seconds: no plan begins 30 years after its start."""
 
 _Entry = TypeVar("_Entry", Contact, Range)
 
@@ -88,7 +88,7 @@ def parse_hdtn(text: str, name: str) -> Plan:
         for number, why in wrong.items()
     ]
     zero = min((one.begin_s for one in contacts), default=0.0)
-    if zero < _DATES_FROM_S:
+    if not _DATES_FROM_S <= zero < _DATES_UNTIL_S:
         return plan_of(name, contacts, ranges, problems=problems)
     return plan_of(name, _since(zero, contacts), _since(zero, ranges), zero=zero, problems=problems)
 
