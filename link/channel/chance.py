@@ -139,29 +139,33 @@ class CorrelatedHits:
     """Which frames are hit with probability p, with correlation c between successive ones.
 
     A frame is hit if its random number is below p·(1 − c), or below p·(1 − c) + c if the frame
-    before was hit; below p if there is none before. So without correlation one is as another.
+    before was hit. So without correlation one is as another. The first comes after one not hit, as
+    in `CorrelatedLoss`.
     """
 
     def __init__(self, rng: Generator) -> None:
         self._stream = Stream(rng.random)
-        self._was_hit: bool | None = None
+        self._asked, self._was_hit = (0.0, 0.0), False
 
-    def draw(self, probability: float, correlation: float, count: int) -> list[int]:
+    def configure(self, probability: float, correlation: float) -> None:
+        """Hit so from the next frame on; other values than before begin anew."""
+        if (probability, correlation) != self._asked:
+            self._asked, self._was_hit = (probability, correlation), False
+
+    def draw(self, count: int) -> list[int]:
         """Indices of the next `count` frames that are hit."""
+        probability, correlation = self._asked
         if not probability or not correlation:
-            self._was_hit = None
             return _hits(self._stream, probability, count)
         numbers = self._stream.take(count)
         fresh = probability * (1 - correlation)
         again = fresh + correlation
         hit = numbers < min(fresh, again)
         decided = hit | (numbers >= max(fresh, again))
-        if self._was_hit is None:
-            hit[0], decided[0] = numbers[0] < probability, True
         # The others are as the frame before, or the opposite where correlation is negative.
         places = np.arange(count)
         last = np.maximum.accumulate(np.where(decided, places, -1))
-        before = np.where(last >= 0, hit[last], bool(self._was_hit))
+        before = np.where(last >= 0, hit[last], self._was_hit)
         hit = before ^ ((correlation < 0) & ((places - last) % 2 == 1))
         self._was_hit = bool(hit[-1])
         return _indices(hit)
@@ -328,6 +332,8 @@ class RandomImpairments:
         """Use `config` from the next frame on."""
         self._config = config
         self._loss.configure(config.loss)
+        reorder = config.reorder
+        self._hold.configure(*((reorder.share, reorder.correlation) if reorder else (0.0, 0.0)))
 
     def draw(self, frames: Sequence[Frame]) -> Draw:
         """What happens to the next frames, in order of hand-over."""
@@ -349,9 +355,8 @@ class RandomImpairments:
 
     def _hold_back(self, found: defaultdict[int, Impairment], count: int) -> None:
         reorder = self._config.reorder
-        share, correlation = (reorder.share, reorder.correlation) if reorder else (0.0, 0.0)
         hold_ns = to_ns(reorder.hold_s) if reorder else 0
-        for index in self._hold.draw(share, correlation, count):
+        for index in self._hold.draw(count):
             found[index].hold_ns = hold_ns
 
     def _duplicate_some(self, found: defaultdict[int, Impairment], count: int) -> None:

@@ -69,9 +69,7 @@ class OneWayChannel:
         self._outages = Outages(scheduled := outages_of(link, direction))
         self._outages_noted = 0
         self.agenda = Agenda()
-        for begin_ns, end_ns, reason in scheduled:
-            self._note_outage(begin_ns, reason, down=True)
-            self._note_outage(end_ns, reason, down=False)
+        self._note_outages(scheduled)
 
     def advance(self, until_ns: int, frames: Sequence[Frame]) -> Departures:
         """Take the frames handed over before `until_ns`, and apply the changes due by then.
@@ -128,10 +126,7 @@ class OneWayChannel:
         self.agenda.drop_outages()
         scheduled = outages_of(link, self._direction)
         began_ns = self._transmitter.began_ns
-        for begin_ns, end_ns, reason in self._outages.reschedule(now_ns, scheduled, began_ns):
-            if begin_ns >= now_ns:
-                self._note_outage(begin_ns, reason, down=True)
-            self._note_outage(end_ns, reason, down=False)
+        self._note_outages(self._outages.reschedule(now_ns, scheduled, began_ns), since_ns=now_ns)
 
     def reseed(self, rng: Generator) -> None:
         """Draw from other random streams; see `Channel.reseed`."""
@@ -142,7 +137,7 @@ class OneWayChannel:
         """Be out, or as scheduled, from `now_ns` on; see `Channel.set_out`."""
         if out is not self._outages.is_commanded:
             self._outages.toggle(now_ns)
-            self._note_outage(now_ns, OutageReason.CONTROL, down=out)
+            self.agenda.add([self._outage_record(now_ns, OutageReason.CONTROL, down=out)])
 
     def _run(self, until_ns: int, frames: Sequence[Frame]) -> None:
         self._transmitter.run(until_ns, frames, self._impairments.draw(frames))
@@ -262,11 +257,19 @@ class OneWayChannel:
         keys = known_ns, repeat(self._direction), sequences, repeat(copy)
         self.agenda.add(list(map(PendingRecord, *keys, messages)))
 
-    def _note_outage(self, time_ns: int, reason: OutageReason, *, down: bool) -> None:
+    def _note_outages(self, outages: Sequence[Outage], since_ns: int = 0) -> None:
+        records = []
+        for begin_ns, end_ns, reason in outages:
+            if begin_ns >= since_ns:
+                records.append(self._outage_record(begin_ns, reason, down=True))
+            records.append(self._outage_record(end_ns, reason, down=False))
+        self.agenda.add(records)
+
+    def _outage_record(self, time_ns: int, reason: OutageReason, *, down: bool) -> PendingRecord:
         # Numbered, so that the end of one outage is recorded before the beginning of the next.
         self._outages_noted += 1
         outage = LinkOutage(self._direction, down=down, reason=reason)
-        self.agenda.add([PendingRecord(time_ns, self._direction, -1, self._outages_noted, outage)])
+        return PendingRecord(time_ns, self._direction, -1, self._outages_noted, outage)
 
 
 def _changes_of(link: LinkConfig, direction: Direction) -> list[tuple[int, LinkChange]]:

@@ -75,8 +75,7 @@ def resolve_link(
         ),
     )
     start, plan = _begun(link, files)
-    sky = _sky_of(link, files, start)
-    link = _with_sky(link, sky, window)
+    link, sky = _with_ephemeris(link, files, start, window)
     link = _with_contacts(link, plan, files, window, sky)
     return msgspec.structs.replace(_with_passes(link, window), start=None)
 
@@ -234,16 +233,32 @@ def _sky_of(link: LinkConfig, files: Files, start: datetime | None) -> "Sky | No
         raise refused(("ephemeris",), str(error)) from error
 
 
-def _with_sky(link: LinkConfig, sky: "Sky | None", window: Window) -> LinkConfig:
-    if sky is None:
-        return link
-    from farside.link.profile.sky.orbiting import with_light_times  # noqa: PLC0415
+def _with_ephemeris(
+    link: LinkConfig, files: Files, start: datetime | None, window: Window
+) -> "tuple[LinkConfig, Sky | None]":
+    """The link with light times, and where they are from."""
+    ephemeris = link.ephemeris
+    if ephemeris is None:
+        return link, None
+    from farside.link.profile.sky.orbiting import Seen, seen_in, with_light_times  # noqa: PLC0415
     from farside.link.profile.sky.positions import EphemerisError  # noqa: PLC0415
 
+    # A kernel may be larger than a log. What a mission took of it stands for it among the texts.
+    described = msgspec.json.encode((msgspec.structs.replace(ephemeris, epoch=f"{start}"), window))
+    kept = f"light times of {described.decode()}" if ephemeris.kernel and window.is_whole else ""
+    if kept in files.texts:
+        seen = msgspec.json.decode(files.texts[kept], type=Seen)
+        return with_light_times(link, seen, ephemeris.conjunction_loss), None
+    sky = _sky_of(link, files, start)
+    if sky is None:
+        return link, None
     try:
-        return with_light_times(link, sky, window)
+        seen = seen_in(sky, window, ephemeris.conjunction_deg)
     except EphemerisError as error:
         raise refused(("ephemeris",), str(error)) from error
+    if kept:
+        files.texts[kept] = msgspec.json.encode(seen).decode()
+    return with_light_times(link, seen, ephemeris.conjunction_loss), sky
 
 
 def _with_passes(link: LinkConfig, window: Window) -> LinkConfig:
