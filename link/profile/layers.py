@@ -15,7 +15,15 @@ from typing import Any
 
 from farside.files import parse_toml, read_text
 from farside.link.profile.config import DELAY_KEYS, EPHEMERIS_FILES, RATE_KEYS
-from farside.validation import MAX_PROBLEMS, Problem, did_you_mean, dotted, one_line, shown
+from farside.validation import (
+    MAX_PROBLEMS,
+    Problem,
+    did_you_mean,
+    dotted,
+    one_line,
+    shown,
+    shown_path,
+)
 
 _SOURCE_LENGTH = 300
 
@@ -156,10 +164,10 @@ def text_at(path: Path, key: tuple[str, ...], read: Callable[[Path], str] = read
     try:
         return read(path)
     except OSError as error:
-        why = f"expected a file, found: {shown(str(path))}: {error.strerror}"
+        why = f"expected a file, found: {shown_path(str(path))}: {error.strerror}"
         raise refused(key, why) from error
     except ValueError as error:  # what it holds, or a path that can be none
-        raise refused(key, f"{error}: {shown(str(path))}") from error
+        raise refused(key, f"{error}: {shown_path(str(path))}") from error
 
 
 def _toml(text: str, key: tuple[str, ...]) -> dict[str, Any]:

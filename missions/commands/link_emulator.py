@@ -28,7 +28,7 @@ from farside.link.profile.profile import Profile
 from farside.link.profile.sky.dates import parsed_date
 from farside.missions.assignments import as_layer, origin_of, read_assignments
 from farside.node import Direction, Role
-from farside.validation import Problem, shown
+from farside.validation import Problem, one_line, shown
 
 _REFRESH_HZ = 2
 _SWITCH_S = 0.001
@@ -47,14 +47,14 @@ def _key(text: str) -> zenoh.KeyExpr:
     try:
         return zenoh.KeyExpr.autocanonize(text)
     except zenoh.ZError as error:
-        reason = str(error).partition(" at /")[0]
+        reason = one_line(str(error).partition(" at /")[0])
         raise typer.BadParameter(f"expected a Zenoh key expression, found: {reason}") from error
 
 
 def _locator(text: str) -> str:
     if not _LOCATOR.fullmatch(text):
         raise typer.BadParameter(
-            f"expected a Zenoh locator such as tcp/localhost:7447, found {text!r}"
+            f"expected a Zenoh locator such as tcp/localhost:7447, found {shown(text)}"
         )
     return text
 

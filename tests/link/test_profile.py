@@ -332,6 +332,7 @@ def test_messages_do_not_grow_with_what_they_are_about() -> None:
         {"preset": "m" * 10**6},
         {"contacts": {"file": "f" * 10**6, "ground": 1, "rover": 2}},
         {"down": {"rate_bit_s": 10**5000}},
+        {"ephemeris": {"body": -74, "epoch": "2026-01-01", "kernel": "k" * 10**6}},
         {"changes": {"a" * 10**6: {}}},
     ]
     told = []

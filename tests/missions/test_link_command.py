@@ -37,6 +37,8 @@ SIDES = ["--rover-side", "tcp/127.0.0.1:1", "--ground-side", "tcp/127.0.0.1:1", 
         ),
         (["--set", "x" * 100_000 + "=1"], "x…: expected one of the keys up, down, "),
         (["--profile", "p" * 100_000], "expected a file, found: "),
+        (["--ground-side", "g" * 100_000], "expected a Zenoh locator such as tcp/localhost:7447, "),
+        (["--up", "/" + "u" * 100_000], "expected a Zenoh key expression, found: "),
     ],
 )
 def test_a_link_that_cannot_be_is_refused_in_words(options: list[str], words: str) -> None:

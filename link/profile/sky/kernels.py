@@ -18,10 +18,9 @@ from farside.link.profile.sky.axes import FRAMES
 from farside.link.profile.sky.differences import modified_differences
 from farside.link.profile.sky.positions import DAY_S, J2000_DAY, EphemerisError, Moments, Span
 from farside.link.profile.statistics import Floats
-from farside.validation import one_line
+from farside.validation import one_line, shown_path
 
 _STATE = 6
-_NAME_LENGTH = 200
 _DAMAGE = (ArithmeticError, LookupError, TypeError, ValueError, struct.error)
 """What jplephem and numpy raise at a file that is not as it says."""
 
@@ -54,7 +53,7 @@ def kernel_orbits(path: Path) -> list[Segment]:
         raise EphemerisError(
             f"expected jplephem for kernels, found no {error.name}: pip install 'farside[spice]'"
         ) from error
-    name = one_line(str(path), _NAME_LENGTH)
+    name = shown_path(str(path))
     try:
         file = open_regular(path)
     except OSError as error:
