@@ -71,7 +71,7 @@ def delay_lines(seen: Observation, group: Group) -> Iterator[CheckLine]:
     if way.jitter is not None:
         yield _correlation_line(way, way.jitter, lateness, late)
     if way.reorder is not None:
-        yield from held_lines(seen, group, late.numbers, late.rest_ns + late.slack_ns)
+        yield from held_lines(seen, group, late.numbers, late.rest_ns, int(late.slack_ns.max()))
 
 
 def delay_line(seen: Observation, group: Group) -> CheckLine:

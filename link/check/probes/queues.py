@@ -7,6 +7,7 @@ import numpy as np
 from numpy.random import Generator
 
 from farside.link.check.intervals import Interval, clustered_interval, share_interval
+from farside.link.check.lateness import hurry
 from farside.link.check.lines import (
     CheckLine,
     Estimate,
@@ -37,6 +38,9 @@ _CROWD = 4000
 _LARGEST_BYTE = 256 << 20
 _MOST_FLIPS = 1_000_000
 _FEWEST = 5.0
+
+_TOGETHER_NS, _RARE = 2, 1e-6
+_HURRIED = "slots may open before a burst of frames has been handed over"
 
 
 def _kind(phase: Phase) -> int:
@@ -115,6 +119,8 @@ def plan_overloads(reference: Reference, frames: int, rng: Generator) -> Traffic
         if not _is_limited(phase):
             return None
         way = phase.way
+        if hurry(way.slots, _TOGETHER_NS) > _RARE:
+            return _HURRIED
         waiting = min(_WAITING, max(1, (way.queue_frame or 2 * _WAITING) // 2), way.queue_byte)
         size = _slot_size(phase, way.queue_byte // waiting)
         return _crowd(phase, room_ns, size, min(way.queue_byte // size, way.queue_frame or 1 << 30))
@@ -129,6 +135,8 @@ def plan_crowds(reference: Reference, frames: int, rng: Generator) -> Traffic:
         way = phase.way
         if not _is_limited(phase) or way.queue_frame is None or way.queue_frame > way.queue_byte:
             return None
+        if hurry(way.slots, _TOGETHER_NS) > _RARE:
+            return _HURRIED
         size = _slot_size(phase, min(64, way.queue_byte // way.queue_frame))
         return _crowd(phase, room_ns, size, way.queue_frame)
 
