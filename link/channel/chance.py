@@ -23,7 +23,11 @@ from farside.link.profile.jitter import Sample, sampler
 from farside.link.profile.loss import LossChain
 from farside.node import Frame, to_ns
 
-_NO_FLIPS: tuple[int, ...] = ()
+_BLOCK_BIT = 1 << 21
+"""Of frames longer than any mission's, the bits that are drawn at once where many are wrong."""
+
+_MANY = 0.02
+_FEW = 16
 _SKIP_BLOCK = 1 << 16
 
 
@@ -32,13 +36,14 @@ class Impairment(msgspec.Struct, gc=False):
 
     Attributes:
         loss: `LOST` or `BIT_ERROR` if the frame is lost to either.
-        flips: indices of the payload's bits that will be wrong, from 0, least significant first.
+        flips: the payload's bits that will be wrong: bit n of this number is bit n of the payload,
+            least significant first. As short as the payload, however many they are.
         hold_ns: for how long the frame is held back.
         copy_ns: jitter of its duplicate; `None` without one.
     """
 
     loss: Fate | None = None
-    flips: tuple[int, ...] = _NO_FLIPS
+    flips: int = 0
     hold_ns: int = 0
     copy_ns: int | None = None
 
@@ -214,19 +219,17 @@ class BitErrors:
         self._corrupt = Stream(corrupt.random)
         self._where = Stream(where.random)
 
-    def draw(self, config: OneWay, sizes_byte: Sequence[int]) -> dict[int, tuple[int, ...] | None]:
+    def draw(self, config: OneWay, sizes_byte: Sequence[int]) -> dict[int, int | None]:
         """Wrong bits of the frames that have any, by index in `sizes_byte`; `None` if lost."""
         wrong = self._by_rate(config, sizes_byte)
         for index, bit in self._corrupted(config.corrupt, sizes_byte).items():
-            found = wrong.get(index, _NO_FLIPS)
+            found = wrong.get(index, 0)
             if found is not None:
                 # A bit flipped twice is right again.
-                wrong[index] = tuple(sorted({*found} ^ {bit}))
+                wrong[index] = found ^ 1 << bit
         return wrong
 
-    def _by_rate(
-        self, config: OneWay, sizes_byte: Sequence[int]
-    ) -> dict[int, tuple[int, ...] | None]:
+    def _by_rate(self, config: OneWay, sizes_byte: Sequence[int]) -> dict[int, int | None]:
         count, rate = len(sizes_byte), config.bit_error_rate
         if not rate:
             self._first.skip(count)
@@ -238,7 +241,7 @@ class BitErrors:
         any_wrong = {size: -math.expm1(count * log_right) for size, count in bits.items()}
         draws, seeds = self._first.take(count), self._rest.take(count)
         candidates = _indices(draws < max(any_wrong.values()))
-        wrong: dict[int, tuple[int, ...] | None] = {}
+        wrong: dict[int, int | None] = {}
         for index, first in zip(candidates, draws[candidates].tolist(), strict=True):
             size, found = sizes_byte[index], None
             if first >= any_wrong[size]:
@@ -246,7 +249,7 @@ class BitErrors:
             if config.bit_errors is BitErrorEffect.FLIP:
                 right = min(int(math.log1p(-first) / log_right), bits[size] - 1)
                 found = _wrong_bits(right, bits[size], rate, int(seeds[index]))
-                if found[-1] >= size * 8:
+                if found.bit_length() > size * 8:
                     found = None
             wrong[index] = found
         return wrong
@@ -266,13 +269,27 @@ class BitErrors:
         }
 
 
-def _wrong_bits(first: int, bits: int, rate: float, seed: int) -> tuple[int, ...]:
-    """Indices of the wrong bits in ascending order, of which `first` is the first."""
+def _wrong_bits(first: int, bits: int, rate: float, seed: int) -> int:
+    """The wrong bits as one number, as in `Impairment`; `first` is the first of them."""
     rng = np.random.default_rng(seed)
     after = bits - first - 1
-    count = int(rng.binomial(after, rate))
-    rest = np.sort(rng.choice(after, count, replace=False)) if count else np.empty(0, np.int64)
-    return first, *(first + 1 + rest).tolist()
+    if after > _BLOCK_BIT and rate > _MANY:
+        sizes = (min(_BLOCK_BIT, after - begin) for begin in range(0, after, _BLOCK_BIT))
+        blocks = (np.packbits(rng.random(size) < rate, bitorder="little") for size in sizes)
+        rest = int.from_bytes(b"".join(block.tobytes() for block in blocks), "little")
+    else:
+        count = int(rng.binomial(after, rate))
+        rest = _with_bits(rng.choice(after, count, replace=False), after) if count else 0
+    return (rest << 1 | 1) << first
+
+
+def _with_bits(places: NDArray[np.int64], bits: int) -> int:
+    """The number with these bits set, of so many."""
+    if len(places) <= _FEW:
+        return sum(1 << place for place in places.tolist())
+    octets = np.zeros(bits // 8 + 1, np.uint8)
+    np.bitwise_or.at(octets, places >> 3, (1 << (places & 7)).astype(np.uint8))
+    return int.from_bytes(octets.tobytes(), "little")
 
 
 def _no_jitter(scores: Sequence[float]) -> list[int]:

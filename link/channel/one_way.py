@@ -14,8 +14,7 @@ from farside.link.channel.agenda import Agenda, PendingRecord
 from farside.link.channel.chance import UNIMPAIRED, Impairment, RandomImpairments
 from farside.link.channel.outages import Outages
 from farside.link.channel.queueing import Transmission, Transmitter
-from farside.link.profile.config import LinkChange, LinkConfig, OneWay
-from farside.link.profile.layers import DELAY_KEYS
+from farside.link.profile.config import DELAY_KEYS, LinkChange, LinkConfig, OneWay
 from farside.link.profile.schedule import Delay, Outage, outages_of
 from farside.node import Direction, Frame, to_ns
 
@@ -70,9 +69,7 @@ class OneWayChannel:
         self._outages = Outages(scheduled := outages_of(link, direction))
         self._outages_noted = 0
         self.agenda = Agenda()
-        for begin_ns, end_ns, reason in scheduled:
-            self._note_outage(begin_ns, reason, down=True)
-            self._note_outage(end_ns, reason, down=False)
+        self._note_outages(scheduled)
 
     def advance(self, until_ns: int, frames: Sequence[Frame]) -> Departures:
         """Take the frames handed over before `until_ns`, and apply the changes due by then.
@@ -112,9 +109,11 @@ class OneWayChannel:
         self._transmitter.change(now_ns, config)
         self._settle()
         if any(getattr(config, key) != getattr(before, key) for key in DELAY_KEYS):
-            self._delay = Delay(config)
-            # What is sent from now on may overtake what was sent before.
-            self._latest_ns = 0
+            delay = Delay(config)
+            if delay.at(now_ns) != self._delay.at(now_ns):
+                # What is sent from now on may overtake what was sent before.
+                self._latest_ns = 0
+            self._delay = delay
 
     def adopt(self, now_ns: int, link: LinkConfig) -> None:
         """Be this direction of `link` from `now_ns` on; see `Channel.adopt`."""
@@ -125,18 +124,20 @@ class OneWayChannel:
         if config != self.config:
             self.change(now_ns, config)
         self.agenda.drop_outages()
-        for begin_ns, end_ns, reason in self._outages.reschedule(
-            now_ns, outages_of(link, self._direction)
-        ):
-            if begin_ns >= now_ns:
-                self._note_outage(begin_ns, reason, down=True)
-            self._note_outage(end_ns, reason, down=False)
+        scheduled = outages_of(link, self._direction)
+        began_ns = self._transmitter.began_ns
+        self._note_outages(self._outages.reschedule(now_ns, scheduled, began_ns), since_ns=now_ns)
+
+    def reseed(self, rng: Generator) -> None:
+        """Draw from other random streams; see `Channel.reseed`."""
+        self._impairments = RandomImpairments(rng, self.config)
+        self._transmitter.reseed(*rng.spawn(1))
 
     def set_out(self, now_ns: int, *, out: bool) -> None:
         """Be out, or as scheduled, from `now_ns` on; see `Channel.set_out`."""
         if out is not self._outages.is_commanded:
             self._outages.toggle(now_ns)
-            self._note_outage(now_ns, OutageReason.CONTROL, down=out)
+            self.agenda.add([self._outage_record(now_ns, OutageReason.CONTROL, down=out)])
 
     def _run(self, until_ns: int, frames: Sequence[Frame]) -> None:
         self._transmitter.run(until_ns, frames, self._impairments.draw(frames))
@@ -212,7 +213,7 @@ class OneWayChannel:
         for index, impairment in impaired:
             if impairment.flips and delivered[index]:
                 payloads[index] = _flipped(payloads[index], impairment.flips)
-                flipped[index] = len(impairment.flips)
+                flipped[index] = impairment.flips.bit_count()
         sequences = [one.frame.sequence for one in sent]
         frames = map(Frame, repeat(self._direction), sequences, arrivals_ns, payloads)
         self._delivered.ends_ns.extend(compress(ends_ns, delivered))
@@ -256,11 +257,19 @@ class OneWayChannel:
         keys = known_ns, repeat(self._direction), sequences, repeat(copy)
         self.agenda.add(list(map(PendingRecord, *keys, messages)))
 
-    def _note_outage(self, time_ns: int, reason: OutageReason, *, down: bool) -> None:
+    def _note_outages(self, outages: Sequence[Outage], since_ns: int = 0) -> None:
+        records = []
+        for begin_ns, end_ns, reason in outages:
+            if begin_ns >= since_ns:
+                records.append(self._outage_record(begin_ns, reason, down=True))
+            records.append(self._outage_record(end_ns, reason, down=False))
+        self.agenda.add(records)
+
+    def _outage_record(self, time_ns: int, reason: OutageReason, *, down: bool) -> PendingRecord:
         # Numbered, so that the end of one outage is recorded before the beginning of the next.
         self._outages_noted += 1
         outage = LinkOutage(self._direction, down=down, reason=reason)
-        self.agenda.add([PendingRecord(time_ns, self._direction, -1, self._outages_noted, outage)])
+        return PendingRecord(time_ns, self._direction, -1, self._outages_noted, outage)
 
 
 def _changes_of(link: LinkConfig, direction: Direction) -> list[tuple[int, LinkChange]]:
@@ -269,11 +278,8 @@ def _changes_of(link: LinkConfig, direction: Direction) -> list[tuple[int, LinkC
     return sorted(((to_ns(change.at_s), change) for change in own), key=itemgetter(0))
 
 
-def _flipped(payload: bytes, bits: Sequence[int]) -> bytes:
-    flipped = bytearray(payload)
-    for bit in bits:
-        flipped[bit // 8] ^= 1 << bit % 8
-    return bytes(flipped)
+def _flipped(payload: bytes, bits: int) -> bytes:
+    return (int.from_bytes(payload, "little") ^ bits).to_bytes(len(payload), "little")
 
 
 def _impaired(transmissions: Sequence[Transmission]) -> list[tuple[int, Impairment]]:

@@ -4,18 +4,27 @@ Some tables name a file or an ephemeris. `farside.link.profile.resolve` replaces
 tables, so that whatever simulates reads no files.
 """
 
-from collections.abc import Sequence
 from enum import StrEnum
-from itertools import pairwise
 from typing import Annotated
 
 import msgspec
 from msgspec import Meta
 
 from farside.frames import OutageReason
+from farside.link.profile.ephemeris import Ephemeris
 from farside.link.profile.impairments import Jitter, LossModel, Reorder, Slots
 from farside.node import Direction, to_ns
-from farside.settings import Count, Fraction, NonNegative, Positive, Section
+from farside.settings import Count, Fraction, NonNegative, Positive, Section, expect_growing
+from farside.validation import MEASURED
+
+DELAY_KEYS = ("delay_s", "delay_table", "delay_trace")
+"""The keys of a direction that give its delay, of which one at most may be there."""
+
+RATE_KEYS = ("rate_bit_s", "rate_table", "rate_trace")
+"""The keys of a direction that give its rate, of which one at most may be there."""
+
+EPHEMERIS_FILES = ("kernel", "horizons")
+"""The keys of an ephemeris that name its files, of which one at most may be there."""
 
 
 class DropPolicy(StrEnum):
@@ -74,11 +83,11 @@ class DelayTrace(Section, frozen=True):
     """
 
     file: str | None = None
-    points: tuple[DelayPoint, ...] = ()
+    points: Annotated[tuple[DelayPoint, ...], MEASURED] = ()
     at_end: AfterLast = AfterLast.HOLD
 
     def __post_init__(self) -> None:
-        _expect_growing("points", [point.t_s for point in self.points])
+        expect_growing("points", [point.t_s for point in self.points])
         if self.at_end is AfterLast.WRAP and self.points and not self.points[-1].t_s:
             raise ValueError("points: expected a last t_s above 0 for what wraps, found 0")
 
@@ -102,11 +111,19 @@ class Trace(Section, frozen=True):
         file: path of the trace, one whole number of milliseconds per line.
         times_ms: its lines.
         at_end: what follows the last line.
+
+    Raises:
+        ValueError: if the times fall, or none is above 0, since a trace must have a length.
     """
 
     file: str | None = None
-    times_ms: tuple[Annotated[int, Meta(ge=0)], ...] = ()
+    times_ms: Annotated[tuple[Annotated[int, Meta(ge=0)], ...], MEASURED] = ()
     at_end: AtEnd = AtEnd.WRAP
+
+    def __post_init__(self) -> None:
+        expect_growing("times_ms", self.times_ms, may_repeat=True)
+        if self.times_ms and not self.times_ms[-1]:
+            raise ValueError("times_ms: expected a last time above 0 ms, found 0")
 
 
 class OneWay(Section, frozen=True):
@@ -119,7 +136,7 @@ class OneWay(Section, frozen=True):
         rate_bit_s: rate cap in bit/s; unlimited where absent.
         rate_table: the same over time, in place of `rate_bit_s`; starts at 0 s.
         rate_trace: delivery opportunities, in place of either.
-        overhead_byte: bytes sent with each frame on top of its own.
+        overhead_byte: bytes sent with each frame on top of its own; at most 65,535, as for a frame.
         queue_byte: bytes that may wait in the transmit queue (project default: 4096).
         queue_frame: frames that may wait; any number where absent.
         drop: which frame is dropped when either limit is exceeded.
@@ -139,12 +156,12 @@ class OneWay(Section, frozen=True):
     """
 
     delay_s: NonNegative | None = None
-    delay_table: tuple[DelayPoint, ...] = ()
+    delay_table: Annotated[tuple[DelayPoint, ...], MEASURED] = ()
     delay_trace: DelayTrace | None = None
     rate_bit_s: Count | None = None
-    rate_table: tuple[RateStep, ...] = ()
+    rate_table: Annotated[tuple[RateStep, ...], MEASURED] = ()
     rate_trace: Trace | None = None
-    overhead_byte: Annotated[int, Meta(ge=0)] = 0
+    overhead_byte: Annotated[int, Meta(ge=0, le=65_535)] = 0
     queue_byte: Count = 4096
     queue_frame: Count | None = None
     drop: DropPolicy = DropPolicy.NEWEST
@@ -159,10 +176,10 @@ class OneWay(Section, frozen=True):
     slots: Slots | None = None
 
     def __post_init__(self) -> None:
-        _expect_one(self, "delay_s", "delay_table", "delay_trace")
-        _expect_one(self, "rate_bit_s", "rate_table", "rate_trace")
+        _expect_one(self, *DELAY_KEYS)
+        _expect_one(self, *RATE_KEYS)
         for name in ("delay_table", "rate_table"):
-            _expect_growing(name, [point.t_s for point in getattr(self, name)])
+            expect_growing(name, [point.t_s for point in getattr(self, name)])
         if self.rate_table and self.rate_table[0].t_s > 0:
             raise ValueError(f"rate_table: expected t_s = 0 first, found {self.rate_table[0].t_s}")
 
@@ -184,15 +201,6 @@ class OneWay(Section, frozen=True):
     def delay_points(self) -> tuple[DelayPoint, ...]:
         """The points of the delay over time, of a table or a trace; none where it is constant."""
         return self.delay_table if self.delay_trace is None else self.delay_trace.points
-
-
-def _expect_growing(name: str, times_s: Sequence[float]) -> None:
-    for index, (earlier, later) in enumerate(pairwise(times_s)):
-        if later <= earlier:
-            raise ValueError(
-                f"{name}: expected times that grow, "
-                f"found {later:g} s after {earlier:g} s at index {index + 1}"
-            )
 
 
 def _expect_one(section: Section, *names: str) -> None:
@@ -284,24 +292,6 @@ class ContactPlan(Section, frozen=True):
     rover: int
 
 
-class Ephemeris(Section, frozen=True):
-    """Where the other end is: gives both delays, and outages around solar conjunction.
-
-    Attributes:
-        body: `moon`, `mars` or another body of `farside.link.profile.sky.light.BODIES`.
-        epoch: the date at simulated time 0, in UTC, such as `2021-02-18T00:00:00Z`.
-        conjunction_deg: no uplink while the angle between Sun and body, seen from Earth, is
-            below this; 0 for never. 2.2 gives the command moratoria of NASA's Mars missions.
-        conjunction_loss: probability that a downlink frame is lost in that time; a greater loss
-            of the link itself stays.
-    """
-
-    body: str
-    epoch: str
-    conjunction_deg: NonNegative = 0.0
-    conjunction_loss: Fraction = 0.5
-
-
 _CHANGING = (
     "rate_bit_s",
     "loss",
@@ -352,6 +342,8 @@ class LinkConfig(Section, frozen=True):
         up: the direction from the ground to the rover.
         down: the direction from the rover to the ground.
         preset: name of the profile that supplies what this table does not, such as `moon`.
+        start: the date at simulated time 0, in UTC, such as `2026-11-28T00:00:00Z`: of a contact
+            plan with dates, and of the ephemeris.
         ephemeris: gives the delays, and outages at conjunction.
         blackouts: outages at given times, at the rover's end of the path.
         passes: periodic visibility.
@@ -365,6 +357,7 @@ class LinkConfig(Section, frozen=True):
     up: OneWay = OneWay()
     down: OneWay = OneWay()
     preset: str | None = None
+    start: str | None = None
     ephemeris: Ephemeris | None = None
     blackouts: tuple[Blackout, ...] = ()
     passes: Passes | None = None

@@ -1,11 +1,12 @@
 """What a direction names as files, and plain tables in their place."""
 
-from collections.abc import MutableMapping
+from collections.abc import Callable, MutableMapping, Sequence
 from pathlib import Path
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, TypeAlias
 
 import msgspec
 
+from farside.files import read_text
 from farside.link.profile.config import AfterLast, LinkChange, OneWay
 from farside.link.profile.impairments import Jitter, Slots
 from farside.link.profile.layers import refused, text_at
@@ -13,7 +14,13 @@ from farside.link.profile.plans.delays import DelayFileError, parse_delays
 from farside.link.profile.plans.dist import DistributionError, parse_distribution
 from farside.link.profile.plans.traces import TraceError, parse_trace
 
+if TYPE_CHECKING:
+    from farside.link.profile.sky.positions import Orbit
+
 Key = tuple[str, ...]
+
+Kernels: TypeAlias = "MutableMapping[str, Sequence[Orbit]]"
+"""The orbits of kernels by the names of their files."""
 
 
 class Files(NamedTuple):
@@ -21,15 +28,28 @@ class Files(NamedTuple):
 
     folder: Path
     texts: MutableMapping[str, str]
+    kernels: "Kernels"
 
-    def text(self, name: str, key: Key) -> str:
-        """The text of the file that `key` names.
+    def orbits(self, name: str) -> "Sequence[Orbit]":
+        """The orbits of a kernel.
+
+        Raises:
+            EphemerisError: if it is none.
+        """
+        from farside.link.profile.sky.kernels import kernel_orbits  # noqa: PLC0415
+
+        if name not in self.kernels:
+            self.kernels[name] = kernel_orbits(self.folder / name)
+        return self.kernels[name]
+
+    def text(self, name: str, key: Key, read: Callable[[Path], str] = read_text) -> str:
+        """The text of the file that `key` names, as `read` gives it.
 
         Raises:
             LinkConfigError: if it cannot be read.
         """
         if name not in self.texts:
-            self.texts[name] = text_at(self.folder / name, key)
+            self.texts[name] = text_at(self.folder / name, key, read)
         return self.texts[name]
 
 

@@ -1,6 +1,7 @@
 """Random impairments: each has its distribution, and none affects another."""
 
 import math
+import sys
 from collections.abc import Sequence
 from itertools import accumulate, groupby
 from typing import Any, NamedTuple
@@ -57,13 +58,17 @@ class Drawn(NamedTuple):
     copy_ns: int | None
 
 
+def bits_of(number: int) -> tuple[int, ...]:
+    return tuple(bit for bit in range(number.bit_length()) if number >> bit & 1)
+
+
 def drawn(node: RandomImpairments, frames: Sequence[Frame]) -> list[Drawn]:
     """What each frame draws from `node`."""
     jitters_ns, others = node.draw(frames)
     assert len(jitters_ns) == len(frames)
     found = [others.get(index, UNIMPAIRED) for index in range(len(frames))]
     return [
-        Drawn(one.loss, one.flips, jitter_ns, one.hold_ns, one.copy_ns)
+        Drawn(one.loss, bits_of(one.flips), jitter_ns, one.hold_ns, one.copy_ns)
         for one, jitter_ns in zip(found, jitters_ns, strict=True)
     ]
 
@@ -237,6 +242,22 @@ def test_bit_errors_lose_long_frames_more_often() -> None:
 def test_when_every_bit_is_wrong_all_are_flipped() -> None:
     (one,) = draw(1, 3, bit_error_rate=1.0, bit_errors=BitErrorEffect.FLIP)
     assert one.flips == tuple(range(24))
+
+
+@pytest.mark.parametrize("rate", [1e-4, 0.3])
+def test_the_wrong_bits_of_a_long_message_are_as_many_and_take_no_more_room_than_it(
+    rate: float,
+) -> None:
+    size_byte = 500_000
+    node = RandomImpairments(
+        np.random.default_rng(0), OneWay(bit_error_rate=rate, bit_errors=BitErrorEffect.FLIP)
+    )
+    [one] = node.draw([Frame(Direction.UP, 0, 0, bytes(size_byte))]).impairments.values()
+    bits = 8 * size_byte
+    assert abs(one.flips.bit_count() - bits * rate) < 5 * math.sqrt(bits * rate * (1 - rate))
+    half = one.flips & (1 << bits // 2) - 1
+    assert abs(half.bit_count() - bits * rate / 2) < 5 * math.sqrt(bits * rate * (1 - rate) / 2)
+    assert sys.getsizeof(one.flips) < 1.1 * size_byte
 
 
 def test_corruption_flips_one_bit_anywhere() -> None:

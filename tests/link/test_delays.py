@@ -13,6 +13,7 @@ from farside.link import LinkConfig, OneWay
 from farside.link.profile.config import AfterLast, DelayPoint, DelayTrace
 from farside.link.profile.layers import LinkConfigError
 from farside.link.profile.plans.delays import DelayFileError, parse_delays
+from farside.link.profile.plans.times import Window
 from farside.link.profile.resolve import resolve_link
 from farside.link.profile.schedule import Delay
 from farside.node import to_ns, to_s
@@ -76,14 +77,16 @@ def test_any_text_is_a_measurement_or_refused(text: str) -> None:
 
 def resolved(folder: Path, **trace: Any) -> LinkConfig:
     up = OneWay(delay_trace=DelayTrace(**trace))
-    return resolve_link(LinkConfig(up=up, down=OneWay(delay_s=1.0)), folder=folder, duration_s=9)
+    return resolve_link(
+        LinkConfig(up=up, down=OneWay(delay_s=1.0)), folder=folder, window=Window.of(9.0)
+    )
 
 
 def test_a_file_that_holds_is_a_table(tmp_path: Path) -> None:
     (tmp_path / "owd.csv").write_text("0 1\n10 2\n")
     link = resolved(tmp_path, file="owd.csv")
     assert link.up == OneWay(delay_table=points((0, 1), (10, 2)))
-    assert resolve_link(link, folder=tmp_path, duration_s=9) == link
+    assert resolve_link(link, folder=tmp_path, window=Window.of(9.0)) == link
 
 
 def test_a_file_of_many_points_is_taken_whole(tmp_path: Path) -> None:
@@ -114,7 +117,7 @@ def test_a_trace_that_cannot_be_used_is_refused(
 def test_points_out_of_order_are_told_by_their_index() -> None:
     many = [(float(n), 1.0) for n in range(30_000)]
     many[20_000] = (7.0, 1.0)
-    with pytest.raises(ValueError, match="found 7 s after 19999 s at index 20000") as refusal:
+    with pytest.raises(ValueError, match="found 7 at index 20000, after 19999") as refusal:
         OneWay(delay_table=points(*many))
     assert len(str(refusal.value)) < 200
 

@@ -14,6 +14,7 @@ from farside.link.profile.impairments import Jitter, JitterShape, Slots
 from farside.link.profile.jitter import deviation
 from farside.link.profile.layers import LinkConfigError
 from farside.link.profile.plans.dist import DistributionError, parse_distribution
+from farside.link.profile.plans.times import Window
 from farside.link.profile.resolve import resolve_link
 
 TC = Path("/usr/lib/x86_64-linux-gnu/tc")
@@ -84,11 +85,11 @@ def test_files_are_read_wherever_a_distribution_can_be_given(tmp_path: Path) -> 
         "down": {"delay_s": 1.0},
         "changes": [{"at_s": 9.0, "jitter": table, "slots": {"wait": table, "frames": 2}}],
     }
-    link = resolve_link(msgspec.convert(tables, LinkConfig), folder=tmp_path, duration_s=9.0)
+    link = resolve_link(msgspec.convert(tables, LinkConfig), folder=tmp_path, window=Window.of(9.0))
     read = Jitter(spread_s=0.1, shape=JitterShape.TABLE, mean_s=0.2, table=(-8192, 8192))
     assert (link.up.jitter, link.up.slots) == (read, Slots(wait=read))
     assert (link.changes[0].jitter, link.changes[0].slots) == (read, Slots(wait=read, frames=2))
-    assert resolve_link(link, folder=tmp_path, duration_s=9.0) == link
+    assert resolve_link(link, folder=tmp_path, window=Window.of(9.0)) == link
 
 
 @pytest.mark.parametrize(
@@ -108,4 +109,4 @@ def test_a_file_that_is_no_table_is_refused_by_its_key(
     way = {"delay_s": 1.0}
     tables = {"up": way, "down": way, "changes": [{"at_s": 9.0} | change]}
     with pytest.raises(LinkConfigError, match=words):
-        resolve_link(msgspec.convert(tables, LinkConfig), folder=tmp_path, duration_s=9.0)
+        resolve_link(msgspec.convert(tables, LinkConfig), folder=tmp_path, window=Window.of(9.0))
