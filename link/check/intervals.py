@@ -57,7 +57,7 @@ def clustered_interval(
     """
     total, found = float(trials.sum()), float(hits.sum())
     share = found / total if total else 0.0
-    if math.isinf(clustering):
+    if math.isinf(clustering) or len(hits) < 2:
         return 0.0, 1.0
     if not 0 < share < 1:
         return share_interval(found / clustering, total / clustering, miss)

@@ -23,7 +23,7 @@ from farside.link.check.lines import CheckLine, Lines, Observation, exact_line
 from farside.link.check.probes import outages, pairs, queues, rates, singles
 from farside.link.check.traffic.planning import Traffic
 from farside.link.check.traffic.reference import FOREVER_NS, Reference
-from farside.link.check.traffic.run import ChannelFactory, run_probe, seeds
+from farside.link.check.traffic.run import ChannelFactory, Idle, run_probe, seeds
 from farside.link.profile.config import LinkConfig
 from farside.node import Direction
 
@@ -124,9 +124,8 @@ def check_link(
             done += count
             on_progress((number + done / total) / len(_PROBES))
 
-        seen = run_probe(
-            channel_factory(config, streams), traffic, advance, lifetime_ns=probe.lifetime_ns
-        )
+        channel = channel_factory(config, streams) if total else Idle()
+        seen = run_probe(channel, traffic, advance, lifetime_ns=probe.lifetime_ns)
         for way, arrivals in seen.items():
             sent[way] += len(traffic[way].time_ns)
             disagreeing[way] += arrivals.disagreeing

@@ -22,7 +22,6 @@ from farside.link.check.lines import (
 from farside.link.check.traffic.planning import Burst, Traffic, plan_bursts
 from farside.link.check.traffic.reference import MARGIN_NS, Bools, Phase, Reference
 from farside.link.profile.config import BitErrorEffect, DropPolicy, OneWay
-from farside.link.profile.rate import OPPORTUNITY_BYTE
 from farside.link.profile.statistics import Floats, loss_statistics
 from farside.node import to_ns, to_s
 
@@ -35,7 +34,7 @@ _FINE = 200
 
 _CROWD = 4000
 _LARGEST_BYTE = 256 << 20
-_MOST_FLIPS = 1_000_000
+_MOST_FLIPS = 100_000
 _FEWEST = 5.0
 
 
@@ -112,7 +111,9 @@ def plan_overloads(reference: Reference, frames: int, rng: Generator) -> Traffic
             return None
         way = phase.way
         waiting = min(_WAITING, max(1, (way.queue_frame or 2 * _WAITING) // 2), way.queue_byte)
-        size = _slot_size(phase, way.queue_byte // waiting)
+        size = way.queue_byte // waiting
+        if phase.trace is not None:
+            size = phase.filling_byte
         return _crowd(phase, room_ns, size, min(way.queue_byte // size, way.queue_frame or 1 << 30))
 
     return plan_bursts(reference, rng, overload, min(_OVERLOADS, frames), _kind)
@@ -125,21 +126,20 @@ def plan_crowds(reference: Reference, frames: int, rng: Generator) -> Traffic:
         way = phase.way
         if not _is_limited(phase) or way.queue_frame is None or way.queue_frame > way.queue_byte:
             return None
-        size = _slot_size(phase, min(64, way.queue_byte // way.queue_frame))
+        size = min(64, way.queue_byte // way.queue_frame)
+        if phase.trace is not None:
+            size = phase.filling_byte
+        if size * way.queue_frame > way.queue_byte:
+            return "so many frames of an opportunity each do not fit into the queue"
         return _crowd(phase, room_ns, size, way.queue_frame)
 
     return plan_bursts(reference, rng, crowd, min(_OVERLOADS, frames), _kind)
 
 
-def _slot_size(phase: Phase, most_byte: int) -> int:
-    """On a trace, frames of an opportunity each: how smaller ones share one is not measured."""
-    if phase.trace is None:
-        return most_byte
-    return max(1, min(most_byte, OPPORTUNITY_BYTE - phase.way.overhead_byte))
-
-
 def _crowd(phase: Phase, room_ns: int, size_byte: int, waiting: int) -> Burst | str:
     """One frame, and just after it twice as many as may wait; a quarter of them are urgent."""
+    if not waiting:
+        return "not even one frame of an opportunity fits into the queue"
     if size_byte * waiting > _LARGEST_BYTE:
         return f"the check fills no queue with more than {_LARGEST_BYTE:,} bytes"
     frames = 1 + waiting + min(waiting, _WAITING) + 4
@@ -164,7 +164,12 @@ def plan_lifetimes(reference: Reference, frames: int, rng: Generator) -> Traffic
         if not _is_limited(phase) or way.lifetime_s is None:
             return None
         most = min(_FINE, way.queue_frame or _FINE, way.queue_byte)
-        size = _slot_size(phase, way.queue_byte // most)
+        size = way.queue_byte // most
+        if phase.trace is not None:
+            size = phase.filling_byte
+            most = min(most, way.queue_byte // size)
+        if not most:
+            return "not even one frame of an opportunity fits into the queue"
         if phase.rate_bit_s is not None:
             half = int(2 * way.lifetime_s * phase.rate_bit_s / (8 * most)) - way.overhead_byte
             size = max(1, min(size, half))
@@ -287,6 +292,8 @@ def _passed_line(name: str, seen: Observation, group: Group, expected: _Expected
     """The mean number of frames that passed in a burst."""
     bursts, way = len(expected.orders), group.way
     trials = int(expected.sent.sum())
+    if not trials:
+        return unmeasured(name, "frames", 0.0, "every frame expires before anything is sent")
     numbers = np.flatnonzero(group.chosen)
     _, place = np.unique(seen.traffic.burst[numbers], return_inverse=True)
     arrived = seen.arrivals.arrived

@@ -145,6 +145,8 @@ def _of_kind(
             why = burst
             continue
         quota = -(-count // (len(indices) - number))
+        if not quota:
+            break
         times, reason = _starts_ns(reference, index, burst, quota, rng)
         why = reason or why
         count -= len(times)
@@ -183,6 +185,10 @@ def _starts_ns(
     times = times[reference.is_clear(*reference.stay_ns(times, busy_ns, spread_ns))]
     if not len(times):
         return none, "no moment was found at which no outage is near"
+    if burst.frames > 1:
+        times = times[~reference.is_compressed(times, times + busy_ns)]
+        if not len(times):
+            return none, "the delay falls as fast as time passes, so what is sent arrives at once"
     if len(times) > count:
         times = times[np.linspace(0, len(times) - 1, count).astype(int)]
     return times, None

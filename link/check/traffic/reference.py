@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from farside.link.check.traffic.opportunities import TraceTimes
 from farside.link.profile.config import AtEnd, LinkConfig, OneWay
 from farside.link.profile.impairments import JitterShape
+from farside.link.profile.rate import OPPORTUNITY_BYTE
 from farside.link.profile.schedule import outages_of
 from farside.node import NS_PER_S, Direction, to_ns
 
@@ -63,6 +64,12 @@ class Phase(NamedTuple):
     def frame_byte(self, size_byte: int) -> int:
         """What a frame of this size takes on the line."""
         return size_byte + self.way.overhead_byte
+
+    @property
+    def filling_byte(self) -> int:
+        """On a trace, the size of a frame that leaves nothing over of its opportunities."""
+        overhead = self.way.overhead_byte
+        return (overhead // OPPORTUNITY_BYTE + 1) * OPPORTUNITY_BYTE - overhead
 
     def departure_ns(self, time_ns: Ints, size_byte: int) -> Ints:
         """When the last bit leaves of frames that do not have to queue."""
@@ -117,7 +124,8 @@ class Reference:
         self.outages_ns = _limited(outages)
         way = config.way(direction)
         points = [(to_ns(one.t_s), to_ns(one.delay_s)) for one in way.delay_table]
-        points = points or [(0, to_ns(way.delay_s or 0.0))]
+        # Of points within a nanosecond, the last one.
+        points = sorted(dict(points).items()) or [(0, to_ns(way.delay_s or 0.0))]
         self._times, self._delays = _limited(points).T
         begins = [phase.begin_ns for phase in self.phases]
         self.settled_ns = max(int(self._times[-1]), *self.outages_ns[-1:, 1], 0, *begins[-1:])
@@ -153,6 +161,15 @@ class Reference:
             inner = np.maximum.reduceat(delays, slices)[::2]
             greatest[within] = np.maximum(greatest[within], inner)
         return least, greatest
+
+    def is_compressed(self, first_ns: Ints, last_ns: Ints) -> Bools:
+        """Whether what is sent later arrives no later somewhere between two moments."""
+        falling = np.append(0, np.cumsum(np.diff(self._delays) <= -np.diff(self._times)))
+        first = np.searchsorted(self._times, first_ns, side="right") - 1
+        after = np.searchsorted(self._times, last_ns, side="left")
+        last = len(falling) - 1
+        found: Bools = falling[np.clip(first, 0, last)] < falling[np.clip(after, 0, last)]
+        return found
 
     @property
     def greatest_delay_ns(self) -> int:
