@@ -11,7 +11,7 @@ the frames are many: 40,000 tell a loss of 5 % from one of 6 %.
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -140,9 +140,15 @@ def check_link(
         tuple(
             _judged(direction, from_s, line, miss)
             for direction, lines in found.items()
-            for from_s, line in lines
+            for from_s, line in _sorted(lines)
         ),
     )
+
+
+def _sorted(lines: Sequence[tuple[float, CheckLine]]) -> list[tuple[float, CheckLine]]:
+    """The lines with those of one name together, in order of time."""
+    names = list(dict.fromkeys(line.impairment for _, line in lines))
+    return sorted(lines, key=lambda one: (names.index(one[1].impairment), one[0]))
 
 
 def _judged(direction: Direction, from_s: float, line: CheckLine, miss: float) -> Measurement:

@@ -260,7 +260,7 @@ def _phases(config: LinkConfig, direction: Direction) -> Iterator[Phase]:
     rate_kinds: dict[tuple[int, object], int] = {}
     way, loss_start = config.way(direction), 0
     ways = [(0, way, loss_start)]
-    for change in sorted(config.changes, key=lambda one: one.at_s):
+    for change in sorted(config.changes, key=lambda one: to_ns(one.at_s)):
         if change.direction.includes(direction):
             changed = change.applied_to(way)
             loss_start += changed.loss != way.loss
