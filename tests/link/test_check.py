@@ -24,7 +24,7 @@ from farside.link.profile.config import (
 )
 from farside.link.profile.impairments import FourState, GilbertElliott, Jitter, JitterShape, Reorder
 from farside.link.profile.layers import preset_names
-from farside.link.profile.resolve import load_profile
+from farside.link.profile.profile import load_profile
 from farside.node import Direction, Frame, Step
 
 DAYS_S = 200_000.0
