@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 from farside.link import LinkConfig
 from farside.link.profile.layers import preset_names, with_preset
+from farside.link.profile.plans.times import Window
 from farside.link.profile.resolve import resolve_link
 
 HORIZON_S = 200_000.0
@@ -228,10 +229,19 @@ def profiles(draw: st.DrawFn) -> LinkConfig:
         table["blackouts"] = draw(blackouts())
     if draw(st.integers(0, 4)) == 0:
         table["passes"] = draw(passes())
-    return resolved(table, texts)
+    return resolved(table, texts, is_whole=draw(st.booleans()))
 
 
-def resolved(table: Table, texts: dict[str, str] | None = None) -> LinkConfig:
-    """The link that a table describes, as a profile does."""
+def resolved(
+    table: Table, texts: dict[str, str] | None = None, *, is_whole: bool = True
+) -> LinkConfig:
+    """The link that a table describes, as a profile does.
+
+    Args:
+        table: the profile.
+        texts: of the files that it names.
+        is_whole: whether nothing is after the horizon, as in a mission and in the check.
+    """
+    window = Window(0.0, HORIZON_S, is_whole)
     config = msgspec.convert(with_preset(table), LinkConfig)
-    return resolve_link(config, folder=Path(), duration_s=HORIZON_S, texts=texts or {})
+    return resolve_link(config, folder=Path(), window=window, texts=texts or {})
