@@ -16,8 +16,12 @@ from farside.node import Direction, Frame, Step
 Rngs = Mapping[Direction, np.random.Generator]
 Factory = Callable[[LinkConfig, Rngs], Any]
 
-SLOW = {"delay_s": 0.5, "rate_bit_s": 8000}
-TRACE = {"delay_s": 0.5, "rate_trace": Trace(times_ms=(30, 31, 90)), "queue_byte": 200_000}
+SLOW: dict[str, Any] = {"delay_s": 0.5, "rate_bit_s": 8000}
+TRACE: dict[str, Any] = {
+    "delay_s": 0.5,
+    "rate_trace": Trace(times_ms=(30, 31, 90)),
+    "queue_byte": 200_000,
+}
 
 
 def up(**keys: Any) -> LinkConfig:
@@ -41,6 +45,17 @@ def given_else(**keys: Any) -> Factory:
     return make
 
 
+class Refusing:
+    """A right channel that nothing passes which is larger than the queue."""
+
+    def __init__(self, channel: Channel) -> None:
+        self.channel = channel
+
+    def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:
+        fitting = [frame for frame in arrivals if len(frame.payload) <= 4096]
+        return self.channel.advance(until_ns, fitting)
+
+
 class Blind:
     """A right channel that does not see something of the frames."""
 
@@ -56,17 +71,18 @@ def blind_to(**unseen: Any) -> Factory:
     return lambda config, rngs: Blind(Channel(config, rngs), unseen)
 
 
-RIGHT = {
+KINDS: dict[str, dict[str, Any]] = {
+    "at a rate": SLOW,
+    "on a trace": TRACE,
+    "by number": SLOW | {"queue_frame": 70},
+    "with losses": SLOW | {"loss": 0.2},
+    "with losses in bursts": SLOW | {"loss": GilbertElliott(p=0.05, r=0.3)},
+    "with jitter": SLOW | {"jitter": Jitter(spread_s=3.0)},
+}
+RIGHT: dict[str, LinkConfig] = {
     f"{drop} dropped, {name}": up(**keys, drop=drop, lifetime_s=2.0)
     for drop in DropPolicy
-    for name, keys in {
-        "at a rate": SLOW,
-        "on a trace": TRACE,
-        "by number": SLOW | {"queue_frame": 70},
-        "with losses": SLOW | {"loss": 0.2},
-        "with losses in bursts": SLOW | {"loss": GilbertElliott(p=0.05, r=0.3)},
-        "with jitter": SLOW | {"jitter": Jitter(spread_s=3.0)},
-    }.items()
+    for name, keys in KINDS.items()
 }
 
 
@@ -128,3 +144,14 @@ def test_the_lifetime_of_a_frame_that_is_not_minded_is_caught() -> None:
 def test_what_expired_and_was_sent_all_the_same_is_caught_beside_losses() -> None:
     found = outside(up(**SLOW, loss=0.9, lifetime_s=2.0), given_else(lifetime_s=None))
     assert "lifetime, delivered though expired" in found
+
+
+def test_a_hidden_limit_on_the_size_of_a_frame_is_caught() -> None:
+    found = outside(up(**SLOW), lambda config, rngs: Refusing(Channel(config, rngs)))
+    assert "loss of what is larger than the queue" in found
+
+
+def test_a_frame_larger_than_the_queue_that_waits_behind_another_is_caught() -> None:
+    assert "larger than the queue, on a busy line" in outside(
+        up(**SLOW), given_else(queue_byte=4097)
+    )

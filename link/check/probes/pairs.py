@@ -1,14 +1,18 @@
 """Probes with two frames at once: reordering."""
 
+import math
+
 import numpy as np
 from numpy.random import Generator
 
 from farside.link.check.intervals import overtaking_probabilities
-from farside.link.check.lines import Group, Lines, Observation, share_line, short_byte
+from farside.link.check.lines import Group, Lines, Observation, share_line, short_byte, unmeasured
 from farside.link.check.traffic.planning import Burst, Traffic, plan_bursts
 from farside.link.check.traffic.reference import Bools, Ints, Phase, Reference
 from farside.link.profile.rate import OPPORTUNITY_BYTE
 from farside.node import to_ns
+
+_FINEST_NS = 10_000
 
 
 def _kind(phase: Phase) -> int:
@@ -39,6 +43,15 @@ def judge_pairs(seen: Observation) -> Lines:
         if group.way.duplicate == 1:
             # The first copy of each is its own; see `farside.link.check.probes.delays`.
             whole = leaders[(copies[leaders] >= 1) & (copies[leaders + 1] >= 1)]
+        jitter = group.way.jitter
+        if (
+            group.way.reorder is not None
+            and jitter is not None
+            and to_ns(jitter.spread_s) < _FINEST_NS
+        ):
+            why = f"jitter of {jitter.spread_s:g} s is hardly longer than what it is rounded to"
+            yield group.from_s, unmeasured(name, "share", math.nan, why)
+            continue
         asked = _asked(seen, group, whole)
         yield (
             group.from_s,
