@@ -19,7 +19,7 @@ def found(link: LinkConfig, seed: int) -> set[tuple[str, str]]:
     return {(one.direction.value, one.impairment) for one in outside}
 
 
-@settings(max_examples=20, suppress_health_check=[HealthCheck.too_slow])
+@settings(max_examples=15, suppress_health_check=[HealthCheck.too_slow])
 @given(profiles(), st.integers(0, 2**32))
 def test_no_right_link_is_refused(link: LinkConfig, seed: int) -> None:
     """By chance one in ten thousand is, so only what is found again with another seed counts."""

@@ -116,36 +116,32 @@ def _exact_line(late: Late) -> CheckLine:
 def _least_line(way: OneWay, late: Late) -> CheckLine:
     """The delay below all jitter: from the frame with the least on top of it."""
     least = int(np.argmin(late.rest_ns))
-    least_s, slack_s = to_s(int(late.rest_ns[least])), to_s(int(late.slack_ns.max()))
+    least_ns, slack_ns = int(late.rest_ns[least]), int(late.slack_ns.max())
     spacing = 1 if way.jitter is None else _spacing(way.jitter)
     effective = max(1, len(late.rest_ns) // spacing)
 
     def located(miss: float) -> Interval:
         # The least of the delays on top exceeds this quantile with probability `miss`.
-        reach_s = _quantile_on_top(way, -math.expm1(math.log(miss) / effective))
-        asked_s = late.asked_s + least_s
-        return asked_s - reach_s - slack_s, asked_s + slack_s
+        hold_ns, jitter_s = _quantile_on_top(way, -math.expm1(math.log(miss) / effective))
+        low_s = to_s(least_ns - hold_ns - slack_ns) - jitter_s
+        return late.asked_s + low_s, late.asked_s + to_s(least_ns + slack_ns)
 
     return CheckLine(
         "delay",
         "s",
         len(late.rest_ns),
         point(late.asked_s),
-        late.asked_s + least_s,
+        late.asked_s + to_s(least_ns),
         located,
     )
 
 
-def _quantile_on_top(way: OneWay, probability: float) -> float:
-    """What jitter and holding back add in seconds, at most, with this probability."""
-    share, hold_s = (way.reorder.share, way.reorder.hold_s) if way.reorder else (0.0, 0.0)
-
-    def of_jitter(part: float) -> float:
-        return 0.0 if way.jitter is None else quantile(way.jitter, part)
-
-    if probability <= 1 - share:
-        return of_jitter(probability / (1 - share)) if share < 1 else of_jitter(probability)
-    return hold_s + of_jitter((probability - (1 - share)) / share)
+def _quantile_on_top(way: OneWay, probability: float) -> tuple[int, float]:
+    """What holding back in ns and jitter in s add, at most, with this probability."""
+    share = way.reorder.share if way.reorder else 0.0
+    hold_ns = to_ns(way.reorder.hold_s) if way.reorder and probability > 1 - share else 0
+    free = (probability - (1 - share)) / share if hold_ns else probability / max(1 - share, 1e-300)
+    return hold_ns, 0.0 if way.jitter is None else quantile(way.jitter, min(1.0, free))
 
 
 def _jitter_lines(way: OneWay, jitter: Jitter, late: Late) -> Iterator[CheckLine]:
