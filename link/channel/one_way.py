@@ -2,7 +2,7 @@
 
 from bisect import bisect_left
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from itertools import accumulate, compress, repeat
 from operator import add, attrgetter, itemgetter
 from typing import NamedTuple
@@ -69,9 +69,11 @@ class OneWayChannel:
         self._outages = Outages(scheduled := outages_of(link, direction))
         self._outages_noted = 0
         self.agenda = Agenda()
-        for begin_ns, end_ns, reason in scheduled:
-            self._note_outage(begin_ns, reason, down=True)
-            self._note_outage(end_ns, reason, down=False)
+        self._note_outages(
+            edge
+            for begin_ns, end_ns, reason in scheduled
+            for edge in ((begin_ns, reason, True), (end_ns, reason, False))
+        )
 
     def advance(self, until_ns: int, frames: Sequence[Frame]) -> Departures:
         """Take the frames handed over before `until_ns`, and apply the changes due by then.
@@ -128,10 +130,12 @@ class OneWayChannel:
         self.agenda.drop_outages()
         scheduled = outages_of(link, self._direction)
         began_ns = self._transmitter.began_ns
-        for begin_ns, end_ns, reason in self._outages.reschedule(now_ns, scheduled, began_ns):
-            if begin_ns >= now_ns:
-                self._note_outage(begin_ns, reason, down=True)
-            self._note_outage(end_ns, reason, down=False)
+        self._note_outages(
+            edge
+            for begin_ns, end_ns, reason in self._outages.reschedule(now_ns, scheduled, began_ns)
+            for edge in ((begin_ns, reason, True), (end_ns, reason, False))
+            if begin_ns >= now_ns or not edge[-1]
+        )
 
     def reseed(self, rng: Generator) -> None:
         """Draw from other random streams; see `Channel.reseed`."""
@@ -141,7 +145,7 @@ class OneWayChannel:
         """Be out, or as scheduled, from `now_ns` on; see `Channel.set_out`."""
         if out is not self._outages.is_commanded:
             self._outages.toggle(now_ns)
-            self._note_outage(now_ns, OutageReason.CONTROL, down=out)
+            self._note_outages([(now_ns, OutageReason.CONTROL, out)])
 
     def _run(self, until_ns: int, frames: Sequence[Frame]) -> None:
         self._transmitter.run(until_ns, frames, self._impairments.draw(frames))
@@ -261,11 +265,16 @@ class OneWayChannel:
         keys = known_ns, repeat(self._direction), sequences, repeat(copy)
         self.agenda.add(list(map(PendingRecord, *keys, messages)))
 
-    def _note_outage(self, time_ns: int, reason: OutageReason, *, down: bool) -> None:
-        # Numbered, so that the end of one outage is recorded before the beginning of the next.
-        self._outages_noted += 1
-        outage = LinkOutage(self._direction, down=down, reason=reason)
-        self.agenda.add([PendingRecord(time_ns, self._direction, -1, self._outages_noted, outage)])
+    def _note_outages(self, edges: Iterable[tuple[int, OutageReason, bool]]) -> None:
+        """Record when the direction goes out (true) or comes back, and why it is out; in order."""
+        records: list[PendingRecord] = []
+        for time_ns, reason, down in edges:
+            # Numbered, so that the end of one is recorded before the beginning of the next.
+            self._outages_noted += 1
+            outage = LinkOutage(self._direction, down=down, reason=reason)
+            number = self._outages_noted
+            records.append(PendingRecord(time_ns, self._direction, -1, number, outage))
+        self.agenda.add(records)
 
 
 def _changes_of(link: LinkConfig, direction: Direction) -> list[tuple[int, LinkChange]]:
