@@ -1,5 +1,6 @@
 """Probes with two frames at once: reordering."""
 
+import math
 from functools import partial
 
 import numpy as np
@@ -15,12 +16,14 @@ from farside.link.check.lines import (
     batched,
     share_line,
     short_byte,
+    unmeasured,
 )
 from farside.link.check.traffic.planning import Burst, Traffic, plan_bursts
 from farside.link.check.traffic.reference import Bools, Ints, Phase, Reference
 from farside.link.profile.rate import OPPORTUNITY_BYTE
 from farside.node import to_ns
 
+_FINEST_NS = 10_000
 _TOGETHER_NS, _RARE = 2, 1e-3
 
 
@@ -59,6 +62,15 @@ def judge_pairs(seen: Observation) -> Lines:
         if group.way.duplicate == 1:
             # The first copy of each is its own; see `farside.link.check.probes.delays`.
             whole = leaders[(copies[leaders] >= 1) & (copies[leaders + 1] >= 1)]
+        jitter = group.way.jitter
+        if (
+            group.way.reorder is not None
+            and jitter is not None
+            and to_ns(jitter.spread_s) < _FINEST_NS
+        ):
+            why = f"jitter of {jitter.spread_s:g} s is hardly longer than what it is rounded to"
+            yield group.from_s, unmeasured(name, "share", math.nan, why)
+            continue
         asked = _asked(seen, group, whole)
         overtaken = seen.arrivals.overtaken[whole]
         line = share_line(name, asked, overtaken, "no pair arrived whole")
