@@ -12,10 +12,11 @@ from numpy.random import Generator
 from farside.frames import Fate, FrameFate, LinkOutage, OutageReason
 from farside.link.channel.agenda import Agenda, PendingRecord
 from farside.link.channel.chance import UNIMPAIRED, Impairment, RandomImpairments
+from farside.link.channel.forwarding import Forwarder
 from farside.link.channel.outages import Outages
-from farside.link.channel.queueing import Transmission, Transmitter
+from farside.link.channel.queueing import Dropped, Transmission, Transmitter
 from farside.link.profile.config import LinkChange, LinkConfig, OneWay
-from farside.link.profile.schedule import Delay, Outage, outages_of
+from farside.link.profile.schedule import Delay, Outage, outages_of, told_outages_of
 from farside.node import Direction, Frame, to_ns
 
 _time = attrgetter("time_ns")
@@ -37,10 +38,11 @@ class _Outcomes(NamedTuple):
     outages: Sequence[OutageReason | None]
 
     @classmethod
-    def never(cls, fates: Sequence[Fate]) -> "_Outcomes":
-        """The outcomes of frames that were never sent."""
-        none = [None] * len(fates)
-        return cls(none, fates, [0] * len(fates), none)
+    def never(cls, dropped: Sequence[Dropped]) -> "_Outcomes":
+        """The outcomes of frames that were never sent, or dropped on their way."""
+        count = len(dropped)
+        outages = [drop.outage for drop in dropped]
+        return cls([None] * count, [drop.fate for drop in dropped], [0] * count, outages)
 
 
 class OneWayChannel:
@@ -60,16 +62,19 @@ class OneWayChannel:
         self._direction = direction
         self._changes = deque(_changes_of(link, direction))
         self.config = link.way(direction)
-        self._least_delay_ns = self.config.least_delay_ns
         self._impairments = RandomImpairments(rng, self.config)
-        self._transmitter = Transmitter(self.config)
         self._delay = Delay(self.config)
         self._latest_ns = 0
         self._delivered = Departures([], [])
-        self._outages = Outages(scheduled := outages_of(link, direction))
+        self._outages = self._told = Outages(outages_of(link, direction))
         self._outages_noted = 0
         self.agenda = Agenda()
-        for begin_ns, end_ns, reason in scheduled:
+        self._forwarder: Forwarder | None = None
+        if link.routing is not None:
+            self._told = Outages(told_outages_of(link, direction))
+            self._forwarder = Forwarder(direction, link.routing, self.config, self._outages)
+        self._carrier = self._forwarder or Transmitter(self.config)
+        for begin_ns, end_ns, reason in told_outages_of(link, direction):
             self._note_outage(begin_ns, reason, down=True)
             self._note_outage(end_ns, reason, down=False)
 
@@ -93,7 +98,7 @@ class OneWayChannel:
     @property
     def next_ns(self) -> int | None:
         """See `Channel.next_ns`."""
-        leaves_ns = self._transmitter.next_ns
+        leaves_ns = self._carrier.next_ns
         if leaves_ns is None:
             return None
         arrives_ns = leaves_ns + self._least_delay_ns
@@ -101,14 +106,18 @@ class OneWayChannel:
 
     def outage(self, now_ns: int) -> Outage | None:
         """See `Channel.outage`."""
-        return self._outages.at(now_ns)
+        return self._outages.at(now_ns) or self._told.at(now_ns)
+
+    @property
+    def _least_delay_ns(self) -> int:
+        forwarder = self._forwarder
+        return self.config.least_delay_ns if forwarder is None else forwarder.least_delay_ns
 
     def change(self, now_ns: int, config: OneWay) -> None:
         """Use `config` from `now_ns` on; see `Channel.change`."""
         before, self.config = self.config, config
-        self._least_delay_ns = config.least_delay_ns
         self._impairments.configure(config)
-        self._transmitter.change(now_ns, config)
+        self._carrier.change(now_ns, config)
         self._settle()
         if (config.delay_s, config.delay_table) != (before.delay_s, before.delay_table):
             self._delay = Delay(config)
@@ -124,9 +133,10 @@ class OneWayChannel:
         if config != self.config:
             self.change(now_ns, config)
         self.agenda.drop_outages()
-        for begin_ns, end_ns, reason in self._outages.reschedule(
-            now_ns, outages_of(link, self._direction)
-        ):
+        told = self._outages.reschedule(now_ns, outages_of(link, self._direction))
+        if self._told is not self._outages:
+            told = self._told.reschedule(now_ns, told_outages_of(link, self._direction))
+        for begin_ns, end_ns, reason in told:
             if begin_ns >= now_ns:
                 self._note_outage(begin_ns, reason, down=True)
             self._note_outage(end_ns, reason, down=False)
@@ -138,7 +148,7 @@ class OneWayChannel:
             self._note_outage(now_ns, OutageReason.CONTROL, down=out)
 
     def _run(self, until_ns: int, frames: Sequence[Frame]) -> None:
-        self._transmitter.run(until_ns, frames, self._impairments.draw(frames))
+        self._carrier.run(until_ns, frames, self._impairments.draw(frames))
         self._settle()
 
     def _settle(self) -> None:
@@ -146,16 +156,18 @@ class OneWayChannel:
 
         Column by column, which is three times as fast as frame by frame.
         """
-        sent, dropped = self._transmitter.take()
+        sent, dropped = self._carrier.take()
+        if self._forwarder is not None:
+            self.agenda.add(self._forwarder.take_hops())
         if dropped:
             frames = [drop.transmission for drop in dropped]
-            fates = [drop.fate for drop in dropped]
-            self._note(frames, _Outcomes.never(fates), [drop.time_ns for drop in dropped], copy=0)
+            times_ns = [drop.time_ns for drop in dropped]
+            self._note(frames, _Outcomes.never(dropped), times_ns, copy=0)
         if sent:
             self._propagate(sent)
 
     def _propagate(self, sent: Sequence[Transmission]) -> None:
-        propagated_ns = self._propagated_ns([one.end_ns for one in sent])
+        propagated_ns = self._propagated_ns(sent)
         # For the order of arrival, lost and held-back frames count as if they were neither, and
         # duplicates do not count: so no impairment alters the effect of another.
         jittered_ns = map(add, propagated_ns, [one.jitter_ns for one in sent])
@@ -176,7 +188,10 @@ class OneWayChannel:
         if duplicated:
             self._decide(duplicated, _impaired(duplicated), copies_ns, copy=1)
 
-    def _propagated_ns(self, ends_ns: Sequence[int]) -> list[int]:
+    def _propagated_ns(self, sent: Sequence[Transmission]) -> list[int]:
+        if self._forwarder is not None:
+            return [one.arrives_ns for one in sent]
+        ends_ns = [one.end_ns for one in sent]
         if self.config.delay_table:
             return [end_ns + self._delay.at(end_ns) for end_ns in ends_ns]
         delay_ns = self._least_delay_ns
@@ -196,6 +211,8 @@ class OneWayChannel:
         known_ns, ends_ns = arrivals_ns, [one.end_ns for one in sent]
         if self._direction is Direction.UP:
             reasons = self._outages.reasons(arrivals_ns, arrivals_ns)
+        elif self._forwarder is not None:
+            reasons = None  # what left during an outage has come no further
         else:
             reasons = self._outages.reasons([one.start_ns for one in sent], ends_ns)
             if reasons:

@@ -9,7 +9,9 @@ from typing import Any
 from farside.files import parse_toml, read_text
 from farside.validation import Problem, did_you_mean, dotted, shown
 
-_DELAY_KEYS = ("delay_s", "delay_table")
+DELAY_KEYS = ("delay_s", "delay_table")
+"""The keys of a direction that give its delay, of which one at most may be there."""
+
 RATE_KEYS = ("rate_bit_s", "rate_table", "rate_trace")
 """The keys of a direction that give its rate, of which one at most may be there."""
 
@@ -139,15 +141,16 @@ def _without_replaced(preset: Mapping[str, Any], own: Mapping[str, Any]) -> dict
     """`preset` without the tables and keys to which `own` gives an alternative."""
     own_ways = {way: set(_table(own.get(way))) for way in ("up", "down")}
     left = dict(preset)
-    if "contacts" in own or any(keys.intersection(_DELAY_KEYS) for keys in own_ways.values()):
+    planned = "contacts" in own or "routing" in own
+    if planned or any(keys.intersection(DELAY_KEYS) for keys in own_ways.values()):
         left.pop("ephemeris", None)
     dropped = {
-        *(_DELAY_KEYS if "ephemeris" in own or "contacts" in own else ()),
-        *(RATE_KEYS if "contacts" in own else ()),
+        *(DELAY_KEYS if "ephemeris" in own or planned else ()),
+        *(RATE_KEYS if planned else ()),
     }
     for way, own_keys in own_ways.items():
         replaced = set(dropped)
-        for keys in (_DELAY_KEYS, RATE_KEYS):
+        for keys in (DELAY_KEYS, RATE_KEYS):
             if own_keys.intersection(keys):
                 replaced.update(keys)
         left[way] = {

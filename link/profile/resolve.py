@@ -26,9 +26,11 @@ from farside.link.profile.layers import (
     text_at,
     with_preset,
 )
-from farside.link.profile.plans.contacts import ContactPlanError, LinkTables, gaps, link_tables
+from farside.link.profile.planned import with_plans
+from farside.link.profile.plans.contacts import ContactPlanError, Plan, gaps, link_tables
 from farside.link.profile.plans.hdtn import parse_hdtn
 from farside.link.profile.plans.ion import parse_ion
+from farside.link.profile.plans.relayed import has_direct, routing_of
 from farside.link.profile.plans.traces import TraceError, parse_trace
 from farside.validation import mismatches, shown
 
@@ -89,7 +91,7 @@ def resolve_link(
         up=_with_trace(config.up, "up", files),
         down=_with_trace(config.down, "down", files),
     )
-    link = _with_contacts(link, files, duration_s)
+    link = with_plans(_with_contacts(link, files, duration_s))
     link = _with_ephemeris(link, duration_s)
     return _with_passes(link, duration_s)
 
@@ -118,6 +120,7 @@ def _expect_one_delay(config: LinkConfig) -> None:
         given += [f"{way}.delay_table"] if one_way.delay_table else []
         given += ["ephemeris"] if config.ephemeris else []
         given += ["contacts"] if config.contacts else []
+        given += ["routing"] if config.routing and not given else []
         if len(given) != 1:
             found = " and ".join(given) or "none of them"
             text = f"expected one of delay_s, delay_table, ephemeris and contacts, found {found}"
@@ -150,7 +153,17 @@ def _with_contacts(link: LinkConfig, files: _Files, duration_s: float) -> LinkCo
         if given := [key for key in RATE_KEYS if getattr(one_way, key)]:
             text = f"expected the rate from contacts or from {given[0]}, found both"
             raise refused((way, given[0]), text)
-    tables = _contact_tables(contacts, files, duration_s)
+    path, plan = _plan(contacts, files)
+    try:
+        if not has_direct(plan, contacts.ground, contacts.rover):
+            routing = routing_of(plan, contacts.ground, contacts.rover, contacts.store_byte)
+            return msgspec.structs.replace(link, routing=routing, contacts=None)
+        tables = link_tables(plan, contacts.ground, contacts.rover, duration_s)
+    except ContactPlanError as error:
+        raise refused(("contacts",), f"{path}: {error}") from error
+    if contacts.store_byte is not None:
+        text = "expected none, since the two have direct contacts and no node between them stores"
+        raise refused(("contacts", "store_byte"), text)
     return msgspec.structs.replace(
         link,
         up=msgspec.structs.replace(link.up, **tables.up._asdict()),
@@ -160,18 +173,14 @@ def _with_contacts(link: LinkConfig, files: _Files, duration_s: float) -> LinkCo
     )
 
 
-def _contact_tables(contacts: ContactPlan, files: _Files, duration_s: float) -> LinkTables:
+def _plan(contacts: ContactPlan, files: _Files) -> tuple[Path, Plan]:
     path = files.folder / contacts.file
     text = files.text(contacts.file, ("contacts", "file"))
     parse = parse_hdtn if path.suffix.lower() == ".json" else parse_ion
     try:
-        plan = parse(text, str(path))
+        return path, parse(text, str(path))
     except ContactPlanError as error:
         raise refused(("contacts", "file"), str(error)) from error
-    try:
-        return link_tables(plan, contacts.ground, contacts.rover, duration_s)
-    except ContactPlanError as error:
-        raise refused(("contacts",), f"{path}: {error}") from error
 
 
 def _with_ephemeris(link: LinkConfig, duration_s: float) -> LinkConfig:

@@ -28,11 +28,29 @@ def outages_of(config: LinkConfig, direction: Direction) -> tuple[Outage, ...]:
     Where two overlap, the earlier one gives the reason. Adjacent ones stay separate if their
     reasons differ. Passes and contacts must have been resolved to blackouts.
     """
+    return _merged(_blackouts(config, direction))
+
+
+def told_outages_of(config: LinkConfig, direction: Direction) -> tuple[Outage, ...]:
+    """`outages_of`, and when the sender waits for its first contact on a way by other nodes.
+
+    Nothing is lost to the latter.
+    """
+    rate = None if config.routing is None else planning_rate(config.way(direction))
+    if rate is None:
+        return outages_of(config, direction)
+    waits = [Outage(*span, OutageReason.CONTACT) for span in rate.idle()]
+    return _merged([*_blackouts(config, direction), *waits])
+
+
+def _blackouts(config: LinkConfig, direction: Direction) -> list[Outage]:
+    own = (one for one in config.blackouts if one.direction.includes(direction))
+    return [Outage(*one.span_ns, one.reason) for one in own]
+
+
+def _merged(outages: Iterable[Outage]) -> tuple[Outage, ...]:
     found: list[Outage] = []
-    blackouts = sorted(
-        (*one.span_ns, one.reason) for one in config.blackouts if one.direction.includes(direction)
-    )
-    for begin_ns, end_ns, reason in blackouts:
+    for begin_ns, end_ns, reason in sorted(outages):
         start_ns = max(begin_ns, found[-1].end_ns) if found else begin_ns
         if start_ns >= end_ns:
             continue

@@ -145,7 +145,7 @@ def link_tables(plan: Plan, ground: int, rover: int, duration_s: float) -> LinkT
             range for them.
     """
     up, down = _contacts(plan, ground, rover), _contacts(plan, rover, ground)
-    up_owlt, down_owlt = _LightTime(plan, up[0]), _LightTime(plan, down[0])
+    up_owlt, down_owlt = LightTime(plan, up[0]), LightTime(plan, down[0])
     arrivals = sorted(
         (one.begin_s + up_owlt.from_s(one.begin_s), one.end_s + up_owlt.until_s(one.end_s))
         for one in up
@@ -189,7 +189,7 @@ def _contacts(plan: Plan, source: int, dest: int) -> list[Contact]:
     return found
 
 
-class _LightTime:
+class LightTime:
     """Light time over time of what one node sends to another, in steps, from ranges."""
 
     def __init__(self, plan: Plan, contact: Contact) -> None:
@@ -210,6 +210,11 @@ class _LightTime:
     def until_s(self, time_s: float) -> float:
         """The light time up to `time_s`."""
         return self._owlts_s[max(0, bisect_left(self._begins_s, time_s) - 1)]
+
+    def changes_s(self, begin_s: float, end_s: float) -> list[float]:
+        """When it changes between two moments."""
+        inside = (one for one in self._begins_s if begin_s < one < end_s)
+        return [one for one in inside if self.from_s(one) != self.until_s(one)]
 
     def table(self, duration_s: float) -> tuple[DelayPoint, ...]:
         """The light times as a delay table for a run of `duration_s`."""

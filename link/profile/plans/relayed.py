@@ -1,0 +1,95 @@
+"""The link between two nodes of a contact plan by way of others."""
+
+from collections.abc import Iterable, Iterator
+from itertools import pairwise
+
+from farside.link.profile.plans.contacts import Contact, ContactPlanError, LightTime, Plan
+from farside.link.profile.routing import STORE_BYTE, Hop, Routing
+
+_NODES_SHOWN = 20
+
+
+def has_direct(plan: Plan, ground: int, rover: int) -> bool:
+    """Whether each of the two nodes has contacts in which it can send to the other."""
+    pairs = {(one.source, one.dest) for one in plan.contacts}
+    return {(ground, rover), (rover, ground)} <= pairs
+
+
+def routing_of(plan: Plan, ground: int, rover: int, store_byte: int | None = None) -> Routing:
+    """The contacts by which frames may go between `ground` and `rover`, from time 0 on.
+
+    Contacts that lie on no way between the two are left out. Where the light time changes during a
+    contact, it counts as two.
+
+    Args:
+        plan: the plan.
+        ground: node number of the ground.
+        rover: node number of the rover.
+        store_byte: see `farside.link.profile.routing.Routing`.
+
+    Raises:
+        ContactPlanError: if no contacts lead from one to the other, or those of two nodes overlap.
+    """
+    useful = set[tuple[int, int]]()
+    for source, dest in ((ground, rover), (rover, ground)):
+        useful |= _useful(plan, source, dest)
+    light_times: dict[tuple[int, int], LightTime] = {}
+    hops: list[Hop] = []
+    for one in plan.contacts:
+        pair = one.source, one.dest
+        if pair not in useful or one.end_s <= 0:
+            continue
+        if pair not in light_times:
+            light_times[pair] = LightTime(plan, one)
+        hops += _hops(one, light_times[pair])
+    try:
+        return Routing(
+            ground=ground,
+            rover=rover,
+            hops=tuple(hops),
+            store_byte=STORE_BYTE if store_byte is None else store_byte,
+        )
+    except ValueError as error:
+        raise ContactPlanError(str(error)) from error
+
+
+def _useful(plan: Plan, source: int, dest: int) -> set[tuple[int, int]]:
+    """The pairs of nodes that lie on any way from `source` to `dest`, times left aside."""
+    pairs = {(one.source, one.dest) for one in plan.contacts}
+    pairs = {(a, b) for a, b in pairs if b != source and a != dest}
+    onward = _reached(source, pairs)
+    back = _reached(dest, {(b, a) for a, b in pairs})
+    if dest not in onward:
+        others = ", ".join(map(str, sorted(onward - {source})[:_NODES_SHOWN]))
+        raise ContactPlanError(
+            f"expected contacts from {source} to {dest}, directly or by way of other nodes, "
+            f"found from {source} {f'ways to {others} only' if others else 'none at all'}"
+        )
+    return {(a, b) for a, b in pairs if a in onward and b in back}
+
+
+def _reached(start: int, pairs: Iterable[tuple[int, int]]) -> set[int]:
+    following: dict[int, list[int]] = {}
+    for a, b in pairs:
+        following.setdefault(a, []).append(b)
+    reached, new = {start}, [start]
+    while new:
+        for node in following.get(new.pop(), ()):
+            if node not in reached:
+                reached.add(node)
+                new.append(node)
+    return reached
+
+
+def _hops(contact: Contact, light_time: LightTime) -> Iterator[Hop]:
+    begin_s = max(0.0, contact.begin_s)
+    edges_s = [begin_s, *light_time.changes_s(begin_s, contact.end_s), contact.end_s]
+    for start_s, end_s in pairwise(edges_s):
+        yield Hop(
+            begin_s=start_s,
+            end_s=end_s,
+            sender=contact.source,
+            receiver=contact.dest,
+            rate_bit_s=contact.rate_bit_s,
+            owlt_s=light_time.from_s(start_s),
+        )
