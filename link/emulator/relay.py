@@ -11,10 +11,8 @@ Zenoh reconnects by itself when a connection is lost. Until then, what is delive
 received by nobody; it is counted, and the loss of the connection reported at once.
 """
 
-import json
 import time
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Sequence
 from queue import Empty, SimpleQueue
 from typing import NamedTuple, TypeVar
 
@@ -30,7 +28,6 @@ from farside.link.emulator.control import (
 )
 from farside.node import Direction, Role, to_ns, to_s
 
-_LISTEN = "listen/"
 _IDLE_NS = to_ns(0.5)
 
 _PRIORITIES = (
@@ -91,58 +88,6 @@ class _Side:
 
     def state(self) -> SideState:
         return SideState(len(self.nodes), self.unheard)
-
-
-@contextmanager
-def open_side(side: Role, locator: str) -> Iterator[zenoh.Session]:
-    """A session with the domain on one side, closed at the end; see `open_session`.
-
-    Args:
-        side: the rover's or the ground's.
-        locator: its address.
-
-    Raises:
-        ConnectionError: if nobody answers there, or the address is not free.
-    """
-    with open_session(locator, f"the {side} side") as session:
-        yield session
-
-
-@contextmanager
-def open_session(locator: str, domain: str) -> Iterator[zenoh.Session]:
-    """A session with other Zenoh programs, closed at the end.
-
-    Args:
-        locator: a router or peer to connect to, such as `tcp/192.0.2.1:7447`; with the prefix
-            `listen/`, the address on which to be a router that others connect to.
-        domain: whose it is, in the words of a message.
-
-    Raises:
-        ConnectionError: if nobody answers there, or the address is not free.
-    """
-    listen_at = locator.removeprefix(_LISTEN)
-    if listen_at != locator:
-        settings: dict[str, object] = {"mode": "router", "listen/endpoints": [listen_at]}
-        failure = f"expected a free address to listen on for {domain}, found {listen_at}"
-    else:
-        settings = {
-            "mode": "client",
-            "connect/endpoints": [locator],
-            "connect/timeout_ms": 0,
-            "connect/exit_on_failure": True,
-        }
-        failure = f"expected a Zenoh router or peer of {domain} at {locator}, found none"
-    config = zenoh.Config()
-    config.insert_json5("scouting/multicast/enabled", "false")
-    try:
-        for key, value in settings.items():
-            config.insert_json5(key, json.dumps(value))
-        session = zenoh.open(config)
-    except zenoh.ZError as error:
-        reason = str(error).partition(" at /")[0].strip()
-        raise ConnectionError(f"{failure}: {reason}") from error
-    with session:
-        yield session
 
 
 class Relay:

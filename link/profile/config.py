@@ -244,7 +244,7 @@ class Ephemeris(Section, frozen=True):
     """Where the other end is: gives both delays, and outages around solar conjunction.
 
     Attributes:
-        body: `moon`, `mars` or another body of `farside.link.profile.light.BODIES`.
+        body: `moon`, `mars` or another body of `farside.link.profile.sky.light.BODIES`.
         epoch: the date at simulated time 0, in UTC, such as `2021-02-18T00:00:00Z`.
         conjunction_deg: no uplink while the angle between Sun and body, seen from Earth, is
             below this; 0 for never. 2.2 gives the command moratoria of NASA's Mars missions.

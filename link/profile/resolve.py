@@ -186,7 +186,7 @@ def _plan(contacts: ContactPlan, files: _Files) -> tuple[Path, Plan]:
 def _with_ephemeris(link: LinkConfig, duration_s: float) -> LinkConfig:
     if link.ephemeris is None:
         return link
-    from farside.link.profile.light import EphemerisError, conjunctions, delay_tables  # noqa: PLC0415
+    from farside.link.profile.sky.light import EphemerisError, conjunctions, delay_tables  # noqa: PLC0415
 
     try:
         up, down = delay_tables(link.ephemeris, duration_s)

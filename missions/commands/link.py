@@ -7,7 +7,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from farside.link.profile.light import BODIES, LightTime, light_time
+from farside.link.profile.sky.light import BODIES, LightTime, light_time
 from farside.missions.commands.link_check import check
 from farside.missions.commands.link_emulator import emulate
 

@@ -3,7 +3,7 @@
 import gc
 import re
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import Annotated
 
@@ -17,7 +17,9 @@ from rich.text import Text
 
 from farside.link.emulator import Emulator
 from farside.link.emulator.control import EmulatorState, WayCounters, WayState, alternatives_to
-from farside.link.emulator.relay import Metadata, Relay, open_side
+from farside.link.emulator.domains import Domain, domain_at, domain_of
+from farside.link.emulator.relay import Metadata, Relay
+from farside.link.emulator.sides import open_sides
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.link.profile.layers import LinkConfigError
 from farside.link.profile.resolve import load_profile
@@ -66,6 +68,14 @@ def emulate(
         str | None,
         typer.Option(parser=_locator, metavar="LOCATOR", help="The ground's, likewise."),
     ] = None,
+    rover_config: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.json5", help="Zenoh's settings for the rover's domain."),
+    ] = None,
+    ground_config: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE.json5", help="Zenoh's settings for the ground's domain."),
+    ] = None,
     up: Annotated[
         Keys,
         typer.Option(parser=_key, metavar="KEYS", help="Passes from ground to rover. Repeatable."),
@@ -109,19 +119,22 @@ def emulate(
     """
     if context.invoked_subcommand is not None:
         return
-    if rover_side is None or ground_side is None:
-        raise typer.BadParameter(
-            "expected both --rover-side and --ground-side, or a command; see --help"
-        )
+    domains = {
+        Role.ROVER: _domain(Role.ROVER, rover_side, rover_config),
+        Role.GROUND: _domain(Role.GROUND, ground_side, ground_config),
+    }
     if not (up or down):
         raise typer.BadParameter("expected --up or --down, without which nothing passes")
     config = _load(preset, profile, set_ or (), duration or _HORIZON_S)
     emulator: Emulator[Metadata] = Emulator(config, seed)
     console = Console(stderr=True)
-    with (
-        open_side(Role.ROVER, rover_side) as rover,
-        open_side(Role.GROUND, ground_side) as ground,
-    ):
+
+    def notify(text: str) -> None:
+        console.print(text, style="yellow", soft_wrap=True, markup=False, highlight=False)
+
+    for role, domain in domains.items():
+        _warn(role, domain, notify)
+    with open_sides([*domains.values()], notify) as (rover, ground):
         try:
             relay = Relay(
                 rover,
@@ -129,17 +142,42 @@ def emulate(
                 up=up or (),
                 down=down or (),
                 emulator=emulator,
-                notify=lambda text: console.print(text, style="yellow", soft_wrap=True),
+                notify=notify,
             )
         except ValueError as error:
             raise typer.BadParameter(str(error)) from error
-        title = f"rover side {rover_side}, ground side {ground_side}"
+        title = ", ".join(f"{domain.name} {domain.where}" for domain in domains.values())
         _run(relay, duration, title, console)
         state = relay.state()
     if json:
         print(msgspec.json.encode(state).decode())  # noqa: T201
     else:
         Console().print(_display(state, title))
+
+
+def _domain(role: Role, locator: str | None, config: Path | None) -> Domain:
+    name = f"{role} side"
+    if config is not None:
+        try:
+            return domain_of(config, locator, name)
+        except ValueError as error:
+            raise typer.BadParameter(str(error), param_hint=f"--{role}-config") from error
+    if locator is None:
+        raise typer.BadParameter(
+            f"expected --{role}-side or --{role}-config, found neither, and no command; see --help"
+        )
+    return domain_at(locator, name)
+
+
+def _warn(role: Role, domain: Domain, notify: Callable[[str], None]) -> None:
+    """Tell what anybody may do from outside, if anybody may."""
+    if (locator := domain.unguarded()) is not None:
+        # Counters and control are served on the ground side.
+        may = "send over the link and change it" if role is Role.GROUND else "send over the link"
+        notify(
+            f"warning: {domain.name}: anybody who reaches {locator} may {may}; "
+            f"--{role}-config can ask for a certificate or a password"
+        )
 
 
 def _load(

@@ -1,5 +1,7 @@
 """Contact plans of ION: what is read, and what is refused."""
 
+from datetime import UTC, datetime
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -30,6 +32,11 @@ def test_the_first_date_of_a_plan_is_time_zero() -> None:
         "plan",
     )
     assert [c[:2] for c in plan.contacts] == [(-50, -30), (0, 10), (86410, 86411)]
+    assert plan.zero == datetime(2024, 2, 28, 23, 59, 50, tzinfo=UTC).timestamp()
+
+
+def test_a_plan_without_dates_does_not_say_when_its_second_0_is() -> None:
+    assert parse_ion("@ +9\na contact +0 +5 1 2 1", "plan").zero is None
 
 
 def test_commands_that_plan_nothing_are_ignored() -> None:

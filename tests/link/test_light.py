@@ -8,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from farside.link.profile import light
 from farside.link.profile.config import Ephemeris
-from farside.link.profile.light import (
+from farside.link.profile.sky import light
+from farside.link.profile.sky.light import (
     BODIES,
     EphemerisError,
     conjunctions,
@@ -94,7 +94,7 @@ def test_with_outdated_leap_seconds_nothing_is_downloaded_and_nobody_is_warned()
 import sys
 from astropy.time import Time
 from astropy.utils import iers
-from farside.link.profile.light import light_time
+from farside.link.profile.sky.light import light_time
 
 far = Time("2099-01-01", scale="tai")
 fetched = []

@@ -40,11 +40,34 @@ class Range(NamedTuple):
     owlt_s: float
 
 
+class PairProblem(NamedTuple):
+    """Why a line of a plan cannot be used: it refuses the pairs of nodes that it is about.
+
+    Attributes:
+        source, dest: the nodes of the line; None where it does not say which, so that it may be
+            about any.
+        text: which file and line, what was expected and what was found.
+    """
+
+    source: int | None
+    dest: int | None
+    text: str
+
+
 class Plan(NamedTuple):
-    """Contacts and ranges in order of time, each for one direction."""
+    """Contacts and ranges in order of time, each for one direction.
+
+    Attributes:
+        contacts, ranges: of all pairs of nodes.
+        zero: the date of the plan's second 0, in POSIX seconds (UTC, without leap seconds); None
+            where the plan has no dates.
+        problems: the lines that cannot be used, in the order of the file.
+    """
 
     contacts: tuple[Contact, ...]
     ranges: tuple[Range, ...]
+    zero: float | None = None
+    problems: tuple[PairProblem, ...] = ()
 
 
 _Entry = TypeVar("_Entry", Contact, Range)
@@ -100,13 +123,15 @@ def _span(entry: Contact | Range) -> str:
     return f"{entry.begin_s:.12g} s to {entry.end_s:.12g} s"
 
 
-def plan_of(contacts: Iterable[Contact], ranges: Iterable[Range], name: str) -> Plan:
-    """The plan with these contacts and ranges, from the file `name`.
+def plan_of(
+    contacts: Iterable[Contact], ranges: Iterable[Range], name: str, zero: float | None = None
+) -> Plan:
+    """The plan with these contacts and ranges, from the file `name`, with second 0 at `zero`.
 
     Raises:
         ContactPlanError: if it has no contacts.
     """
-    plan = Plan(tuple(sorted(contacts)), tuple(sorted(ranges)))
+    plan = Plan(tuple(sorted(contacts)), tuple(sorted(ranges)), zero)
     if not plan.contacts:
         raise ContactPlanError(f"{name}: expected a contact at least, found none")
     return plan

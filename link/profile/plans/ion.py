@@ -58,7 +58,7 @@ def parse_ion(text: str, name: str) -> Plan:
         except ContactPlanError as error:
             raise ContactPlanError(f"{name}, line {number}: {error}") from None
     reader.imply_ranges()
-    return plan_of(reader.contacts, reader.ranges, name)
+    return plan_of(reader.contacts, reader.ranges, name, reader.zero_date)
 
 
 class _IonReader:
@@ -68,7 +68,7 @@ class _IonReader:
         self.contacts: Book[Contact] = Book()
         self.ranges: Book[Range] = Book()
         self._reference_s = 0.0
-        self._zero_date: int | None = None
+        self.zero_date: int | None = None
         self._is_relative = False
 
     def execute(self, words: Sequence[str]) -> None:
@@ -148,7 +148,7 @@ class _IonReader:
 
     def _time_s(self, word: str) -> float:
         if match := _RELATIVE.fullmatch(word):
-            self._is_relative = self._zero_date is None
+            self._is_relative = self.zero_date is None
             return self._reference_s + float(match[1])
         date = _date(word)
         if self._is_relative:
@@ -156,9 +156,9 @@ class _IonReader:
                 f"expected a time such as +60, as before, found the date {word}; "
                 f"to use both, start the plan with an `@` and a date"
             )
-        if self._zero_date is None:
-            self._zero_date = date
-        return float(date - self._zero_date)
+        if self.zero_date is None:
+            self.zero_date = date
+        return float(date - self.zero_date)
 
 
 def _date(word: str) -> int:

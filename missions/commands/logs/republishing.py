@@ -13,7 +13,7 @@ from contextlib import suppress
 import msgspec
 import zenoh
 
-from farside.link.emulator.relay import open_session
+from farside.link.emulator.sides import open_session
 from farside.logs import LogFile
 from farside.logs.file.following import followed, start_of
 from farside.missions.commands.failures import print_error
@@ -23,7 +23,7 @@ from farside.node import Record, to_s
 from farside.topics import TOPICS
 
 _LONGEST_SLEEP_S = 0.1  # a signal does not end a sleep
-_DOMAIN = "the programs that listen"
+_DOMAIN = "programs that listen"
 _WALL_CLOCK = WallClock()
 
 
