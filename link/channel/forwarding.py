@@ -15,11 +15,11 @@ from farside.link.channel.agenda import PendingRecord
 from farside.link.channel.chance import Draw
 from farside.link.channel.outages import Outages
 from farside.link.channel.queueing import Dropped, Transmission, transmissions
-from farside.link.channel.relays import Bundle, Line, Relay, SendersQueue
+from farside.link.channel.relays import Best, Bundle, Line, Relay, SendersQueue
 from farside.link.profile.config import OneWay
 from farside.link.profile.graph import BIT_WORK, ContactGraph, Way
 from farside.link.profile.routing import Routing, light_times_ns
-from farside.node import Direction, Frame
+from farside.node import NEVER_NS, Direction, Frame
 
 _LEAVES, _ARRIVES, _STARTS = range(3)
 """What happens at a node, in the order in which it does at one moment."""
@@ -56,7 +56,7 @@ class Forwarder:
         self._ahead_ns = light_times_ns(routing.hops, self._source)
         self.least_delay_ns = self._ahead_ns.get(self._dest, 0)
         self._relays: dict[int, Relay] = {}
-        self._queue = SendersQueue()
+        self._queue = SendersQueue(routing.store_byte)
         self._events: list[_Event] = []
         self._order = count()
         self._sent: list[Transmission] = []
@@ -142,33 +142,32 @@ class Forwarder:
         self._call(relay, line, now_ns)
 
     def _way(self, relay: Relay, bundle: Bundle, now_ns: int) -> Way | None:
-        work, dest = bundle.work, self._dest
-        if work in relay.best and (best := relay.best[work]) is None:
-            return None
+        work, dest, earliest = bundle.work, self._dest, self._graph.earliest
+        busy = relay.busy(now_ns, bundle.priority)
+        latest_ns = bundle.transmission.latest_ns if bundle.hop == 1 else NEVER_NS
         best = relay.best.get(work)
-        if best is None or not best.ready_ns <= now_ns <= best.until_ns:
-            best = self._graph.earliest(relay.number, dest, now_ns, work)
+        if best is None and work in relay.best:
+            return None
+        if best is not None and best.serves(bundle, now_ns, latest_ns, busy):
+            return best.way
+        if best is None or now_ns > best.way.until_ns:
+            way = earliest(relay.number, dest, now_ns, work)
+            best = None if way is None else Best.found(self._graph, dest, way, work)
             relay.best[work] = best
             if best is None:
                 return None
-        busy = relay.busy(now_ns, bundle.priority)
-        # Bookings only make ways longer, so none is better than one that they do not affect.
-        if bundle.visited.isdisjoint(leg.receiver for leg in best.legs) and (
-            best.follow(now_ns, work, busy) == best.arrival_ns(now_ns)
-        ):
-            return best
-        way = self._unbooked_or_any(relay, bundle, now_ns)
+            if best.serves(bundle, now_ns, latest_ns, busy):
+                return best.way
+        place, visited = (relay.number, dest, now_ns, work), bundle.visited
+        # What is not to wait for so long goes the next best way, if there is one.
+        way = earliest(*place, busy=busy, avoiding=visited, latest_ns=latest_ns)
+        # Where no contact has room, it waits as if nothing were booked, to be routed anew then.
+        way = way or earliest(*place, busy=busy, avoiding=visited)
+        way = way or earliest(*place, avoiding=visited)
         if way is None and not bundle.turned:
             bundle.turned, bundle.visited = True, frozenset((relay.number,))
-            way = self._unbooked_or_any(relay, bundle, now_ns)
+            way = earliest(*place, busy=busy) or earliest(*place)
         return way
-
-    def _unbooked_or_any(self, relay: Relay, bundle: Bundle, now_ns: int) -> Way | None:
-        """The first to arrive of the ways with room; where none has, as if nothing were booked."""
-        place = relay.number, self._dest, now_ns, bundle.work
-        busy = relay.busy(now_ns, bundle.priority)
-        earliest, visited = self._graph.earliest, bundle.visited
-        return earliest(*place, busy=busy, avoiding=visited) or earliest(*place, avoiding=visited)
 
     def _call(self, relay: Relay, line: Line, now_ns: int) -> None:
         """Have a line take its next frame as soon as it can, after all that happens until then."""

@@ -23,7 +23,11 @@ _time = attrgetter("time_ns")
 
 
 class Departures(NamedTuple):
-    """Frames that will arrive, at their time of arrival, and when the last bit of each left."""
+    """Frames that will arrive, at their time of arrival, and from when on that is known.
+
+    On a direct link that is when the last bit left, on a way by other nodes a light time of the
+    whole way before it arrives.
+    """
 
     ends_ns: list[int]
     frames: list[Frame]
@@ -197,6 +201,13 @@ class OneWayChannel:
         delay_ns = self._least_delay_ns
         return [end_ns + delay_ns for end_ns in ends_ns]
 
+    def _known_ns(self, sent: Sequence[Transmission]) -> list[int]:
+        """From when on it is known when frames arrive: they are given back in this order."""
+        if self._forwarder is not None:
+            ahead_ns = self._forwarder.least_delay_ns
+            return [one.arrives_ns - ahead_ns for one in sent]
+        return [one.end_ns for one in sent]
+
     def _decide(
         self,
         sent: Sequence[Transmission],
@@ -231,7 +242,7 @@ class OneWayChannel:
                 flipped[index] = len(impairment.flips)
         sequences = [one.frame.sequence for one in sent]
         frames = map(Frame, repeat(self._direction), sequences, arrivals_ns, payloads)
-        self._delivered.ends_ns.extend(compress(ends_ns, delivered))
+        self._delivered.ends_ns.extend(compress(self._known_ns(sent), delivered))
         self._delivered.frames.extend(compress(frames, delivered))
         outcomes = _Outcomes(
             [

@@ -2,12 +2,13 @@
 
 import heapq
 from collections.abc import Iterator
+from typing import NamedTuple
 
 import msgspec
 
 from farside.link.channel.queueing import Transmission
 from farside.link.profile.config import DropPolicy, OneWay
-from farside.link.profile.graph import Busy, Leg, Way
+from farside.link.profile.graph import Busy, ContactGraph, Leg, Way
 from farside.node import NEVER_NS
 
 
@@ -98,6 +99,43 @@ class Line:
         return free_ns - (-ahead // self.leg.rate_bit_s)
 
 
+class Best(NamedTuple):
+    """The way by which a frame arrives first while nothing is booked.
+
+    Attributes:
+        way: the way.
+        other_ns: before this, no frame arrives by any other.
+    """
+
+    way: Way
+    other_ns: int
+
+    @classmethod
+    def found(cls, graph: ContactGraph, dest: int, way: Way, work: int) -> "Best":
+        """The way from a node, and how good all others are: each leaves out one of its contacts."""
+        place = way.legs[0].sender, dest, way.ready_ns, work
+        others = [graph.earliest(*place, without=leg) for leg in way.legs]
+        arrivals_ns = (NEVER_NS if other is None else other.arrives_ns for other in others)
+        return cls(way, min(arrivals_ns))
+
+    def serves(self, bundle: Bundle, now_ns: int, latest_ns: int, busy: Busy) -> bool:
+        """Whether this is the best way for a frame, with all that is booked.
+
+        Bookings only make ways longer, and so does time.
+        """
+        way = self.way
+        if max(now_ns, way.legs[0].begin_ns) > latest_ns or not bundle.visited.isdisjoint(
+            leg.receiver for leg in way.legs
+        ):
+            return False
+        arrives_ns = way.follow(now_ns, bundle.work, busy)
+        if arrives_ns is None:
+            return False
+        if arrives_ns <= self.other_ns:
+            return True
+        return now_ns <= way.until_ns and arrives_ns == way.arrival_ns(now_ns)
+
+
 class Relay:
     """One node: its lines, its store, and what it reckons that other nodes will have to send.
 
@@ -106,14 +144,13 @@ class Relay:
 
     Attributes:
         held_byte: how much is stored here, in bytes of payload.
-        best: by work, the way by which a frame arrives first while nothing is booked; `None` where
-            none leads there any more.
+        best: the best way by the work of sending; `None` where none leads there any more.
     """
 
     def __init__(self, number: int) -> None:
         self.number = number
         self.held_byte = 0
-        self.best: dict[int, Way | None] = {}
+        self.best: dict[int, Best | None] = {}
         self._lines: dict[int, Line] = {}
         # By contact of another node and priority: until when frames of this priority or a higher
         # one are reckoned to take it. What is routed anew stays booked, which costs no frame its
@@ -163,14 +200,18 @@ def _level_ns(levels: dict[int, int], priority: int) -> int:
 
 
 class SendersQueue:
-    """What waits at the sender, bounded like the transmit queue of any direction.
+    """What waits at the sender: bounded by its store, in place of the bytes of a transmit queue.
+
+    Args:
+        store_byte: how much may wait.
 
     Attributes:
         bytes: how much waits.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, store_byte: int) -> None:
         self.bytes = 0
+        self._store_byte = store_byte
         self._waiting: dict[int, tuple[Bundle, Line]] = {}
 
     def put(self, bundle: Bundle, line: Line) -> None:
@@ -187,10 +228,9 @@ class SendersQueue:
 
     def excess(self, config: OneWay, newest: Bundle, now_ns: int) -> Iterator[tuple[Bundle, Line]]:
         """Remove, one after the other, the frames that do not fit now that `newest` is there."""
-        policy = config.drop if newest.size_byte <= config.queue_byte else DropPolicy.NEWEST
-        while self.bytes > config.queue_byte or len(self._waiting) > (
-            config.queue_frame or NEVER_NS
-        ):
+        policy = config.drop if newest.size_byte <= self._store_byte else DropPolicy.NEWEST
+        most_frames = config.queue_frame or NEVER_NS
+        while self.bytes > self._store_byte or len(self._waiting) > most_frames:
             bundle, line = self._chosen(policy)
             if len(self._waiting) == 1 and line.is_free(now_ns):
                 return  # it is not going to wait

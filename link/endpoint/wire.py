@@ -48,6 +48,10 @@ REPLAY_WINDOW = 1024
 Stored frames and all others are counted apart, so that a frame is overtaken only by those of higher
 priority that have a lifetime of seconds, or must arrive in order."""
 
+RELAYED_WINDOW = 1 << 16
+"""The same on a way by other nodes, where frames wait for contacts, and those of higher priority
+overtake them there: what is sent in 18 hours at one frame a second (project default)."""
+
 _LEAST_BYTE = 23
 _CRC_OF_WHOLE = 0x2144DF1C  # the CRC-32 of anything that ends in its own CRC-32
 

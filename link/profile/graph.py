@@ -118,6 +118,8 @@ class ContactGraph:
         first_work: int | None = None,
         busy: Busy | None = None,
         avoiding: frozenset[int] = frozenset(),
+        latest_ns: int = NEVER_NS,
+        without: Leg | None = None,
     ) -> Way | None:
         """The way by which a frame arrives first; `None` if none leads there any more.
 
@@ -132,8 +134,12 @@ class ContactGraph:
             first_work: of sending it the first time, if that is not `work`.
             busy: until when contacts are booked. Then `until_ns` of the way means nothing.
             avoiding: nodes that it does not go by.
+            latest_ns: when its first bit leaves the first node at the latest.
+            without: a contact that it does not take.
         """
         labels: dict[int, tuple[int, bool]] = dict.fromkeys(avoiding - {source}, (0, False))
+        if without is not None:
+            busy = _without(without, busy)
         holds_ns = NEVER_NS  # by how much later the frame may be there before another way is better
         heap: list[_Label] = [(ready_ns, True, 0, (), source)]
         while heap:
@@ -151,17 +157,30 @@ class ContactGraph:
                 until_ns = ready_ns + (min(slack_ns, holds_ns) if moves else slack_ns)
                 return Way(legs, ready_ns, time_ns, moves, until_ns)
             labels[node] = time_ns, moves
-            leg_work = first_work if first_work is not None and node == source else work
+            leg_work, by_ns = work, NEVER_NS
+            if node == source:
+                leg_work, by_ns = work if first_work is None else first_work, latest_ns
             for pair in self._from.get(node, ()):
                 if pair.receiver in labels:
                     continue
-                found, pair_holds_ns = _first(pair, time_ns, moves, leg_work, busy)
+                found, pair_holds_ns = _first(
+                    pair, time_ns, moves, leg_work, busy=busy, latest_ns=by_ns
+                )
                 holds_ns = min(holds_ns, pair_holds_ns)
                 if found is not None:
                     at_ns, still_moves, number = found
                     label = at_ns, still_moves, count + 1, (*numbers, number), pair.receiver
                     heapq.heappush(heap, label)
         return None
+
+
+def _without(taken: Leg, busy: Busy | None) -> Busy:
+    def busy_ns(leg: Leg) -> int:
+        if leg.number == taken.number:
+            return NEVER_NS
+        return 0 if busy is None else busy(leg)
+
+    return busy_ns
 
 
 _Label = tuple[int, bool, int, tuple[int, ...], int]
@@ -192,7 +211,9 @@ def _first(
     time_ns: int,
     moves: bool,  # noqa: FBT001 - a state of what is at the sender
     work: int,
+    *,
     busy: Busy | None,
+    latest_ns: int,
 ) -> tuple[tuple[int, bool, int] | None, int]:
     """How a frame that is at the sender at `time_ns` gets to the receiver first.
 
@@ -212,7 +233,7 @@ def _first(
             break
         free_ns = time_ns if busy is None else max(time_ns, busy(leg))
         sends_ns = leg.sends_ns(free_ns, work)
-        if sends_ns is None:
+        if sends_ns is None or sends_ns[0] > latest_ns:
             continue
         found = sends_ns[1] + leg.owlt_ns, moves and sends_ns[0] == time_ns, leg.number
         if best is not None:

@@ -11,6 +11,7 @@ from farside.link.profile.layers import DELAY_KEYS, RATE_KEYS, refused
 from farside.link.profile.routing import Routing
 from farside.node import Direction, to_s
 
+_STEP_NS = 1000  # how long a step takes in a delay table, which is linear between its points
 _NEITHER = {key: () if key.endswith("_table") else None for key in (*DELAY_KEYS, *RATE_KEYS)}
 _WHY = ", since the link goes by way of other nodes, whose contacts give delays and rates"
 
@@ -31,9 +32,9 @@ class _Piece(NamedTuple):
     falls: bool
     rate_bit_s: int
 
-    @property
-    def end_delay_ns(self) -> int:
-        return self.delay_ns - (self.end_ns - self.begin_ns if self.falls else 0)
+    def delay_at_ns(self, time_ns: int) -> int:
+        """The delay at a moment of it, or just after."""
+        return self.delay_ns - (time_ns - self.begin_ns if self.falls else 0)
 
 
 def with_plans(link: LinkConfig) -> LinkConfig:
@@ -78,16 +79,19 @@ def planned(routing: Routing, direction: Direction, one_way: OneWay, mtu_byte: i
     work = (mtu_byte + one_way.overhead_byte) * 8 * BIT_WORK
     points: list[DelayPoint] = []
     steps: list[RateStep] = []
-    end_ns = -1
+    over_ns = 0
     for piece in _merged(_pieces(graph, *routing.ends(direction), work)):
-        end_ns = piece.end_ns
-        points.append(DelayPoint(t_s=to_s(piece.begin_ns), delay_s=to_s(piece.delay_ns)))
-        if end_ns > piece.begin_ns:
-            points.append(DelayPoint(t_s=to_s(end_ns), delay_s=to_s(piece.end_delay_ns)))
+        over_ns = piece.end_ns + 1
+        if over_ns - piece.begin_ns < 2 * _STEP_NS:
+            continue
+        begin_s = to_s(piece.begin_ns) if points else 0.0
+        points.append(DelayPoint(t_s=begin_s, delay_s=to_s(piece.delay_ns)))
+        last_ns = over_ns - _STEP_NS
+        points.append(DelayPoint(t_s=to_s(last_ns), delay_s=to_s(piece.delay_at_ns(last_ns))))
         if not steps or steps[-1].rate_bit_s != piece.rate_bit_s:
-            steps.append(RateStep(t_s=to_s(piece.begin_ns), rate_bit_s=piece.rate_bit_s))
+            steps.append(RateStep(t_s=begin_s, rate_bit_s=piece.rate_bit_s))
     if not steps or steps[-1].rate_bit_s:
-        steps.append(RateStep(t_s=to_s(end_ns + 1), rate_bit_s=0))
+        steps.append(RateStep(t_s=to_s(over_ns) if steps else 0.0, rate_bit_s=0))
     delays = tuple(points) or (DelayPoint(t_s=0.0, delay_s=0.0),)
     return msgspec.structs.replace(one_way, delay_table=delays, rate_table=tuple(steps))
 
@@ -110,7 +114,7 @@ def _merged(pieces: Iterator[_Piece]) -> Iterator[_Piece]:
         if last is None:
             last = piece
             continue
-        goes_on = last.end_delay_ns - (1 if last.falls else 0) == piece.delay_ns
+        goes_on = last.delay_at_ns(piece.begin_ns) == piece.delay_ns
         if goes_on and (last.falls, last.rate_bit_s) == (piece.falls, piece.rate_bit_s):
             last = last._replace(end_ns=piece.end_ns)
         else:

@@ -8,6 +8,9 @@ from farside.link.profile.routing import STORE_BYTE, Hop, Routing
 
 _NODES_SHOWN = 20
 
+_Pair = tuple[int, int]
+"""A node that sends, and one that receives."""
+
 
 def has_direct(plan: Plan, ground: int, rover: int) -> bool:
     """Whether each of the two nodes has contacts in which it can send to the other."""
@@ -30,10 +33,13 @@ def routing_of(plan: Plan, ground: int, rover: int, store_byte: int | None = Non
     Raises:
         ContactPlanError: if no contacts lead from one to the other, or those of two nodes overlap.
     """
-    useful = set[tuple[int, int]]()
-    for source, dest in ((ground, rover), (rover, ground)):
-        useful |= _useful(plan, source, dest)
-    light_times: dict[tuple[int, int], LightTime] = {}
+    pairs = {(one.source, one.dest) for one in plan.contacts}
+    useful = _useful(pairs, ground, rover) | _useful(pairs, rover, ground)
+    for problem in plan.problems:
+        pair = problem.source, problem.dest
+        if None in pair or pair in useful:
+            raise ContactPlanError(problem.text)
+    light_times: dict[_Pair, LightTime] = {}
     hops: list[Hop] = []
     for one in plan.contacts:
         pair = one.source, one.dest
@@ -53,9 +59,8 @@ def routing_of(plan: Plan, ground: int, rover: int, store_byte: int | None = Non
         raise ContactPlanError(str(error)) from error
 
 
-def _useful(plan: Plan, source: int, dest: int) -> set[tuple[int, int]]:
+def _useful(pairs: Iterable[_Pair], source: int, dest: int) -> set[_Pair]:
     """The pairs of nodes that lie on any way from `source` to `dest`, times left aside."""
-    pairs = {(one.source, one.dest) for one in plan.contacts}
     pairs = {(a, b) for a, b in pairs if b != source and a != dest}
     onward = _reached(source, pairs)
     back = _reached(dest, {(b, a) for a, b in pairs})
@@ -68,7 +73,7 @@ def _useful(plan: Plan, source: int, dest: int) -> set[tuple[int, int]]:
     return {(a, b) for a, b in pairs if a in onward and b in back}
 
 
-def _reached(start: int, pairs: Iterable[tuple[int, int]]) -> set[int]:
+def _reached(start: int, pairs: Iterable[_Pair]) -> set[int]:
     following: dict[int, list[int]] = {}
     for a, b in pairs:
         following.setdefault(a, []).append(b)
