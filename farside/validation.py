@@ -22,6 +22,15 @@ _SHOWN_LENGTH = 60
 MAX_ENTRIES = 10_000
 """The most entries of an array in a mission file or link profile (project default)."""
 
+MAX_POINTS = 100_000
+"""The most entries of a measured table, such as a `delay_table` (project default)."""
+
+MEASURED = msgspec.Meta(extra={"entries": MAX_POINTS})
+"""Marks the type of an array that may have up to `MAX_POINTS` entries."""
+
+MAX_PROBLEMS = 100
+"""The most mistakes in one file that are told at once (project default)."""
+
 _BARE_KEY = re.compile(r"[A-Za-z0-9_-]+")
 
 _Number = inspect.IntType | inspect.FloatType
@@ -42,7 +51,7 @@ class _Bound(NamedTuple):
 
 def dotted(key: Key) -> str:
     """`key` as it is written for `--set`; parts that TOML would quote are quoted."""
-    return ".".join(part if _BARE_KEY.fullmatch(part) else shown(part) for part in key)
+    return ".".join(one_line(part) if _BARE_KEY.fullmatch(part) else shown(part) for part in key)
 
 
 def one_line(text: str, most: int = _SHOWN_LENGTH) -> str:
@@ -60,8 +69,8 @@ def shown(value: object) -> str:
             return "an array"
         case str():
             return one_line(json.dumps(value, ensure_ascii=False))
-        case bool():
-            return str(value).lower()
+        case None | bool():
+            return json.dumps(value)
         case int() if value.bit_length() > 64:
             return f"a whole number of {value.bit_length()} bits"
         case _:
@@ -70,6 +79,8 @@ def shown(value: object) -> str:
 
 def did_you_mean(found: str, known: Iterable[str]) -> str:
     """A suggestion of the known name nearest to `found`; empty where none is near."""
+    if len(found) > _SHOWN_LENGTH:
+        return ""
     folded = {name.casefold(): name for name in known}
     near = difflib.get_close_matches(found.casefold(), folded, n=1, cutoff=0.4)
     return f"; did you mean {folded[near[0]]}?" if near else ""
@@ -84,17 +95,17 @@ def mismatches(data: object, schema: inspect.Type, key: Key = ()) -> Iterator[Pr
         key: where `data` stands.
     """
     match schema:
+        case inspect.Metadata(type=inspect.VarTupleType() as array) if isinstance(data, list):
+            most = (schema.extra or {}).get("entries", MAX_ENTRIES)
+            yield from _in_array(data, array, key, most)
         case inspect.Metadata():
             yield from mismatches(data, schema.type, key)
         case inspect.UnionType():
             yield from _in_union(data, schema, key)
         case inspect.StructType() if isinstance(data, dict):
             yield from _in_table(data, schema, key)
-        case inspect.VarTupleType() if isinstance(data, list) and len(data) > MAX_ENTRIES:
-            yield Problem(key, f"expected at most {MAX_ENTRIES} entries, found {len(data)}")
         case inspect.VarTupleType() if isinstance(data, list):
-            for index, entry in enumerate(data):
-                yield from mismatches(entry, schema.item_type, (*key, str(index)))
+            yield from _in_array(data, schema, key, MAX_ENTRIES)
         case inspect.DictType() if isinstance(data, dict):
             for name, entry in data.items():
                 yield from _option((*key, name), entry, schema)
@@ -131,6 +142,16 @@ def named(
         case inspect.VarTupleType() if isinstance(data, list):
             for index, entry in enumerate(data):
                 yield from named(what, entry, schema.item_type, (*key, str(index)))
+
+
+def _in_array(
+    data: list[object], schema: inspect.VarTupleType, key: Key, most: int
+) -> Iterator[Problem]:
+    if len(data) > most:
+        yield Problem(key, f"expected at most {most} entries, found {len(data)}")
+        return
+    for index, entry in enumerate(data):
+        yield from mismatches(entry, schema.item_type, (*key, str(index)))
 
 
 def _is_of(data: object, table: inspect.StructType) -> bool:
@@ -189,20 +210,26 @@ def _in_tagged(
     yield Problem((*key, tag_field), f"expected {_one_of(tables)}, found {found}{hint}")
 
 
-def _in_table(data: dict[str, object], schema: inspect.StructType, key: Key) -> list[Problem]:
+def _in_table(data: dict[str, object], schema: inspect.StructType, key: Key) -> Iterator[Problem]:
+    fits = True
+    for problem in _in_parts(data, schema, key):
+        fits = False
+        yield problem
+    if fits:
+        yield from _as_a_whole(data, schema.cls, key)
+
+
+def _in_parts(data: dict[str, object], schema: inspect.StructType, key: Key) -> Iterator[Problem]:
     fields = {field.encode_name: field for field in schema.fields}
-    problems = [
-        _unknown((*key, name), fields)
-        for name in data
-        if name not in fields and name != schema.tag_field
-    ]
+    for name in data:
+        if name not in fields and name != schema.tag_field:
+            yield _unknown((*key, name), fields)
     for name, field in fields.items():
         if name in data:
-            problems += mismatches(data[name], field.type, (*key, name))
+            yield from mismatches(data[name], field.type, (*key, name))
         elif field.required:
             text = f"expected {_expected(_bare(field.type))}, found no such key"
-            problems.append(Problem((*key, name), text))
-    return problems or _as_a_whole(data, schema.cls, key)
+            yield Problem((*key, name), text)
 
 
 def _as_a_whole(data: dict[str, object], table: type, key: Key) -> list[Problem]:
@@ -258,6 +285,7 @@ def _bounds(schema: _Number, data: object) -> list[_Bound]:
     bounds = (
         (">", schema.gt, operator.gt),
         (">=", schema.ge, operator.ge),
+        ("<", schema.lt, operator.lt),
         ("<=", greatest if schema.le is None and beyond else schema.le, operator.le),
     )
     return [_Bound(sign, limit, holds) for sign, limit, holds in bounds if limit is not None]

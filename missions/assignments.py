@@ -4,10 +4,11 @@ A key is dotted, with indices into arrays counted from 0: `link.blackouts.0.end_
 """
 
 from collections.abc import Mapping, Sequence
+from copy import deepcopy
 from typing import Any, NamedTuple
 
 from farside.files import MAX_KEY_PARTS, parse_toml
-from farside.validation import Key, dotted, one_line, shown
+from farside.validation import Key, Problem, dotted, one_line, shown
 
 
 class Assignment(NamedTuple):
@@ -117,6 +118,33 @@ def assign(assignment: Assignment, data: dict[str, Any]) -> None:
         else:
             container = container[index]
     container[_index(container, last)] = assignment.value
+
+
+def as_layer(assignment: Assignment, data: Mapping[str, Any]) -> dict[str, Any]:
+    """The table that makes the assignment when it is laid over `data`; an array is laid as a whole.
+
+    Raises:
+        ValueError: as `assign`.
+    """
+    changed: Any = deepcopy(dict(data))
+    assign(assignment, changed)
+    layer: dict[str, Any] = {}
+    part = layer
+    *path, last = assignment.key
+    for name in path:
+        changed = changed[name]
+        if not isinstance(changed, dict):
+            part[name] = changed
+            return layer
+        part[name] = part = {}
+    part[last] = assignment.value
+    return layer
+
+
+def origin_of(problem: Problem, made: Sequence[Assignment]) -> str:
+    """The last assignment that has to do with a problem, in brackets; empty without one."""
+    origins = [one.origin for one in made if one.touches(problem.key)]
+    return f" (with {origins[-1]})" if origins else ""
 
 
 def _index(container: object, part: str) -> Any:

@@ -10,9 +10,16 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import msgspec
 
 from farside.files import parse_toml, read_text
-from farside.link.profile.layers import LinkConfigError, with_preset
+from farside.link.profile.layers import LinkConfigError, laid_over, with_preset
+from farside.link.profile.plans.times import Window
 from farside.link.profile.resolve import resolve_link
-from farside.missions.assignments import Assignment, assign, read_assignments
+from farside.missions.assignments import (
+    Assignment,
+    as_layer,
+    assign,
+    origin_of,
+    read_assignments,
+)
 from farside.missions.extensions.kinds import (
     CONTROLLER,
     NONE,
@@ -28,17 +35,22 @@ from farside.missions.extensions.kinds import (
 from farside.missions.orders.recorded import RecordedError, with_recorded
 from farside.missions.schema import MAX_TICKS, Change, MissionFile
 from farside.places import ACTIONS, Cell, Chart, place_token
-from farside.validation import Key, Problem, did_you_mean, dotted, mismatches, named, shown
+from farside.validation import (
+    MAX_PROBLEMS,
+    Key,
+    Problem,
+    did_you_mean,
+    dotted,
+    mismatches,
+    named,
+    shown,
+)
 
 if TYPE_CHECKING:
     from farside.ground.operators.operator import Operator
     from farside.rover.controller import Controller
 
 _SCHEMA = msgspec.inspect.type_info(MissionFile)
-
-
-MAX_PROBLEMS = 100
-"""The most problems of one mission that are told at once."""
 
 
 class MissionError(Exception):
@@ -150,7 +162,9 @@ def load_text(
     _refuse(_inconsistencies(mission, data), source, made)
     folder = Path(source).parent
     try:
-        link = resolve_link(mission.link, folder=folder, duration_s=mission.duration_s, texts=texts)
+        link = resolve_link(
+            mission.link, folder=folder, window=Window.of(mission.duration_s), texts=texts
+        )
     except LinkConfigError as error:
         _refuse(_link_problems(error), source, made)
         raise
@@ -236,9 +250,21 @@ def _schema_problems(data: dict[str, Any]) -> Iterator[Problem]:
 def _apply(assignments: Sequence[Assignment], data: dict[str, Any]) -> Iterator[Problem]:
     for assignment in assignments:
         try:
-            assign(assignment, data)
+            if assignment.key[:1] == ("link",) != assignment.key:
+                _assign_to_link(assignment, data)
+            else:
+                assign(assignment, data)
         except ValueError as error:
             yield Problem(assignment.key, str(error))
+
+
+def _assign_to_link(assignment: Assignment, data: dict[str, Any]) -> None:
+    """Lay the assignment over the link's table, as `farside link` does."""
+    link = data.get("link", {})
+    if not isinstance(link, dict):
+        assign(assignment, data)  # raises
+        return
+    data["link"] = laid_over(link, as_layer(assignment, data)["link"])
 
 
 def _insert_preset(data: dict[str, Any]) -> Iterator[Problem]:
@@ -260,9 +286,8 @@ def _refuse(
     """Raise a `MissionError` if there are problems."""
     lines = []
     for problem in islice(problems, MAX_PROBLEMS):
-        origins = [made.origin for made in assignments if made.touches(problem.key)]
-        with_origin = f" (with {origins[-1]})" if origins else ""
-        lines.append(f"{source}: {dotted(problem.key)}: {problem.text}{with_origin}")
+        origin = origin_of(problem, assignments)
+        lines.append(f"{source}: {dotted(problem.key)}: {problem.text}{origin}")
     if len(lines) == MAX_PROBLEMS:
         lines.append(f"{source}: no more than the first {MAX_PROBLEMS} problems are told")
     if lines:

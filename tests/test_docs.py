@@ -13,6 +13,7 @@ import pytest
 
 from farside.link import LinkConfig
 from farside.link.profile.layers import with_preset
+from farside.link.profile.plans.times import Window
 from farside.link.profile.resolve import resolve_link
 from farside.missions import FinishedRun
 from farside.topics import TOPICS
@@ -207,7 +208,7 @@ def test_every_link_in_the_documents_is_one() -> None:
     assert links
     for link in links:
         config = msgspec.convert(with_preset(link), LinkConfig)
-        assert resolve_link(config, folder=ROOT, duration_s=60.0).lookahead_ns > 0
+        assert resolve_link(config, folder=ROOT, window=Window.of(60.0)).lookahead_ns > 0
 
 
 def test_every_path_in_the_documents_is_there() -> None:

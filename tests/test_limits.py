@@ -10,10 +10,9 @@ from farside.files import MAX_FILE_BYTE, MAX_KEY_PARTS
 from farside.link.profile.resolve import MAX_PASSES
 from farside.logs.file.mcap_bytes import GREATEST_RECORD_BYTE
 from farside.missions.commands.dem_stream import MAX_LINE_BYTE
-from farside.missions.loading import MAX_PROBLEMS
 from farside.missions.schema import MAX_TICKS
 from farside.places import MAX_CELLS
-from farside.validation import MAX_ENTRIES
+from farside.validation import MAX_ENTRIES, MAX_POINTS, MAX_PROBLEMS
 
 DOCS = Path(__file__).parents[1] / "docs"
 MIB = 2**20
@@ -25,6 +24,7 @@ MIB = 2**20
         ("mission.md", f"rate trace | {MAX_FILE_BYTE // MIB} MiB,"),
         ("mission.md", f"dotted key | {MAX_KEY_PARTS} |"),
         ("mission.md", f"steps of a script | {MAX_ENTRIES:,} |"),
+        ("mission.md", f"`rate_trace.times_ms` | {MAX_POINTS:,} |"),
         ("mission.md", f"cells of a map | {MAX_CELLS:,} |"),
         ("mission.md", f"`[link.passes]` | {MAX_PASSES:,} |"),
         ("mission.md", f"`duration_s / tick_s` | {MAX_TICKS:,} |"),

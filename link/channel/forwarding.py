@@ -79,6 +79,12 @@ class Forwarder:
         """When something happens next, less the light time from the sender; `None` if never."""
         return self._events[0][0] if self._events else None
 
+    @property
+    def began_ns(self) -> int | None:
+        """When the first of the frames that the sender sends began to leave."""
+        sender = self._relays.get(self._source)
+        return None if sender is None else sender.began_ns
+
     def change(self, now_ns: int, config: OneWay) -> None:  # noqa: ARG002 - as a transmitter
         """Use `config` from now on."""
         self._config = config
@@ -121,7 +127,7 @@ class Forwarder:
         relay.held_byte += bundle.size_byte
         self._route(relay, bundle, now_ns)
         if node == self._source:
-            for excess, line in self._queue.excess(self._config, bundle, now_ns):
+            for excess, line in self._queue.excess(self._config, bundle):
                 line.drop(excess)
                 relay.held_byte -= excess.size_byte
                 self._drop(relay, excess, Fate.QUEUE_FULL, now_ns)

@@ -110,6 +110,11 @@ class Channel:
         for way in self._ways.values():
             way.adopt(self._now_ns, config)
 
+    def reseed(self, rngs: Mapping[Direction, Generator]) -> None:
+        """From now on, draw from other random streams, from their beginning."""
+        for direction, way in self._ways.items():
+            way.reseed(rngs[direction])
+
     def set_out(self, direction: Direction, out: bool) -> None:  # noqa: FBT001 - a state to be in
         """From now on, `direction` is out, or as scheduled again.
 

@@ -124,9 +124,11 @@ class OneWayChannel:
         self._carrier.change(now_ns, config)
         self._settle()
         if (config.delay_s, config.delay_table) != (before.delay_s, before.delay_table):
-            self._delay = Delay(config)
-            # What is sent from now on may overtake what was sent before.
-            self._latest_ns = 0
+            delay = Delay(config)
+            if delay.at(now_ns) != self._delay.at(now_ns):
+                # What is sent from now on may overtake what was sent before.
+                self._latest_ns = 0
+            self._delay = delay
 
     def adopt(self, now_ns: int, link: LinkConfig) -> None:
         """Be this direction of `link` from `now_ns` on; see `Channel.adopt`."""
@@ -137,13 +139,18 @@ class OneWayChannel:
         if config != self.config:
             self.change(now_ns, config)
         self.agenda.drop_outages()
-        told = self._outages.reschedule(now_ns, outages_of(link, self._direction))
+        scheduled, began_ns = outages_of(link, self._direction), self._carrier.began_ns
+        told = self._outages.reschedule(now_ns, scheduled, began_ns)
         if self._told is not self._outages:
             told = self._told.reschedule(now_ns, told_outages_of(link, self._direction))
         for begin_ns, end_ns, reason in told:
             if begin_ns >= now_ns:
                 self._note_outage(begin_ns, reason, down=True)
             self._note_outage(end_ns, reason, down=False)
+
+    def reseed(self, rng: Generator) -> None:
+        """Draw from other random streams; see `Channel.reseed`."""
+        self._impairments = RandomImpairments(rng, self.config)
 
     def set_out(self, now_ns: int, *, out: bool) -> None:
         """Be out, or as scheduled, from `now_ns` on; see `Channel.set_out`."""

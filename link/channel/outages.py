@@ -21,22 +21,28 @@ class Outages:
         # The end of one that lasts is infinite.
         self._commanded: list[tuple[int, float]] = []
 
-    def reschedule(self, now_ns: int, scheduled: Sequence[Outage]) -> list[Outage]:
+    def reschedule(
+        self, now_ns: int, scheduled: Sequence[Outage], since_ns: int | None = None
+    ) -> list[Outage]:
         """From `now_ns` on, be out as in another schedule; what was before stays.
 
         Args:
             now_ns: the present.
             scheduled: in order and without overlaps.
+            since_ns: what ended before, nobody asks for any more, so it is forgotten; `now_ns` if
+                absent.
 
         Returns:
             those that begin or end now or later.
         """
         ours = zip(self._begins_ns, self._ends_ns, self._reasons, strict=True)
+        since_ns = now_ns if since_ns is None else since_ns
         kept = [
             Outage(begin_ns, min(end_ns, now_ns), reason)
             for begin_ns, end_ns, reason in ours
-            if begin_ns < now_ns
+            if begin_ns < now_ns and end_ns >= since_ns
         ]
+        self._commanded = [one for one in self._commanded if one[1] >= since_ns]
         coming = [
             outage._replace(begin_ns=max(outage.begin_ns, now_ns))
             for outage in scheduled

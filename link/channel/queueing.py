@@ -119,7 +119,8 @@ class Dropped(NamedTuple):
 class Transmitter:
     """Sends one frame at a time; drops those that do not fit into the queue or have expired.
 
-    Without a rate limit it sends each frame at once, and none ever waits.
+    Without a rate limit it sends each frame at once, and none ever waits. A frame that is larger
+    than the queue needs no room in it if none waits and none is being sent when it is handed over.
     """
 
     def __init__(self, config: OneWay) -> None:
@@ -130,6 +131,10 @@ class Transmitter:
         # Since when it sends at this rate, and how much work was then left of the frame.
         self._work = 0, 0
         self._free_ns = 0
+        # When the last bit left of the frame sent before.
+        self._idle_ns = 0
+        # A frame larger than the queue, handed over while there was no other.
+        self._large: Transmission | None = None
         self._sent: list[Transmission] = []
         self._dropped: list[Dropped] = []
 
@@ -138,6 +143,11 @@ class Transmitter:
         taken = self._sent, self._dropped
         self._sent, self._dropped = [], []
         return taken
+
+    @property
+    def began_ns(self) -> int | None:
+        """When the frame that is being sent began to leave; `None` without one."""
+        return None if self._sending is None else self._sending.start_ns
 
     @property
     def next_ns(self) -> int | None:
@@ -160,7 +170,8 @@ class Transmitter:
         enqueued = self._serve(self._rate, until_ns, handed_over)
         for transmission in handed_over[enqueued:]:
             self._queue.put(transmission)
-            self._drop_excess(transmission)
+            is_idle = self._sending is None and self._idle_ns <= transmission.start_ns
+            self._drop_excess(transmission, is_idle=is_idle)
 
     def change(self, now_ns: int, config: OneWay) -> None:
         """Use `config` from `now_ns` on, also for the rest of the frame that is being sent."""
@@ -187,13 +198,13 @@ class Transmitter:
         overhead_byte, work_per_byte = config.overhead_byte, 8 * NS_PER_S
         constant, sending_ns = rate.constant_bit_s, dict[int, int]()
         leaves = self._sent.append
-        sending, free_ns = self._sending, self._free_ns
+        sending, free_ns, idle_ns = self._sending, self._free_ns, self._idle_ns
         waiting, waiting_byte = queue.frames, queue.bytes
         enqueued, count = 0, len(handed_over)
         next_ns = handed_over[0].start_ns if handed_over else NEVER_NS
         while free_ns < until_ns:
             if sending is not None:
-                sending.end_ns = free_ns
+                sending.end_ns = idle_ns = free_ns
                 leaves(sending)
                 sending = None
             if not waiting:
@@ -215,7 +226,7 @@ class Transmitter:
                 waiting_byte += newest.size_byte
                 if waiting_byte > max_bytes or waiting > max_frames:
                     queue.frames, queue.bytes = waiting, waiting_byte
-                    self._drop_excess(newest)
+                    self._drop_excess(newest, is_idle=idle_ns <= newest.start_ns)
                     waiting, waiting_byte = queue.frames, queue.bytes
             for fifo in queue.ordered:
                 if fifo:
@@ -241,17 +252,35 @@ class Transmitter:
         if sending is not None and sending is not self._sending:
             self._work = sending.start_ns, (sending.size_byte + overhead_byte) * work_per_byte
         queue.frames, queue.bytes = waiting, waiting_byte
-        self._sending, self._free_ns = sending, free_ns
+        self._sending, self._free_ns, self._idle_ns = sending, free_ns, idle_ns
         return enqueued
 
-    def _drop_excess(self, newest: Transmission) -> None:
-        """Drop what does not fit into the queue now that `newest` is in it."""
+    def _drop_excess(self, newest: Transmission, *, is_idle: bool) -> None:
+        """Drop what does not fit into the queue now that `newest` is in it.
+
+        Args:
+            newest: what has just been handed over.
+            is_idle: whether no frame was being sent then.
+        """
         config, queue = self._config, self._queue
-        now_ns = newest.start_ns
-        # A frame that would not fit even into an empty queue displaces no other.
-        policy = config.drop if newest.size_byte <= config.queue_byte else DropPolicy.NEWEST
-        while queue.bytes > config.queue_byte or queue.frames > (config.queue_frame or NEVER_NS):
+        now_ns, policy = newest.start_ns, config.drop
+        if newest.size_byte > config.queue_byte:
+            if is_idle and queue.frames == 1:
+                self._large = newest
+            # A frame that would not fit even into an empty queue displaces no other.
+            policy = DropPolicy.NEWEST
+        most_frames = config.queue_frame or NEVER_NS
+        while queue.frames > most_frames or queue.bytes - self._large_byte > config.queue_byte:
             self._dropped.append(Dropped(queue.drop(policy), Fate.QUEUE_FULL, now_ns))
+
+    @property
+    def _large_byte(self) -> int:
+        """How much of what waits needs no room in the queue."""
+        if self._large is None:
+            return 0
+        fifo = self._queue.fifo(self._large.priority)
+        # It was alone when it came, so for as long as it waits it is the first of its priority.
+        return self._large.size_byte if fifo and fifo[0] is self._large else 0
 
     def _flush(self, now_ns: int) -> None:
         """Complete the frame being sent and send all that wait, at once."""

@@ -88,10 +88,6 @@ class Line:
         bundle.is_dropped = True
         self._work[bundle.priority] -= bundle.work
 
-    def is_free(self, now_ns: int) -> bool:
-        """Whether a frame can leave at once."""
-        return self.sending is None and self.leg.begin_ns <= now_ns
-
     def free_ns(self, now_ns: int, priority: int) -> int:
         """When a frame of this priority would have its turn."""
         free_ns = max(now_ns, self.leg.begin_ns, self.end_ns if self.sending else 0)
@@ -156,6 +152,12 @@ class Relay:
         # one are reckoned to take it. What is routed anew stays booked, which costs no frame its
         # way: where all seems booked, it goes as if nothing were.
         self._booked: dict[int, dict[int, int]] = {}
+
+    @property
+    def began_ns(self) -> int | None:
+        """When the first of the frames being sent began to leave; `None` without one."""
+        sending = (line.sending for line in self._lines.values())
+        return min((one.sent_ns for one in sending if one is not None), default=None)
 
     def line(self, leg: Leg) -> Line:
         """The line of a contact of this node."""
@@ -226,14 +228,14 @@ class SendersQueue:
         if self._waiting.pop(bundle.transmission.frame.sequence, None) is not None:
             self.bytes -= bundle.size_byte
 
-    def excess(self, config: OneWay, newest: Bundle, now_ns: int) -> Iterator[tuple[Bundle, Line]]:
+    def excess(self, config: OneWay, newest: Bundle) -> Iterator[tuple[Bundle, Line]]:
         """Remove, one after the other, the frames that do not fit now that `newest` is there."""
         policy = config.drop if newest.size_byte <= self._store_byte else DropPolicy.NEWEST
         most_frames = config.queue_frame or NEVER_NS
         while self.bytes > self._store_byte or len(self._waiting) > most_frames:
             bundle, line = self._chosen(policy)
-            if len(self._waiting) == 1 and line.is_free(now_ns):
-                return  # it is not going to wait
+            if len(self._waiting) == 1 and line.sending is None:
+                return  # it needs no room among others
             self.remove(bundle)
             yield bundle, line
 

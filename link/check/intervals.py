@@ -9,6 +9,8 @@ import numpy as np
 from farside.link.profile.impairments import Jitter
 from farside.link.profile.statistics import Floats, jitter_quantile
 
+_FEW_LEADS = 20
+
 Interval = tuple[float, float]
 """Lower and upper bound."""
 
@@ -55,6 +57,8 @@ def clustered_interval(
     """
     total, found = float(trials.sum()), float(hits.sum())
     share = found / total if total else 0.0
+    if math.isinf(clustering):
+        return 0.0, 1.0
     if not 0 < share < 1:
         return share_interval(found / clustering, total / clustering, miss)
     batches = len(hits)
@@ -65,25 +69,38 @@ def clustered_interval(
     return share_interval(share * effective, effective, miss)
 
 
-def correlation_interval(first: Floats, second: Floats, miss: float) -> Interval:
-    """The correlation of neighbours in a first-order Gaussian process.
+def correlation_interval(first: Floats, second: Floats, asked: float, miss: float) -> Interval:
+    """The correlation of neighbours in a first-order Gaussian process of mean 0 and variance 1.
 
-    The variance of its estimate is (1 − ρ²)/n; Fisher's z keeps the interval within −1 and 1.
-    """
-    rho = min(max(float(np.corrcoef(first, second)[0, 1]), -1 + 1e-9), 1 - 1e-9)
-    reach = -_special().ndtri(miss / 2) / math.sqrt((1 - rho**2) * len(first))
-    return math.tanh(math.atanh(rho) - reach), math.tanh(math.atanh(rho) + reach)
-
-
-def kolmogorov_distance(probabilities: Floats) -> float:
-    """Kolmogorov-Smirnov distance of samples from a distribution.
+    With S = Σ x·e over the pairs, where e is the new part of the second one, and V = Σ x², the
+    means of exp(θ·S − θ²·V/2) are at most 1; mixed over θ they bound S for any correlation and
+    length. Source: de la Peña, Klass and Lai (2004).
 
     Args:
-        probabilities: the value of the distribution function at each sample.
+        first: normal scores.
+        second: those of their successors.
+        asked: the correlation that gives the new part its variance.
+        miss: with what probability the interval may miss that correlation.
     """
-    ordered, count = np.sort(probabilities), len(probabilities)
+    squares = float(first @ first)
+    rho = float(first @ second) / squares
+    prior = len(first) / 20
+    bound = (squares + prior) * (math.log(1 + squares / prior) - 2 * math.log(miss))
+    reach = math.sqrt((1 - asked**2) * bound) / squares
+    return max(-1.0, rho - reach), min(1.0, rho + reach)
+
+
+def kolmogorov_distance(below: Floats, above: Floats) -> float:
+    """Kolmogorov-Smirnov distance of samples from a distribution; 0 if they can be of it.
+
+    Args:
+        below: the value of the distribution function at the least that each sample may stand for.
+        above: the same at the greatest.
+    """
+    count = len(below)
     steps = np.arange(count + 1) / count
-    return float(max((steps[1:] - ordered).max(), (ordered - steps[:-1]).max()))
+    over, under = steps[1:] - np.sort(above), np.sort(below) - steps[:-1]
+    return max(0.0, float(over.max()), float(under.max()))
 
 
 def kolmogorov_limit(count: int, miss: float) -> float:
@@ -95,10 +112,10 @@ def kolmogorov_limit(count: int, miss: float) -> float:
     return math.sqrt(math.log(2 / miss) / (2 * count))
 
 
-def overtaking_probability(jitter: Jitter | None, lead_s: float) -> float:
-    """Probability that a frame's jitter exceeds that of the frame before by less than `lead_s`."""
+def overtaking_probabilities(jitter: Jitter | None, leads_s: Floats) -> Floats:
+    """Probabilities that a frame's jitter exceeds that of the frame before by less than a lead."""
     if jitter is None:
-        return float(lead_s > 0)
+        return (leads_s > 0).astype(np.float64)
     middle = (np.arange(1000) + 0.5) / 1000
     rho = jitter.correlation
     before = _special().ndtri(middle)[:, None]
@@ -106,4 +123,9 @@ def overtaking_probability(jitter: Jitter | None, lead_s: float) -> float:
     gained = (
         jitter_quantile(jitter, _special().ndtr(then)) - jitter_quantile(jitter, middle)[:, None]
     )
-    return float((gained < lead_s).mean())
+    leads, of_lead = np.unique(leads_s, return_inverse=True)
+    if len(leads) > _FEW_LEADS:
+        found: Floats = np.searchsorted(np.sort(gained.ravel()), leads) / gained.size
+    else:
+        found = np.array([(gained < lead).mean() for lead in leads])
+    return found[of_lead]

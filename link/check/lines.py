@@ -1,25 +1,28 @@
-"""What all probes of `farside.link.check` share: lines of the report, and bursts of frames."""
+"""The lines of the report, and what all probes share that fill them."""
 
 import math
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import NamedTuple
 
-import msgspec
 import numpy as np
-from numpy.random import Generator
 
+from farside.link.check.chains import LossLikelihood
 from farside.link.check.intervals import Interval, clustered_interval, share_interval
-from farside.link.check.probe import Arrivals, Bools, Ints, Phase, Reference, Traffic
+from farside.link.check.traffic.planning import Traffic
+from farside.link.check.traffic.reference import Bools, Ints, Phase, Reference
+from farside.link.check.traffic.run import Arrivals
 from farside.link.profile.config import BitErrorEffect, OneWay
 from farside.link.profile.impairments import Jitter
 from farside.link.profile.statistics import Floats, jitter_quantile, loss_statistics
+from farside.node import to_s
 
 Estimate = Callable[[float], Interval]
 """The interval that misses the true value with at most the probability given."""
 
-SHORT_BYTE = 64
+_SHORT_BYTE = 64
 _BATCHES = 50
+_TRANSIENT = 0.001
 
 
 class CheckLine(NamedTuple):
@@ -31,6 +34,37 @@ class CheckLine(NamedTuple):
     asked: Interval
     measured: float
     estimate: Estimate
+    why: str = ""
+
+
+Lines = Iterator[tuple[float, CheckLine]]
+"""Lines, each with the time in seconds from which on the direction has been so."""
+
+
+class Group(NamedTuple):
+    """What was sent in all phases of one kind.
+
+    Attributes:
+        chosen: which frames of the traffic.
+        phases: these phases.
+        phase: of each chosen frame, its index in the reference.
+        size_byte: of the first frame.
+    """
+
+    chosen: Bools
+    phases: list[Phase]
+    phase: Ints
+    size_byte: int
+
+    @property
+    def way(self) -> OneWay:
+        """The settings, of which phases of a kind share all but the rate."""
+        return self.phases[0].way
+
+    @property
+    def from_s(self) -> float:
+        """Since when the direction has been so."""
+        return to_s(self.phases[0].begin_ns)
 
 
 class Observation(NamedTuple):
@@ -40,73 +74,28 @@ class Observation(NamedTuple):
     traffic: Traffic
     arrivals: Arrivals
 
+    def groups(self, key: Callable[[Phase], int]) -> Iterator[Group]:
+        """The frames by kind of phase; kinds in which none was sent are not among them."""
+        phases = self.reference.phases
+        kind_of = np.array([key(phase) for phase in phases], dtype=np.int64)
+        kinds = kind_of[self.traffic.phase]
+        for kind in sorted(set(kinds.tolist())):
+            chosen = kinds == kind
+            of_kind = [phases[index] for index in np.flatnonzero(kind_of == kind)]
+            size = int(self.traffic.size_byte[chosen][0])
+            yield Group(chosen, of_kind, self.traffic.phase[chosen], size)
 
-def plan_bursts(
-    reference: Reference,
-    rng: Generator,
-    burst_of: Callable[[Phase], tuple[int, int]],
-    count: int,
-    key: Callable[[Phase], object],
-) -> Traffic:
-    """Up to `count` bursts for each kind of phase.
+    def losses(self, way: OneWay, other: float, counted: Bools) -> LossLikelihood:
+        """How likely losses are among those of the frames that count."""
+        starts = np.array([phase.loss_start for phase in self.reference.phases], dtype=np.int64)
+        return LossLikelihood(way.loss, other, starts[self.traffic.phase], counted)
 
-    Args:
-        reference: the direction to send in.
-        rng: chooses the times.
-        burst_of: size in bytes and number of the frames of a burst, for a phase.
-        count: how many bursts at most.
-        key: which phases are of one kind.
-    """
-    left: dict[object, int] = {}
-    columns: list[Ints] = [np.empty((0, 4), dtype=np.int64)]
-    bursts = 0
-    for index, phase in enumerate(reference.phases):
-        size, frames = burst_of(phase)
-        kind = key(phase)
-        if not frames or not left.setdefault(kind, count):
-            continue
-        starts = reference.starts_ns(phase, size, frames, left[kind], rng)
-        left[kind] -= len(starts)
-        times = (starts[:, None] + np.arange(frames)).ravel()
-        numbers = np.repeat(np.arange(bursts, bursts + len(starts)), frames)
-        bursts += len(starts)
-        columns.append(
-            np.column_stack([times, np.full(len(times), size), np.full(len(times), index), numbers])
-        )
-    return Traffic(*np.concatenate(columns).T)
-
-
-def groups(
-    seen: Observation, key: Callable[[Phase], object]
-) -> Iterator[tuple[Bools, list[Phase]]]:
-    """For each kind of phase: which frames belong to it, and its phases."""
-    kinds: dict[object, list[int]] = {}
-    for index, phase in enumerate(seen.reference.phases):
-        kinds.setdefault(key(phase), []).append(index)
-    for indices in kinds.values():
-        chosen = np.isin(seen.traffic.phase, indices)
-        if chosen.any():
-            yield chosen, [seen.reference.phases[index] for index in indices]
-
-
-def impairment_key(phase: Phase) -> object:
-    """Equal for phases that differ in nothing but their rate."""
-    return msgspec.structs.replace(phase.way, rate_bit_s=None, rate_table=(), rate_trace=None)
-
-
-def rate_key(phase: Phase) -> object:
-    """Equal for phases that differ in nothing but their time."""
-    return phase.rate_bit_s, impairment_key(phase)
-
-
-def fitting(phase: Phase, size_byte: int) -> int:
-    """`size_byte`, or what fits into the queue."""
-    return max(1, min(size_byte, phase.way.queue_byte))
-
-
-def batched(values: Floats) -> Floats:
-    """Sums over batches of values, far longer than any burst of losses."""
-    return np.array([part.sum() for part in np.array_split(values, _BATCHES)])
+    def left_out(self, name: str, unit: str, asked: Callable[[OneWay], float]) -> Lines:
+        """A line for each kind in which the probe could not be made."""
+        for phases, why in self.traffic.left_out:
+            value = asked(phases[0].way) if phases else math.nan
+            from_s = to_s(phases[0].begin_ns) if phases else 0.0
+            yield from_s, unmeasured(name, unit, value, why)
 
 
 def point(value: float) -> Interval:
@@ -114,13 +103,25 @@ def point(value: float) -> Interval:
     return float(value), float(value)
 
 
-def share_line(name: str, asked: float, hits: Bools) -> CheckLine:
-    """How often something happened that happens to each frame independently."""
+def unmeasured(name: str, unit: str, asked: float, why: str) -> CheckLine:
+    """A line for what could not be measured, with the reason in words."""
+    return CheckLine(name, unit, 0, point(asked), math.nan, lambda _miss: point(math.nan), why)
+
+
+def share_line(name: str, asked: float, hits: Bools, why: str = "") -> CheckLine:
+    """How often something happened that happens to each frame independently.
+
+    Args:
+        name: of the impairment.
+        asked: the probability.
+        hits: for each frame, whether it happened.
+        why: the reason if there are no frames.
+    """
     found, count = int(hits.sum()), len(hits)
+    if not count:
+        return unmeasured(name, "share", asked, why or "no frame arrived that could show it")
     estimate = partial(share_interval, found, count)
-    return CheckLine(
-        name, "share", count, point(asked), found / count if count else math.nan, estimate
-    )
+    return CheckLine(name, "share", count, point(asked), found / count, estimate)
 
 
 def exact_line(name: str, frames: int, asked: float, measured: float) -> CheckLine:
@@ -128,19 +129,69 @@ def exact_line(name: str, frames: int, asked: float, measured: float) -> CheckLi
     return CheckLine(name, "", frames, point(asked), float(measured), lambda _miss: point(measured))
 
 
-def loss_line(name: str, asked: float, arrived: Bools, way: OneWay) -> CheckLine:
-    """The share of frames lost, perhaps in bursts."""
-    lost = (~arrived).astype(float)
-    if isinstance(way.loss, float):
+def loss_line(name: str, way: OneWay, other: float, seen: Observation, counted: Bools) -> CheckLine:
+    """The share of frames lost, perhaps in bursts.
+
+    Args:
+        name: of the impairment.
+        way: the settings in which they were sent.
+        other: probability that a frame spared by the loss model is lost nevertheless.
+        seen: what was sent, and how it arrived.
+        counted: which frames count.
+    """
+    lost = (~seen.arrivals.arrived[counted]).astype(float)
+    asked = loss_statistics(way.loss, other)
+    if isinstance(way.loss, float | int):
         estimate: Estimate = partial(share_interval, lost.sum(), len(lost))
-    else:
-        estimate = partial(
-            clustered_interval,
-            batched(lost),
-            batched(np.ones(len(lost))),
-            clustering=loss_statistics(way.loss).clustering,
-        )
-    return CheckLine(name, "share", len(lost), point(asked), float(lost.mean()), estimate)
+        return CheckLine(name, "share", len(lost), point(asked.rate), float(lost.mean()), estimate)
+    likelihood = seen.losses(way, other, counted)
+    expected, rate = likelihood.expected_share(), asked.rate
+    if abs(expected - rate) > _TRANSIENT * min(rate, 1 - rate):
+        # So few frames, or so slow a chain, that it still shows in which state it began.
+        rate = expected
+    interval = partial(
+        clustered_interval,
+        batched(lost),
+        batched(np.ones(len(lost))),
+        clustering=asked.clustering,
+    )
+    estimate = believing(rate, interval, lambda: likelihood.chance(float(lost.sum())))
+    return CheckLine(name, "share", len(lost), point(rate), float(lost.mean()), estimate)
+
+
+def believing(asked: float, interval: Estimate, chance: Callable[[], float]) -> Estimate:
+    """An interval that also holds the value asked for, unless what was seen is too improbable.
+
+    Args:
+        asked: that value.
+        interval: the interval to widen.
+        chance: an upper bound of the probability, given that value, of what was seen.
+    """
+
+    def widened(miss: float) -> Interval:
+        low, high = interval(miss)
+        if low <= asked <= high or chance() <= miss:
+            return low, high
+        return min(low, asked), max(high, asked)
+
+    return widened
+
+
+def batched(values: Floats) -> Floats:
+    """Sums over batches of values, far longer than any burst of losses."""
+    return np.array([part.sum() for part in np.array_split(values, _BATCHES)])
+
+
+def short_byte(phase: Phase) -> int:
+    """The size of a short frame: it fits into the queue, and bit errors do not lose every one."""
+    return max(1, min(_SHORT_BYTE, phase.way.queue_byte, sparing_byte(phase.way)))
+
+
+def sparing_byte(way: OneWay) -> int:
+    """The size of a frame that has about one wrong bit, or any if there are hardly any."""
+    if not way.bit_error_rate:
+        return 1 << 62
+    return math.ceil(1 / max(8 * way.bit_error_rate, 1e-15))
 
 
 def bit_error_loss(way: OneWay, size_byte: int) -> float:
@@ -148,7 +199,14 @@ def bit_error_loss(way: OneWay, size_byte: int) -> float:
     exposed = way.overhead_byte
     if way.bit_errors is BitErrorEffect.LOSE:
         exposed += size_byte
-    return 1 - (1 - way.bit_error_rate) ** (8 * exposed)
+    return any_wrong(way.bit_error_rate, 8 * exposed)
+
+
+def any_wrong(bit_error_rate: float, bits: int) -> float:
+    """Probability that any of so many bits is wrong."""
+    if bit_error_rate >= 1:
+        return float(bits > 0)
+    return -math.expm1(bits * math.log1p(-bit_error_rate))
 
 
 def quantile(jitter: Jitter, probability: float) -> float:

@@ -11,17 +11,19 @@ the frames are many: 40,000 tell a loss of 5 % from one of 6 %.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from enum import StrEnum
+from typing import NamedTuple
 
 import msgspec
 from numpy.random import Generator
 
 from farside.link.channel.node import Channel
-from farside.link.check import bursts as check_bursts
-from farside.link.check import frames as check_frames
-from farside.link.check.lines import CheckLine, Observation, exact_line
-from farside.link.check.probe import ChannelFactory, Reference, Traffic, run_probe, seeds
+from farside.link.check.lines import CheckLine, Lines, Observation, exact_line
+from farside.link.check.probes import outages, pairs, queues, rates, singles
+from farside.link.check.traffic.planning import Traffic
+from farside.link.check.traffic.reference import FOREVER_NS, Reference
+from farside.link.check.traffic.run import ChannelFactory, run_probe, seeds
 from farside.link.profile.config import LinkConfig
 from farside.node import Direction
 
@@ -55,6 +57,7 @@ class Measurement(msgspec.Struct, frozen=True):
         measured: the value measured; NaN if it could not be.
         low, high: its 99 % confidence interval.
         verdict: see `CheckVerdict`.
+        why: why it could not be measured; empty if it was.
     """
 
     direction: Direction
@@ -68,6 +71,7 @@ class Measurement(msgspec.Struct, frozen=True):
     low: float
     high: float
     verdict: CheckVerdict
+    why: str = ""
 
 
 class CheckReport(msgspec.Struct, frozen=True):
@@ -110,23 +114,23 @@ def check_link(
         direction: [] for direction in Direction
     }
     sent, disagreeing = dict.fromkeys(Direction, 0), dict.fromkeys(Direction, 0)
-    for number, (plan, judge) in enumerate(_PROBES):
+    for number, probe in enumerate(_PROBES):
         rng, streams = seeds(seed, number)
-        traffic = {way: plan(reference, frames, rng) for way, reference in references.items()}
+        traffic = {way: probe.plan(reference, frames, rng) for way, reference in references.items()}
         total, done = sum(len(one.time_ns) for one in traffic.values()), 0
-        if not total:
-            continue
 
         def advance(count: int, number: int = number, total: int = total) -> None:
             nonlocal done
             done += count
             on_progress((number + done / total) / len(_PROBES))
 
-        seen = run_probe(channel_factory(config, streams), traffic, advance)
+        seen = run_probe(
+            channel_factory(config, streams), traffic, advance, lifetime_ns=probe.lifetime_ns
+        )
         for way, arrivals in seen.items():
             sent[way] += len(traffic[way].time_ns)
             disagreeing[way] += arrivals.disagreeing
-            found[way] += judge(Observation(references[way], traffic[way], arrivals))
+            found[way] += probe.judge(Observation(references[way], traffic[way], arrivals))
     for way, lines in found.items():
         lines.append((0.0, exact_line("records that disagree", sent[way], 0, disagreeing[way])))
     on_progress(1.0)
@@ -162,18 +166,32 @@ def _judged(direction: Direction, from_s: float, line: CheckLine, miss: float) -
         low=float(low),
         high=float(high),
         verdict=verdict,
+        why=line.why if verdict is CheckVerdict.UNKNOWN else "",
     )
 
 
-_Probe = tuple[
-    Callable[[Reference, int, Generator], Traffic],
-    Callable[[Observation], Iterator[tuple[float, CheckLine]]],
-]
-_PROBES: tuple[_Probe, ...] = (
-    (check_frames.plan_singles, check_frames.judge_singles),
-    (check_frames.plan_long_singles, check_frames.judge_long_singles),
-    (check_frames.plan_pairs, check_frames.judge_pairs),
-    (check_bursts.plan_trains, check_bursts.judge_trains),
-    (check_bursts.plan_overloads, check_bursts.judge_overloads),
-    (check_bursts.plan_edges, check_bursts.judge_edges),
+class _Probe(NamedTuple):
+    """One kind of traffic, and what is concluded from how it arrives.
+
+    Attributes:
+        plan: the traffic in a direction: how many frames where something random is measured, and
+            what chooses their times.
+        judge: the lines that it fills.
+        lifetime_ns: how long each frame may wait; the link's own limit if `None`.
+    """
+
+    plan: Callable[[Reference, int, Generator], Traffic]
+    judge: Callable[[Observation], Lines]
+    lifetime_ns: int | None = FOREVER_NS
+
+
+_PROBES = (
+    _Probe(singles.plan_singles, singles.judge_singles),
+    _Probe(singles.plan_long_singles, singles.judge_long_singles),
+    _Probe(pairs.plan_pairs, pairs.judge_pairs),
+    _Probe(rates.plan_trains, rates.judge_trains),
+    _Probe(queues.plan_overloads, queues.judge_overloads),
+    _Probe(queues.plan_crowds, queues.judge_crowds),
+    _Probe(queues.plan_lifetimes, queues.judge_lifetimes, lifetime_ns=None),
+    _Probe(outages.plan_edges, outages.judge_edges),
 )

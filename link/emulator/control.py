@@ -6,31 +6,34 @@ Both by a Zenoh `get` on the ground side:
     farside/link/counters    none                         `EmulatorState` as JSON
     farside/link/control     what to change, as JSON      `EmulatorState` after the change
 
-A change names `up`, `down` or `both`, each with keys of `OneWay` and their new values, and `out`:
+A change is a `[link]` table as in a profile, laid over what was said of the link before; `null`
+removes a key. Times in it count from the start of the emulator. `both` stands for `up` and `down`,
+and `out` in any of them starts an outage, which lasts until it is `false` again:
 
     {"down": {"loss": 0.2, "jitter": {"spread_s": 0.1}}}
     {"both": {"out": true}}
+    {"preset": "moon", "blackouts": [{"start_s": 600, "end_s": 900}]}
 
-A key replaces the previous value as a whole; `null` removes it. A delay or a rate also replaces
-the alternative keys for it. `out` starts an outage, which lasts until it is `false` again. A change
-is applied as a whole or, if anything in it is wrong, not at all, and an error message replied.
+A change is applied as a whole or, if anything in it is wrong, not at all, and an error message
+replied.
 """
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import msgspec
 
+from farside.files import MAX_FILE_BYTE
 from farside.frames import OutageReason
 from farside.link.profile.config import Affected, OneWay
+from farside.link.profile.layers import laid_over, refused
 from farside.node import Direction
+from farside.validation import shown
 
 COUNTERS_KEY = "farside/link/counters"
 CONTROL_KEY = "farside/link/control"
 
-_ALTERNATIVES = (("delay_s", "delay_table"), ("rate_bit_s", "rate_table", "rate_trace"))
-
-_decode_change = msgspec.json.Decoder(dict[str, dict[str, Any]]).decode
+_EXPECTED = 'expected a change such as {"down": {"loss": 0.2}} or {"both": {"out": true}}'
 
 
 class WayCounters(msgspec.Struct, kw_only=True):
@@ -46,6 +49,9 @@ class WayCounters(msgspec.Struct, kw_only=True):
         corrupted: delivered with wrong bits, duplicates included.
         lost, outage, queue_full, expired, bit_error: not delivered, by reason; see `Fate`.
         in_flight: queued or on the way.
+        queries, replies, announcements: how many of `received` were queries; replies and ends of
+            replies; tokens that appeared or vanished, each repetition of what was lost included.
+            All others were samples.
     """
 
     received: int = 0
@@ -60,6 +66,9 @@ class WayCounters(msgspec.Struct, kw_only=True):
     expired: int = 0
     bit_error: int = 0
     in_flight: int = 0
+    queries: int = 0
+    replies: int = 0
+    announcements: int = 0
 
 
 class OutageState(msgspec.Struct, frozen=True):
@@ -106,73 +115,61 @@ class EmulatorState(msgspec.Struct, frozen=True):
         return self.up if direction is Direction.UP else self.down
 
 
-class WayChange(msgspec.Struct, frozen=True):
-    """The effect of a change on one direction; `None` for what stays."""
+class LinkChanged(NamedTuple):
+    """What a `get` on `CONTROL_KEY` asks for.
 
-    settings: OneWay | None = None
-    out: bool | None = None
+    Attributes:
+        layer: a table to lay over the link's, unchecked; empty if nothing but `out` is asked for.
+        out: which directions are to be out, and which as scheduled again.
+    """
+
+    layer: Mapping[str, Any]
+    out: Mapping[Direction, bool]
 
 
-def read_change(payload: bytes, settings: Mapping[Direction, OneWay]) -> dict[Direction, WayChange]:
+def read_change(payload: bytes) -> LinkChanged:
     """Parse the payload of a `get` on `CONTROL_KEY`.
 
     Args:
         payload: JSON as at the top of this module.
-        settings: of both directions before the change.
 
     Raises:
-        ValueError: if it is no valid change, with a message for its sender.
+        ValueError: if it is no change, with a message for its sender.
     """
+    if len(payload) > MAX_FILE_BYTE:
+        raise ValueError(f"{_EXPECTED} of at most {MAX_FILE_BYTE} bytes, found {len(payload)}")
+    if not payload.strip():
+        raise ValueError(f"{_EXPECTED}, found nothing")
     try:
-        tables = _decode_change(payload)
+        table = msgspec.json.decode(payload)
+    except (msgspec.DecodeError, UnicodeDecodeError) as error:
+        raise ValueError(f"{_EXPECTED}, found what is no JSON: {error}") from error
     except RecursionError as error:
-        raise ValueError("expected a change, found tables nested too deeply") from error
-    if unknown := sorted(tables.keys() - set(Affected)):
-        raise ValueError(f"expected up, down or both, found {', '.join(unknown)}")
-    changes = {}
-    for direction in Direction:
-        wanted: dict[str, Any] = {}
-        for name in Affected:
-            if name.includes(direction):
-                wanted |= tables.get(name, {})
-        if wanted:
-            changes[direction] = _way_change(direction, wanted, settings[direction])
-    if not changes:
-        raise ValueError('expected a change such as {"down": {"loss": 0.2}}, found none')
-    return changes
+        raise ValueError(f"{_EXPECTED}, found tables nested too deeply") from error
+    if not isinstance(table, dict):
+        raise refused((), f"{_EXPECTED}, found {shown(table)}")
+    change = _split(table)
+    if not (change.layer or change.out):
+        raise ValueError(f"{_EXPECTED}, found none")
+    return change
 
 
-def _way_change(direction: Direction, wanted: dict[str, Any], before: OneWay) -> WayChange:
-    try:
-        out = msgspec.convert(wanted.pop("out", None), bool | None)
-    except msgspec.ValidationError as error:
-        raise ValueError(f"{direction}.out: {error}") from error
-    return WayChange(changed(before, wanted, where=direction) if wanted else None, out)
-
-
-def alternatives_to(key: str) -> list[str]:
-    """The keys of `OneWay` that are alternatives to `key`, of which at most one may be given."""
-    for alternatives in _ALTERNATIVES:
-        if key in alternatives:
-            return [name for name in alternatives if name != key]
-    return []
-
-
-def changed(before: OneWay, wanted: Mapping[str, Any], *, where: str) -> OneWay:
-    """`before` with some keys replaced by plain values, or removed where they are `None`.
-
-    Raises:
-        ValueError: if a key is unknown or its value invalid; the message begins with `where`.
-    """
-    values = msgspec.to_builtins(before)
-    for key in wanted:
-        for other in alternatives_to(key):
-            values.pop(other, None)
-    values |= wanted
-    given = {key: value for key, value in values.items() if value is not None}
-    if unknown := sorted(given.keys() - set(OneWay.__struct_fields__)):
-        raise ValueError(f"{where}: expected a key of a direction, found {', '.join(unknown)}")
-    try:
-        return msgspec.convert(given, OneWay)
-    except msgspec.ValidationError as error:
-        raise ValueError(f"{where}: {error}") from error
+def _split(table: Mapping[str, Any]) -> LinkChanged:
+    """Take apart what a table says of the link's settings and of outages at once."""
+    layer = {key: value for key, value in table.items() if key not in set(Affected)}
+    out: dict[Direction, bool] = {}
+    for affected in Affected:
+        way = table.get(affected.value, {})
+        if affected is Affected.BOTH and not isinstance(way, dict):
+            raise refused(("both",), f"expected a table, found {shown(way)}")
+        settings = way
+        if isinstance(way, dict):
+            settings = {key: value for key, value in way.items() if key != "out"}
+            now = way.get("out")
+            if not isinstance(now, bool | None):
+                raise refused((affected, "out"), f"expected true or false, found {shown(now)}")
+            out |= {one: now for one in Direction if affected.includes(one) and now is not None}
+        if settings != {}:
+            ways = {one.value: settings for one in Direction if affected.includes(one)}
+            layer = laid_over(layer, ways)
+    return LinkChanged(layer, out)

@@ -7,6 +7,7 @@ start.
 import heapq
 from bisect import bisect_left
 from collections.abc import Sequence
+from enum import StrEnum
 from itertools import count
 from operator import attrgetter, itemgetter
 from typing import Generic, TypeVar
@@ -23,7 +24,9 @@ from farside.link.emulator.control import (
     WayState,
     read_change,
 )
-from farside.link.profile.config import LinkConfig
+from farside.link.emulator.horizon import Ahead, look_ahead
+from farside.link.profile.config import LinkConfig, OneWay
+from farside.link.profile.profile import Profile
 from farside.node import NEVER_NS, Direction, Frame, to_s
 
 _COUNT_NS = 20_000_000
@@ -35,6 +38,14 @@ _Cargo = TypeVar("_Cargo")
 Delivery = tuple[int, Direction, bytes, _Cargo]
 """A message: time of arrival, direction, payload, perhaps with wrong bits, and its cargo, which is
 whatever was sent with it. A plain tuple, for speed."""
+
+
+class Kind(StrEnum):
+    """What is counted apart among the messages: the names of their counters."""
+
+    QUERY = "queries"
+    REPLY = "replies"
+    ANNOUNCEMENT = "announcements"
 
 
 class _Outcome(msgspec.Struct, gc=False):
@@ -49,6 +60,7 @@ class _Outcome(msgspec.Struct, gc=False):
 
 
 _time = itemgetter(0)
+_time_ns = attrgetter("time_ns")
 _parts_of = attrgetter("direction", "sequence", "time_ns", "payload")
 _decode_outcome = msgspec.json.Decoder(_Outcome).decode
 
@@ -61,6 +73,8 @@ class _Way(Generic[_Cargo]):
         self.in_flight = 0
         self.counters = WayCounters()
         self.sequence = 0
+        self.announced: set[int] = set()
+        self.unannounced: list[_Cargo] = []
 
     def settle(self, outcome: _Outcome) -> None:
         counters = self.counters
@@ -70,7 +84,11 @@ class _Way(Generic[_Cargo]):
             counters.duplicated += 1
             return
         self.in_flight -= 1
-        self.cargo.pop(outcome.sequence, None)
+        cargo = self.cargo.pop(outcome.sequence, None)
+        if outcome.sequence in self.announced:
+            self.announced.remove(outcome.sequence)
+            if cargo is not None:
+                self.unannounced.append(cargo)
         if outcome.fate is Fate.DELIVERED:
             counters.delivered += 1
             counters.delivered_byte += outcome.size_byte
@@ -83,14 +101,16 @@ class Emulator(Generic[_Cargo]):
     """Takes messages with their cargo, and gives them back when they arrive.
 
     Args:
-        config: the link, resolved.
+        link: the link, resolved as a whole, or what is known of it by now, from `look_ahead`. Then
+            the emulator looks farther ahead when it has to; somebody else may do so before.
         seed: of the random streams, if the link has none of its own.
     """
 
-    def __init__(self, config: LinkConfig, seed: int = 0) -> None:
-        sequence = np.random.SeedSequence(seed if config.seed is None else config.seed)
-        rngs = map(np.random.default_rng, sequence.spawn(len(Direction)))
-        self._channel = Channel(config, dict(zip(Direction, rngs, strict=True)))
+    def __init__(self, link: LinkConfig | Ahead, seed: int = 0) -> None:
+        self._ahead = link if isinstance(link, Ahead) else Ahead(Profile.of(link), link)
+        self._seed = seed
+        config = self._ahead.config
+        self._channel = Channel(config, self._rngs(config))
         self._ways: dict[Direction, _Way[_Cargo]] = {one: _Way() for one in Direction}
         self._now_ns = 0
         self._last_ns = 0
@@ -98,6 +118,7 @@ class Emulator(Generic[_Cargo]):
         # Sorted batches as (time of the next delivery, tie-breaker, index of it, deliveries).
         self._coming: list[tuple[int, int, int, list[Delivery[_Cargo]]]] = []
         self._order = count()
+        self._warnings: list[str] = []
 
     def send(
         self,
@@ -107,8 +128,12 @@ class Emulator(Generic[_Cargo]):
         cargo: _Cargo,
         *,
         priority: int = 0,
+        kind: Kind | None = None,
     ) -> None:
-        """Accept a message sent at `time_ns`, or now if that is in the past."""
+        """Accept a message sent at `time_ns`, or now if that is in the past.
+
+        `cargo` is given back with it. It counts as a sample unless `kind` says otherwise.
+        """
         way = self._ways[direction]
         time_ns = max(time_ns, self._last_ns)
         self._last_ns = time_ns
@@ -117,11 +142,37 @@ class Emulator(Generic[_Cargo]):
         way.in_flight += 1
         way.sequence += 1
         way.counters.received_byte += len(payload)
+        if kind is not None:
+            setattr(way.counters, kind, getattr(way.counters, kind) + 1)
+            if kind is Kind.ANNOUNCEMENT:
+                way.announced.add(way.sequence - 1)
+
+    def unannounced(self, direction: Direction) -> list[_Cargo]:
+        """Take the cargo of the announcements that did not arrive."""
+        way = self._ways[direction]
+        lost, way.unannounced = way.unannounced, []
+        return lost
+
+    def is_out(self, direction: Direction) -> bool:
+        """Whether a direction is out of service now."""
+        return self._channel.outage(direction) is not None
 
     def advance(self, until_ns: int) -> list[Delivery[_Cargo]]:
-        """Advance up to, not including, `until_ns`; returns what arrives, in order of arrival."""
-        sent, self._sent = self._sent, []
-        until_ns = max(until_ns, self._now_ns, *(frame.time_ns + 1 for frame in sent[-1:]))
+        """Advance up to, not including, `until_ns`; returns what arrives, in order of arrival.
+
+        Raises:
+            LinkConfigError: if it has to look farther ahead and a file is no longer there.
+        """
+        until_ns = max(until_ns, self._now_ns, *(frame.time_ns + 1 for frame in self._sent[-1:]))
+        arrived: list[Delivery[_Cargo]] = []
+        while self._ahead.latest_ns < until_ns:
+            arrived += self._advance(max(self._ahead.latest_ns, self._now_ns))
+            self.renew(look_ahead(self._ahead.profile, self._now_ns))
+        return arrived + self._advance(until_ns)
+
+    def _advance(self, until_ns: int) -> list[Delivery[_Cargo]]:
+        end = bisect_left(self._sent, until_ns, key=_time_ns)
+        sent, self._sent = self._sent[:end], self._sent[end:]
         step = self._channel.advance(until_ns, sent)
         self._now_ns = self._last_ns = until_ns
         if step.frames:
@@ -129,8 +180,20 @@ class Emulator(Generic[_Cargo]):
         for record in step.records:
             if record.topic == "/link/frame":
                 outcome = _decode_outcome(record.payload)
-                self._ways[outcome.direction].settle(outcome)
+                self._settle(outcome)
         return self._arrived(until_ns)
+
+    def _settle(self, outcome: _Outcome) -> None:
+        way = self._ways[outcome.direction]
+        way.settle(outcome)
+        if outcome.fate is Fate.QUEUE_FULL and way.counters.queue_full == 1:
+            config = self._channel.settings(outcome.direction)
+            self._warnings.append(_too_small(outcome, config))
+
+    def take_warnings(self) -> list[str]:
+        """What its user should know and has not been told, one line each."""
+        taken, self._warnings = self._warnings, []
+        return taken
 
     def _expect(self, frames: Sequence[Frame]) -> None:
         ways = self._ways
@@ -170,13 +233,34 @@ class Emulator(Generic[_Cargo]):
         Raises:
             ValueError: if the change is invalid; nothing of it is then applied.
         """
-        settings = {direction: self._channel.settings(direction) for direction in Direction}
-        for direction, change in read_change(payload, settings).items():
-            if change.settings is not None:
-                self._channel.change(direction, change.settings)
-            if change.out is not None:
-                self._channel.set_out(direction, change.out)
+        change = read_change(payload)
+        if change.layer:
+            profile = self._ahead.profile.changed(change.layer, now_ns=self._now_ns)
+            self._adopt(look_ahead(profile, self._now_ns))
+        for direction, out in change.out.items():
+            self._channel.set_out(direction, out)
         return self.state()
+
+    @property
+    def ahead(self) -> Ahead:
+        """What is known of the link by now."""
+        return self._ahead
+
+    def renew(self, ahead: Ahead) -> None:
+        """Go on with what is now known of the link, unless the link has changed meanwhile."""
+        if ahead.profile is self._ahead.profile:
+            self._adopt(ahead)
+
+    def _adopt(self, ahead: Ahead) -> None:
+        if ahead.config.seed != self._ahead.config.seed:
+            self._channel.reseed(self._rngs(ahead.config))
+        self._channel.adopt(ahead.config)
+        self._ahead = ahead
+
+    def _rngs(self, config: LinkConfig) -> dict[Direction, np.random.Generator]:
+        sequence = np.random.SeedSequence(self._seed if config.seed is None else config.seed)
+        rngs = map(np.random.default_rng, sequence.spawn(len(Direction)))
+        return dict(zip(Direction, rngs, strict=True))
 
     def state(self) -> EmulatorState:
         """Current counters, outages and settings."""
@@ -196,3 +280,19 @@ class Emulator(Generic[_Cargo]):
             return None
         left_s = to_s(outage.end_ns - self._now_ns) if outage.end_ns < NEVER_NS else None
         return OutageState(outage.reason, left_s)
+
+
+def _too_small(outcome: _Outcome, config: OneWay) -> str:
+    """The warning that the transmit queue has dropped a message."""
+    limits = [
+        ("queue_byte", config.queue_byte, "bytes"),
+        ("queue_frame", config.queue_frame, "messages"),
+    ]
+    given = [
+        (f"{outcome.direction}.{key}", f"{most:,} {unit}") for key, most, unit in limits if most
+    ]
+    keys, most = (" or ".join(parts) for parts in zip(*given, strict=True))
+    return (
+        f"{outcome.direction}: a message of {outcome.size_byte:,} bytes was dropped, since no more "
+        f"than {most} may wait to be sent; {keys} sets how much"
+    )

@@ -1,9 +1,5 @@
 """The Zenoh side of the stand-alone emulator: between two domains, on a wall clock.
 
-A message keeps its key, encoding, attachment, priority, timestamp and kind (put or delete). It is
-published with congestion control `BLOCK`, so none is lost except by the link: a slow receiver makes
-the emulator wait.
-
 A key may pass both ways. The relay never takes back what it has itself put into a domain, so
 nothing loops unless the domains are connected elsewhere; one network on both sides is refused.
 
@@ -13,67 +9,46 @@ received by nobody; it is counted, and the loss of the connection reported at on
 
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from queue import Empty, SimpleQueue
-from typing import NamedTuple, TypeVar
 
 import msgspec
 import zenoh
 
-from farside.link.emulator import Emulator
+from farside.link.emulator import Emulator, Kind
 from farside.link.emulator.control import (
     CONTROL_KEY,
     COUNTERS_KEY,
     EmulatorState,
     SideState,
 )
+from farside.link.emulator.presence import Announcement
+from farside.link.emulator.queries import Answer, End, Queries, Question
+from farside.link.emulator.renewing import Renewal
+from farside.link.emulator.samples import (
+    DEFAULT_PRIORITY,
+    PRIORITIES,
+    Metadata,
+    MetadataReader,
+    publish,
+    subscribe,
+)
+from farside.link.emulator.tokens import Tokens
 from farside.node import Direction, Role, to_ns, to_s
 
 _IDLE_NS = to_ns(0.5)
 
-_PRIORITIES = (
-    zenoh.Priority.BACKGROUND,
-    zenoh.Priority.DATA_LOW,
-    zenoh.Priority.DATA,
-    zenoh.Priority.DATA_HIGH,
-    zenoh.Priority.INTERACTIVE_LOW,
-    zenoh.Priority.INTERACTIVE_HIGH,
-    zenoh.Priority.REAL_TIME,
-)
-"""Zenoh's priorities by frame priority, from the lowest."""
-
-_PRIORITY_OF = {int(priority): number for number, priority in enumerate(_PRIORITIES)}  # type: ignore[call-overload]
-
 _MAX_BATCH = 2000
 """Messages taken before those due are delivered: many, for speed, but not for too long."""
 
-_MAX_SHARED = 4096
+_ANNOUNCEMENT_PRIORITY = len(PRIORITIES) - 1
+"""Above all else, as Zenoh's own declarations."""
 
-_Value = TypeVar("_Value")
+Cargo = Metadata | Question | Answer | End | Announcement
+"""What crosses, but for its payload."""
 
-_Received = tuple[int, Direction, zenoh.Sample]
-"""A message: when it was received, its direction, the sample. A plain tuple, for speed."""
-
-Metadata = tuple[
-    zenoh.KeyExpr, bool, int, bool, zenoh.Encoding, zenoh.ZBytes | None, zenoh.Timestamp | None
-]
-"""Everything of a sample but its payload: key, whether it deletes, frame priority, express,
-encoding, attachment, timestamp. The sample itself would take twice the memory, since it keeps alive
-the whole batch that it was received in."""
-
-
-class _Request(NamedTuple):
-    """A query, and what computes its reply or raises `ValueError` with an error message."""
-
-    query: zenoh.Query
-    reply: Callable[[bytes], EmulatorState]
-
-
-class _ConnectionEvent(NamedTuple):
-    """A node connected to a side, or disconnected from it."""
-
-    side: "_Side"
-    node: str
-    connected: bool
+_Item = tuple[int, Callable[[int], None]]
+"""Something to do, with the time when it came. A plain tuple, for speed."""
 
 
 class _Side:
@@ -90,6 +65,44 @@ class _Side:
         return SideState(len(self.nodes), self.unheard)
 
 
+class _Way:
+    """From one side to the other: what is asked and told on `near` is asked and told on `far`."""
+
+    def __init__(
+        self,
+        direction: Direction,
+        emulator: Emulator[Cargo],
+        later: Callable[[Callable[[int], None]], None],
+        notify: Callable[[str], None],
+    ) -> None:
+        self.direction, self._emulator = direction, emulator
+        self.later, self.notify = later, notify
+
+    def ask(self, time_ns: int, payload: bytes, question: Question) -> None:
+        """Send a query through the link."""
+        self._emulator.send(
+            self.direction, time_ns, payload, question, priority=DEFAULT_PRIORITY, kind=Kind.QUERY
+        )
+
+    def reply(self, time_ns: int, payload: bytes, reply: Answer | End) -> None:
+        """Send a reply or an end back through the link."""
+        back = self.direction.opposite
+        self._emulator.send(
+            back, time_ns, payload, reply, priority=DEFAULT_PRIORITY, kind=Kind.REPLY
+        )
+
+    def announce(self, time_ns: int, announcement: Announcement) -> None:
+        """Send an announcement through the link."""
+        self._emulator.send(
+            self.direction,
+            time_ns,
+            b"",
+            announcement,
+            priority=_ANNOUNCEMENT_PRIORITY,
+            kind=Kind.ANNOUNCEMENT,
+        )
+
+
 class Relay:
     """Takes messages from either domain, and publishes them in the other when they arrive.
 
@@ -98,8 +111,8 @@ class Relay:
         up: key expressions that pass from the ground to the rover.
         down: key expressions that pass the other way.
         emulator: the link.
-        notify: called with a message when a side loses its last connection, and when it is
-            connected again.
+        notify: called with a message when a side loses its last connection, when it is connected
+            again, and when a queue drops a message for the first time.
 
     Raises:
         ValueError: if both sessions are in one network.
@@ -112,7 +125,7 @@ class Relay:
         *,
         up: Sequence[zenoh.KeyExpr],
         down: Sequence[zenoh.KeyExpr],
-        emulator: Emulator[Metadata],
+        emulator: Emulator[Cargo],
         notify: Callable[[str], None],
     ) -> None:
         if shared := _neighbours(rover) & _neighbours(ground):
@@ -121,50 +134,69 @@ class Relay:
                 f"connected to {', '.join(sorted(shared))}"
             )
         self._emulator = emulator
+        self._renewal = Renewal(emulator, notify)
         self._notify = notify
-        self._keys: dict[zenoh.KeyExpr, zenoh.KeyExpr] = {}
-        self._encodings: dict[zenoh.Encoding, zenoh.Encoding] = {}
-        self._inbox: SimpleQueue[_Received | _Request | _ConnectionEvent] = SimpleQueue()
+        self._reader = MetadataReader()
+        self._inbox: SimpleQueue[_Item] = SimpleQueue()
         self._rover, self._ground = _Side(Role.ROVER, rover), _Side(Role.GROUND, ground)
         self._far = {Direction.UP: self._rover, Direction.DOWN: self._ground}
         self._began_ns = time.monotonic_ns()
-        self._subscribe(ground, Direction.UP, up)
-        self._subscribe(rover, Direction.DOWN, down)
         self._serve(ground, COUNTERS_KEY, lambda _: self.state())
         self._serve(ground, CONTROL_KEY, self._control)
+        self._queries: dict[Direction, Queries] = {}
+        self._tokens: dict[Direction, Tokens] = {}
+        for direction, keys in ((Direction.UP, up), (Direction.DOWN, down)):
+            self._cross(direction, keys, [*up, *down])
+        for direction in Direction:
+            self._tokens[direction].begin(self._tokens[direction.opposite])
         self._watch(self._rover)
         self._watch(self._ground)
 
-    def _subscribe(
-        self, near: zenoh.Session, direction: Direction, keys: Sequence[zenoh.KeyExpr]
+    def _cross(
+        self,
+        direction: Direction,
+        keys: Sequence[zenoh.KeyExpr],
+        asked: Sequence[zenoh.KeyExpr],
     ) -> None:
-        for number, key in enumerate(keys):
-            # What a subscriber before takes as well is not taken twice.
-            earlier = [other for other in keys[:number] if other.intersects(key)]
-            listener = self._listener(direction, earlier)
-            near.declare_subscriber(key, listener, allowed_origin=zenoh.Locality.REMOTE)
+        """Have whatever crosses in one direction taken: samples, queries, tokens."""
+        near, far = self._far[direction.opposite].session, self._far[direction].session
+        way = _Way(direction, self._emulator, self._later, self._notify)
+        subscribe(
+            near,
+            [*keys, *_of_advanced(keys, "pub")],
+            lambda sample: self._later(partial(self._take_sample, direction, sample)),
+        )
+        queries = Queries(near, far, [*asked, *_of_advanced(asked)], way)
+        self._queries[direction] = queries
+        others = [key for key in asked if key not in keys]
+        tokens = [*keys, *_of_advanced(keys, "pub"), *_of_advanced(others, "sub")]
+        opposite = direction.opposite
+        self._tokens[direction] = Tokens(
+            near,
+            far,
+            tokens,
+            way,
+            # Tokens of services over there make queryables for them on this side.
+            lambda token, present: self._queries[opposite].service(token, present=present),
+        )
 
-    def _listener(
-        self, direction: Direction, earlier: Sequence[zenoh.KeyExpr]
-    ) -> Callable[[zenoh.Sample], None]:
-        clock, put = time.monotonic_ns, self._inbox.put
-
-        def listen(sample: zenoh.Sample) -> None:
-            if earlier and any(key.intersects(sample.key_expr) for key in earlier):
-                return
-            put((clock(), direction, sample))
-
-        return listen
+    def _later(self, task: Callable[[int], None]) -> None:
+        self._inbox.put((time.monotonic_ns(), task))
 
     def _serve(
         self, near: zenoh.Session, key: str, reply: Callable[[bytes], EmulatorState]
     ) -> None:
-        near.declare_queryable(key, lambda query: self._inbox.put(_Request(query, reply)))
+        def answer(query: zenoh.Query, _time_ns: int) -> None:
+            with query:
+                _reply(query, reply)
+
+        near.declare_queryable(key, lambda query: self._later(partial(answer, query)))
 
     def _watch(self, side: _Side) -> None:
         def move(event: zenoh.TransportEvent) -> None:
             connected = event.kind == zenoh.SampleKind.PUT
-            self._inbox.put(_ConnectionEvent(side, str(event.transport.zid), connected))
+            node = str(event.transport.zid)
+            self._later(lambda _: self._connection_changed(side, node, connected=connected))
 
         side.session.info.declare_transport_events_listener(move, history=True)
 
@@ -173,11 +205,44 @@ class Relay:
         end_ns = None if duration_s is None else self._now_ns() + to_ns(duration_s)
         while end_ns is None or self._now_ns() < end_ns:
             until_ns = self._take(self._timeout_s(end_ns))
-            for _, direction, payload, metadata in self._emulator.advance(until_ns):
+            arrived = self._emulator.advance(until_ns)
+            for time_ns, direction, payload, cargo in arrived:
                 far = self._far[direction]
                 if far.is_alone:
                     far.unheard += 1
-                _put(far.session, payload, metadata)
+                if isinstance(cargo, tuple):
+                    publish(far.session, payload, cargo)
+                else:
+                    self._deliver(time_ns, direction, payload, cargo)
+            self._announce_again(until_ns)
+            for warning in self._emulator.take_warnings():
+                self._notify(warning)
+            self._renewal.step(until_ns)
+
+    def _deliver(
+        self,
+        time_ns: int,
+        direction: Direction,
+        payload: bytes,
+        cargo: Question | Answer | End | Announcement,
+    ) -> None:
+        match cargo:
+            case Question():
+                self._queries[direction].arrive(payload, cargo)
+            case Announcement():
+                self._tokens[direction].arrive(cargo)
+            case _:
+                self._queries[direction.opposite].receive(payload, cargo, time_ns)
+
+    def _announce_again(self, now_ns: int) -> None:
+        for direction, tokens in self._tokens.items():
+            for cargo in self._emulator.unannounced(direction):
+                if isinstance(cargo, Announcement):
+                    tokens.presence.lose(cargo, now_ns)
+            again_ns = tokens.presence.next_ns
+            is_due = again_ns is not None and again_ns <= now_ns
+            if is_due and not self._emulator.is_out(direction):
+                tokens.again(now_ns)
 
     def state(self) -> EmulatorState:
         """Current counters, outages and settings; may be called from any thread."""
@@ -203,43 +268,25 @@ class Relay:
             item = inbox.get(timeout=timeout_s)
         except Empty:
             return self._now_ns() + 1
-        self._take_one(item)
+        began_ns = self._began_ns
+        time_ns, task = item
+        task(time_ns - began_ns)
         waiting = inbox.qsize()
         for _ in range(min(waiting, _MAX_BATCH)):
-            item = inbox.get()
-            self._take_one(item)
-        if waiting > _MAX_BATCH and not isinstance(item, _Request | _ConnectionEvent):
-            return item[0] - self._began_ns + 1
-        return self._now_ns() + 1
+            time_ns, task = inbox.get()
+            task(time_ns - began_ns)
+        return time_ns - began_ns + 1 if waiting > _MAX_BATCH else self._now_ns() + 1
 
-    def _take_one(self, item: _Received | _Request | _ConnectionEvent) -> None:
-        if isinstance(item, _Request):
-            with item.query as query:
-                _reply(query, item.reply)
-            return
-        if isinstance(item, _ConnectionEvent):
-            self._connection_changed(item)
-            return
-        time_ns, direction, sample = item
-        priority = _PRIORITY_OF[int(sample.priority)]  # type: ignore[call-overload]
-        metadata = (
-            _shared(self._keys, sample.key_expr),
-            sample.kind == zenoh.SampleKind.DELETE,
-            priority,
-            sample.express,
-            _shared(self._encodings, sample.encoding),
-            sample.attachment,
-            sample.timestamp,
-        )
-        payload, at_ns = sample.payload.to_bytes(), time_ns - self._began_ns
-        self._emulator.send(direction, at_ns, payload, metadata, priority=priority)
+    def _take_sample(self, direction: Direction, sample: zenoh.Sample, time_ns: int) -> None:
+        metadata = self._reader.read(sample)
+        payload = sample.payload.to_bytes()
+        self._emulator.send(direction, time_ns, payload, metadata, priority=metadata[2])
 
-    def _connection_changed(self, event: _ConnectionEvent) -> None:
-        side = event.side
-        if event.connected:
-            side.nodes.add(event.node)
+    def _connection_changed(self, side: _Side, node: str, *, connected: bool) -> None:
+        if connected:
+            side.nodes.add(node)
         else:
-            side.nodes.discard(event.node)
+            side.nodes.discard(node)
         is_alone = not side.nodes
         if is_alone is not side.is_alone:
             side.is_alone = is_alone
@@ -247,11 +294,10 @@ class Relay:
             self._notify(f"{side.role} side: {now}")
 
 
-def _shared(kept: dict[_Value, _Value], value: _Value) -> _Value:
-    """`value`, or an equal one kept before: a million messages share few different ones."""
-    if len(kept) == _MAX_SHARED:
-        kept.clear()
-    return kept.setdefault(value, value)
+def _of_advanced(keys: Sequence[zenoh.KeyExpr], whose: str = "") -> list[zenoh.KeyExpr]:
+    """Where advanced publishers (`pub`), subscribers (`sub`) or both speak of `keys`."""
+    suffix = f"@adv/{whose}/**" if whose else "@adv/**"
+    return [key.join(suffix) for key in keys]
 
 
 def _neighbours(session: zenoh.Session) -> set[str]:
@@ -271,27 +317,3 @@ def _reply(query: zenoh.Query, reply: Callable[[bytes], EmulatorState]) -> None:
     else:
         encoding = zenoh.Encoding.APPLICATION_JSON
         query.reply(query.key_expr, msgspec.json.encode(state), encoding=encoding)
-
-
-def _put(far: zenoh.Session, payload: bytes, metadata: Metadata) -> None:
-    key, deletes, priority, express, encoding, attachment, timestamp = metadata
-    if deletes:
-        far.delete(
-            key,
-            congestion_control=zenoh.CongestionControl.BLOCK,
-            priority=_PRIORITIES[priority],
-            express=express,
-            attachment=attachment,
-            timestamp=timestamp,
-        )
-        return
-    far.put(
-        key,
-        payload,
-        encoding=encoding,
-        congestion_control=zenoh.CongestionControl.BLOCK,
-        priority=_PRIORITIES[priority],
-        express=express,
-        attachment=attachment,
-        timestamp=timestamp,
-    )

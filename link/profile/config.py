@@ -4,6 +4,7 @@ Some tables name a file or an ephemeris. `farside.link.profile.resolve` replaces
 tables, so that whatever simulates reads no files.
 """
 
+from collections.abc import Sequence
 from enum import StrEnum
 from itertools import pairwise
 from typing import Annotated
@@ -16,6 +17,16 @@ from farside.link.profile.impairments import Jitter, LossModel, Reorder
 from farside.link.profile.routing import Routing
 from farside.node import Direction, to_ns
 from farside.settings import Count, Fraction, NonNegative, Positive, Section
+from farside.validation import MEASURED
+
+DELAY_KEYS = ("delay_s", "delay_table")
+"""The keys of a direction that give its delay, of which one at most may be there."""
+
+RATE_KEYS = ("rate_bit_s", "rate_table", "rate_trace")
+"""The keys of a direction that give its rate, of which one at most may be there."""
+
+EPHEMERIS_FILES = ("kernel", "horizons")
+"""The keys of an ephemeris that name its files, of which one at most may be there."""
 
 
 class DropPolicy(StrEnum):
@@ -71,11 +82,22 @@ class Trace(Section, frozen=True):
         file: path of the trace, one whole number of milliseconds per line.
         times_ms: its lines.
         at_end: what follows the last line.
+
+    Raises:
+        ValueError: if the times fall, or none is above 0, since a trace must have a length.
     """
 
     file: str | None = None
-    times_ms: tuple[Annotated[int, Meta(ge=0)], ...] = ()
+    times_ms: Annotated[tuple[Annotated[int, Meta(ge=0)], ...], MEASURED] = ()
     at_end: AtEnd = AtEnd.WRAP
+
+    def __post_init__(self) -> None:
+        for index, (earlier, later) in enumerate(pairwise(self.times_ms), start=1):
+            if later < earlier:
+                found = _between(self.times_ms, index)
+                raise ValueError(f"times_ms: expected times that do not fall, found {found}")
+        if self.times_ms and not self.times_ms[-1]:
+            raise ValueError("times_ms: expected a last time above 0 ms, found 0")
 
 
 class OneWay(Section, frozen=True):
@@ -87,7 +109,7 @@ class OneWay(Section, frozen=True):
         rate_bit_s: rate cap in bit/s; unlimited where absent.
         rate_table: the same over time, in place of `rate_bit_s`; starts at 0 s.
         rate_trace: delivery opportunities, in place of either.
-        overhead_byte: bytes sent with each frame on top of its own.
+        overhead_byte: bytes sent with each frame on top of its own; at most 65,535, as for a frame.
         queue_byte: bytes that may wait in the transmit queue (project default: 4096).
         queue_frame: frames that may wait; any number where absent.
         drop: which frame is dropped when either limit is exceeded.
@@ -106,11 +128,11 @@ class OneWay(Section, frozen=True):
     """
 
     delay_s: NonNegative | None = None
-    delay_table: tuple[DelayPoint, ...] = ()
+    delay_table: Annotated[tuple[DelayPoint, ...], MEASURED] = ()
     rate_bit_s: Count | None = None
-    rate_table: tuple[RateStep, ...] = ()
+    rate_table: Annotated[tuple[RateStep, ...], MEASURED] = ()
     rate_trace: Trace | None = None
-    overhead_byte: Annotated[int, Meta(ge=0)] = 0
+    overhead_byte: Annotated[int, Meta(ge=0, le=65_535)] = 0
     queue_byte: Count = 4096
     queue_frame: Count | None = None
     drop: DropPolicy = DropPolicy.NEWEST
@@ -124,12 +146,14 @@ class OneWay(Section, frozen=True):
     duplicate: Fraction = 0.0
 
     def __post_init__(self) -> None:
-        _expect_one(self, "delay_s", "delay_table")
-        _expect_one(self, "rate_bit_s", "rate_table", "rate_trace")
+        _expect_one(self, *DELAY_KEYS)
+        _expect_one(self, *RATE_KEYS)
         for name in ("delay_table", "rate_table"):
-            times = [point.t_s for point in getattr(self, name)]
-            if any(later <= earlier for earlier, later in pairwise(times)):
-                raise ValueError(f"{name}: expected times that grow, found {times}")
+            times_s = [point.t_s for point in getattr(self, name)]
+            for index, (earlier, later) in enumerate(pairwise(times_s), start=1):
+                if later <= earlier:
+                    found = _between(times_s, index)
+                    raise ValueError(f"{name}: expected t_s that grows, found {found}")
         if self.rate_table and self.rate_table[0].t_s > 0:
             raise ValueError(f"rate_table: expected t_s = 0 first, found {self.rate_table[0].t_s}")
 
@@ -152,6 +176,12 @@ def _expect_one(section: Section, *names: str) -> None:
     given = [name for name in names if getattr(section, name) not in (None, ())]
     if len(given) > 1:
         raise ValueError(f"expected one of {', '.join(names)}, found {' and '.join(given)}")
+
+
+def _between(values: Sequence[float], index: int) -> str:
+    """An entry that is out of order, with its neighbours."""
+    after = f" and before {values[index + 1]:.12g}" if index + 1 < len(values) else ""
+    return f"{values[index]:.12g} at index {index}, after {values[index - 1]:.12g}{after}"
 
 
 class Affected(StrEnum):
@@ -243,19 +273,37 @@ class ContactPlan(Section, frozen=True):
 class Ephemeris(Section, frozen=True):
     """Where the other end is: gives both delays, and outages around solar conjunction.
 
+    Without `kernel` or `horizons` from astropy's built-in ephemeris, until the end of 2099.
+
     Attributes:
-        body: `moon`, `mars` or another body of `farside.link.profile.sky.light.BODIES`.
-        epoch: the date at simulated time 0, in UTC, such as `2021-02-18T00:00:00Z`.
-        conjunction_deg: no uplink while the angle between Sun and body, seen from Earth, is
+        body: the other end: `moon`, `mars` or another of `farside.link.profile.sky.sky.BODIES`;
+            with `kernel` a NAIF number such as `-74` or a name; absent with `horizons`.
+        epoch: the date at simulated time 0, in UTC, such as `2021-02-18T00:00:00Z`; in place of
+            `start` of the link. Absent, it is that of a contact plan with dates.
+        center: the body on which the ground is, likewise (project default: the Earth).
+        kernel: path of a SPICE kernel of positions (SPK), or several whose orbits form a chain; the
+            later ones count first. What they lack of Sun, Earth and planets is built in.
+        horizons: path of a vector table as JPL Horizons prints it.
+        conjunction_deg: no uplink while the angle between Sun and body, seen from `center`, is
             below this; 0 for never. 2.2 gives the command moratoria of NASA's Mars missions.
         conjunction_loss: probability that a downlink frame is lost in that time; a greater loss
             of the link itself stays.
+
+    Raises:
+        ValueError: if both `kernel` and `horizons` are given.
     """
 
-    body: str
-    epoch: str
+    body: int | str | None = None
+    epoch: str | None = None
+    center: int | str = "earth"
+    kernel: str | tuple[str, ...] = ()
+    horizons: str | None = None
     conjunction_deg: NonNegative = 0.0
     conjunction_loss: Fraction = 0.5
+
+    def __post_init__(self) -> None:
+        if self.kernel and self.horizons is not None:
+            raise ValueError("expected kernel or horizons, found both")
 
 
 class LinkChange(Section, frozen=True):
@@ -296,6 +344,8 @@ class LinkConfig(Section, frozen=True):
         up: the direction from the ground to the rover.
         down: the direction from the rover to the ground.
         preset: name of the profile that supplies what this table does not, such as `moon`.
+        start: the date at simulated time 0, in UTC, such as `2026-11-28T00:00:00Z`: of a contact
+            plan with dates, and of the ephemeris.
         ephemeris: gives the delays, and outages at conjunction.
         blackouts: outages at given times, at the rover's end of the path.
         passes: periodic visibility.
@@ -311,6 +361,7 @@ class LinkConfig(Section, frozen=True):
     up: OneWay = OneWay()
     down: OneWay = OneWay()
     preset: str | None = None
+    start: str | None = None
     ephemeris: Ephemeris | None = None
     blackouts: tuple[Blackout, ...] = ()
     passes: Passes | None = None

@@ -1,4 +1,10 @@
-"""The tables that a link is described in, one over the other, before they are checked."""
+"""The tables that a link is described in, one over the other, before they are checked.
+
+A table lies over another as a JSON merge patch (RFC 7396): key by key, arrays as a whole, and
+`None` removes what is below, so JSON's `null` does. Besides, a key replaces its alternatives, and a
+table of one `model` that of another. A preset, the file that names it, `--set` and what the control
+query says lie over one another in this order.
+"""
 
 from collections.abc import Mapping
 from importlib import resources
@@ -7,13 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from farside.files import parse_toml, read_text
-from farside.validation import Problem, did_you_mean, dotted, shown
+from farside.link.profile.config import DELAY_KEYS, EPHEMERIS_FILES, RATE_KEYS
+from farside.validation import MAX_PROBLEMS, Problem, did_you_mean, dotted, one_line, shown
 
-DELAY_KEYS = ("delay_s", "delay_table")
-"""The keys of a direction that give its delay, of which one at most may be there."""
-
-RATE_KEYS = ("rate_bit_s", "rate_table", "rate_trace")
-"""The keys of a direction that give its rate, of which one at most may be there."""
+_SOURCE_LENGTH = 300
 
 
 class LinkConfigError(ValueError):
@@ -27,10 +30,13 @@ class LinkConfigError(ValueError):
     def __init__(self, *problems: Problem, source: str = "") -> None:
         self.problems = problems
         self.source = source
-        lines = (
-            ": ".join(part for part in (source, dotted(key), text) if part)
-            for key, text in problems
-        )
+        shown_source = one_line(source, _SOURCE_LENGTH)
+        lines = [
+            ": ".join(part for part in (shown_source, dotted(key), text) if part)
+            for key, text in problems[:MAX_PROBLEMS]
+        ]
+        if len(problems) > MAX_PROBLEMS:
+            lines.append(f"no more than the first {MAX_PROBLEMS} problems are told")
         super().__init__("\n".join(lines))
 
 
@@ -40,41 +46,61 @@ def preset_names() -> list[str]:
 
 
 def with_preset(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Merge a `[link]` table with the preset that it names, before either is checked.
-
-    The table wins, key by key. A key also replaces the preset's alternatives to it: a `delay_s`
-    replaces a `delay_table` or an ephemeris.
+    """A `[link]` table laid over the preset that it names, before either is checked.
 
     Returns:
-        the merged table without the key `preset`; the table as it was if `preset` is absent or not
-        a string.
+        the table without the key `preset`, unless that is no string, and without what is removed.
 
     Raises:
         LinkConfigError: if there is no such preset.
     """
     name = table.get("preset")
     if not isinstance(name, str):
-        return dict(table)
+        return _without_marks(table)
     preset = _presets().get(name)
     if preset is None:
         raise refused(("preset",), _no_such_preset(name, "the name of a preset"))
     own = {key: value for key, value in table.items() if key != "preset"}
-    return merged(_without_replaced(_toml(preset.read_text("utf-8"), ("preset",)), own), own)
+    return _without_marks(laid_over(_toml(preset.read_text("utf-8"), ("preset",)), own))
 
 
-def merged(preset: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
-    """`preset` overridden by `own`: tables key by key, arrays as a whole.
+def laid_over(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+    """`above` laid over `below`, both as they are written.
 
-    Tables of different models are not mixed: if `own` names another model, its table stands alone.
+    What is removed leaves a mark, which `with_preset` minds: a preset does not bring it back.
     """
-    result = dict(preset)
-    for key, value in own.items():
-        match preset.get(key), value:
-            case dict(below), dict(table) if _are_of_one_model(below, table):
-                result[key] = merged(below, table)
+    return merged(_without_replaced(below, above), above)
+
+
+class _Whole(dict[str, Any]):
+    """A table that has replaced what was there, so that nothing of a preset shows through it."""
+
+
+def merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+    """`below` overridden by `above`: tables key by key, all else as a whole.
+
+    Tables of different models are not mixed: if `above` names another, its table stands alone.
+    """
+    result = dict(below)
+    for key, value in above.items():
+        match below.get(key), value:
+            case dict(), _Whole():
+                result[key] = value
+            case dict(old), dict(new) if _are_of_one_model(old, new):
+                result[key] = type(old)(merged(old, new))
+            case _, dict(new) if key in below:
+                result[key] = _Whole(new)
             case _:
                 result[key] = value
     return result
+
+
+def _without_marks(table: Mapping[str, Any]) -> dict[str, Any]:
+    return {
+        key: _without_marks(value) if isinstance(value, dict) else value
+        for key, value in table.items()
+        if value is not None
+    }
 
 
 def profile_table(source: str | Path) -> dict[str, Any]:
@@ -137,28 +163,45 @@ def _toml(text: str, key: tuple[str, ...]) -> dict[str, Any]:
         raise refused(key, f"expected TOML, found: {error}") from error
 
 
-def _without_replaced(preset: Mapping[str, Any], own: Mapping[str, Any]) -> dict[str, Any]:
-    """`preset` without the tables and keys to which `own` gives an alternative."""
-    own_ways = {way: set(_table(own.get(way))) for way in ("up", "down")}
-    left = dict(preset)
-    planned = "contacts" in own or "routing" in own
-    if planned or any(keys.intersection(DELAY_KEYS) for keys in own_ways.values()):
+def alternatives_to(given: set[str]) -> set[str]:
+    """The keys of a direction that are alternatives to some that are given, these included."""
+    return {key for keys in (DELAY_KEYS, RATE_KEYS) if given.intersection(keys) for key in keys}
+
+
+def _without_replaced(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+    """`below` without the tables and keys to which `above` gives an alternative."""
+    given = _given(above)
+    given_ways = {way: _given(_table(above.get(way))) for way in ("up", "down")}
+    left = _without_dates(below, above)
+    if any(keys.intersection(DELAY_KEYS) for keys in given_ways.values()):
         left.pop("ephemeris", None)
     dropped = {
-        *(DELAY_KEYS if "ephemeris" in own or planned else ()),
-        *(RATE_KEYS if planned else ()),
+        *(DELAY_KEYS if given.intersection({"ephemeris", "contacts", "routing"}) else ()),
+        *(RATE_KEYS if given.intersection({"contacts", "routing"}) else ()),
     }
-    for way, own_keys in own_ways.items():
-        replaced = set(dropped)
-        for keys in (DELAY_KEYS, RATE_KEYS):
-            if own_keys.intersection(keys):
-                replaced.update(keys)
-        left[way] = {
-            key: value
-            for key, value in _table(preset.get(way)).items()
-            if key in own_keys or key not in replaced
-        }
+    for way, keys in given_ways.items():
+        if isinstance(table := below.get(way, {}), dict):
+            replaced = (dropped | alternatives_to(keys)) - keys
+            left[way] = type(table)({key: table[key] for key in table if key not in replaced})
     return left
+
+
+def _without_dates(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
+    """`below` without the date and the file of an ephemeris to which `above` gives another."""
+    left, orbit = dict(below), _given(_table(above.get("ephemeris")))
+    dropped = {key for one in EPHEMERIS_FILES if one in orbit for key in EPHEMERIS_FILES} - orbit
+    if "epoch" in orbit:
+        left.pop("start", None)
+    if "start" in _given(above):
+        dropped.add("epoch")
+    if isinstance(table := left.get("ephemeris"), dict):
+        kept = {key: value for key, value in table.items() if key not in dropped}
+        left["ephemeris"] = type(table)(kept)
+    return left
+
+
+def _given(table: Mapping[str, Any]) -> set[str]:
+    return {key for key, value in table.items() if value is not None}
 
 
 def _are_of_one_model(preset: Mapping[str, Any], own: Mapping[str, Any]) -> bool:

@@ -5,9 +5,16 @@ from typing import NamedTuple
 
 import msgspec
 
-from farside.link.profile.config import DelayPoint, LinkConfig, OneWay, RateStep
+from farside.link.profile.config import (
+    DELAY_KEYS,
+    RATE_KEYS,
+    DelayPoint,
+    LinkConfig,
+    OneWay,
+    RateStep,
+)
 from farside.link.profile.graph import BIT_WORK, ContactGraph
-from farside.link.profile.layers import DELAY_KEYS, RATE_KEYS, refused
+from farside.link.profile.layers import refused
 from farside.link.profile.routing import Routing
 from farside.node import Direction, to_s
 

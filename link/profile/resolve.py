@@ -1,99 +1,105 @@
 """Resolves a link to plain tables: presets, files and ephemerides are read here."""
 
-import math
-from bisect import bisect_right
 from collections.abc import MutableMapping, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import msgspec
 
 from farside.frames import OutageReason
-from farside.link.profile.config import (
-    Affected,
-    Blackout,
-    ContactPlan,
-    LinkChange,
-    LinkConfig,
-    OneWay,
-)
-from farside.link.profile.impairments import LossModel
-from farside.link.profile.layers import (
-    RATE_KEYS,
-    LinkConfigError,
-    profile_table,
-    refused,
-    text_at,
-    with_preset,
-)
+from farside.link.profile.config import RATE_KEYS, Blackout, LinkConfig, OneWay
+from farside.link.profile.layers import refused, text_at
 from farside.link.profile.planned import with_plans
-from farside.link.profile.plans.contacts import ContactPlanError, Plan, gaps, link_tables
+from farside.link.profile.plans.contacts import (
+    ContactPlanError,
+    KnownLightTimes,
+    LightTimes,
+    Plan,
+    WayTables,
+    link_tables,
+)
 from farside.link.profile.plans.hdtn import parse_hdtn
 from farside.link.profile.plans.ion import parse_ion
 from farside.link.profile.plans.relayed import has_direct, routing_of
+from farside.link.profile.plans.times import Window, count_of, gaps_between, placed
 from farside.link.profile.plans.traces import TraceError, parse_trace
-from farside.validation import mismatches, shown
+from farside.validation import shown
 
-_SCHEMA = msgspec.inspect.type_info(LinkConfig)
-MAX_PASSES = 100_000
-"""The most periodic passes in a run (project default)."""
+if TYPE_CHECKING:
+    from farside.link.profile.sky.positions import Orbit
+    from farside.link.profile.sky.sky import Sky
 
+    Kernels = MutableMapping[str, Sequence[Orbit]]
 
-def load_profile(source: str | Path, duration_s: float) -> LinkConfig:
-    """Read a profile: a TOML file like the `[link]` table of a mission, or a preset.
-
-    Args:
-        source: path of the file, or the name of a preset; a file of that name comes first.
-        duration_s: how much simulated time the tables have to cover.
-
-    Returns:
-        the link, resolved.
-
-    Raises:
-        LinkConfigError: if the file cannot be read, or is invalid. Nothing else is raised.
-    """
-    try:
-        config = _checked(with_preset(profile_table(source)))
-        return resolve_link(config, folder=Path(source).parent, duration_s=duration_s)
-    except LinkConfigError as error:
-        raise LinkConfigError(*error.problems, source=str(source)) from error
+MAX_PASSES = 1_000_000
+"""The most periodic passes whose outages are in memory at a time (project default)."""
 
 
 def resolve_link(
     config: LinkConfig,
     *,
     folder: Path,
-    duration_s: float,
+    window: Window,
     texts: MutableMapping[str, str] | None = None,
+    kernels: "Kernels | None" = None,
+    may_lack_delay: bool = False,
 ) -> LinkConfig:
     """Replace all that names a file, a plan, passes or an ephemeris by plain tables.
 
     Args:
         config: the link, already merged with its preset by `with_preset`.
         folder: what paths in it are relative to.
-        duration_s: how much simulated time the tables have to cover.
+        window: the simulated time that the tables have to cover.
         texts: of the files that the link names, by that name: what is there is not read from
             `folder`, and what is read from there is put in.
+        kernels: likewise of the orbits in the kernels that it names.
+        may_lack_delay: whether a direction may be without a delay, which is then 0.
 
     Returns:
-        a link without `preset`, `ephemeris`, `passes`, `contacts` and `rate_trace.file`, with a
-        delay for each direction. Resolving it again changes nothing.
+        a link without `preset`, `start`, `ephemeris`, `passes`, `contacts` and `rate_trace.file`,
+        with a delay for each direction. Resolving it again changes nothing.
 
     Raises:
         LinkConfigError: if a file is invalid, or a direction has no delay or two.
     """
     if config.preset is not None:
         raise refused(("preset",), f"expected none left to read, found {shown(config.preset)}")
-    _expect_one_delay(config)
-    files = _Files(folder, {} if texts is None else texts)
+    _expect_one_delay(config, least=0 if may_lack_delay else 1)
+    files = _Files(folder, {} if texts is None else texts, {} if kernels is None else kernels)
     link = msgspec.structs.replace(
         config,
         up=_with_trace(config.up, "up", files),
         down=_with_trace(config.down, "down", files),
     )
-    link = with_plans(_with_contacts(link, files, duration_s))
-    link = _with_ephemeris(link, duration_s)
-    return _with_passes(link, duration_s)
+    start, plan = _begun(link, files)
+    sky = _sky_of(link, files, start)
+    link = _with_sky(link, sky, window)
+    link = with_plans(_with_contacts(link, plan, files, window, sky))
+    return msgspec.structs.replace(_with_passes(link, window), start=None)
+
+
+class LightEnd(NamedTuple):
+    """Where the light times of an ephemeris end: in simulated time, and as a date in UTC."""
+
+    at_s: float
+    date: str
+
+
+def light_end(
+    config: LinkConfig, *, folder: Path, texts: MutableMapping[str, str], kernels: "Kernels"
+) -> LightEnd | None:
+    """The end of a link's ephemeris; `None` if it has none. Arguments as of `resolve_link`.
+
+    Raises:
+        LinkConfigError: if a file is invalid.
+    """
+    if config.ephemeris is None:
+        return None
+    files = _Files(folder, texts, kernels)
+    start, _ = _begun(config, files)
+    sky = _sky_of(config, files, start)
+    return None if sky is None else LightEnd(sky.last_s, sky.last_date)
 
 
 class _Files(NamedTuple):
@@ -101,6 +107,15 @@ class _Files(NamedTuple):
 
     folder: Path
     texts: MutableMapping[str, str]
+    kernels: "Kernels"
+
+    def orbits(self, name: str) -> "Sequence[Orbit]":
+        """The orbits of a kernel; raises `EphemerisError` if it is none."""
+        from farside.link.profile.sky.kernels import kernel_orbits  # noqa: PLC0415
+
+        if name not in self.kernels:
+            self.kernels[name] = kernel_orbits(self.folder / name)
+        return self.kernels[name]
 
     def text(self, name: str, key: tuple[str, ...]) -> str:
         if name not in self.texts:
@@ -108,20 +123,13 @@ class _Files(NamedTuple):
         return self.texts[name]
 
 
-def _checked(table: dict[str, Any]) -> LinkConfig:
-    if problems := list(mismatches(table, _SCHEMA)):
-        raise LinkConfigError(*problems)
-    return msgspec.convert(table, LinkConfig)
-
-
-def _expect_one_delay(config: LinkConfig) -> None:
+def _expect_one_delay(config: LinkConfig, least: int) -> None:
     for way, one_way in (("up", config.up), ("down", config.down)):
         given = [f"{way}.delay_s"] if one_way.delay_s is not None else []
         given += [f"{way}.delay_table"] if one_way.delay_table else []
         given += ["ephemeris"] if config.ephemeris else []
-        given += ["contacts"] if config.contacts else []
-        given += ["routing"] if config.routing and not given else []
-        if len(given) != 1:
+        most_lacking = least if config.contacts is None and config.routing is None else 0
+        if not most_lacking <= len(given) <= 1:
             found = " and ".join(given) or "none of them"
             text = f"expected one of delay_s, delay_table, ephemeris and contacts, found {found}"
             raise refused((way,), text)
@@ -145,20 +153,68 @@ def _with_trace(one_way: OneWay, way: str, files: _Files) -> OneWay:
     return msgspec.structs.replace(one_way, rate_trace=trace)
 
 
-def _with_contacts(link: LinkConfig, files: _Files, duration_s: float) -> LinkConfig:
+def _begun(link: LinkConfig, files: _Files) -> tuple[datetime | None, Plan | None]:
+    """The date at simulated time 0, and the contact plan counted from it, if there are any."""
+    start = _start_of(link)
+    plan = _plan_of(link, files, start)
+    if start is None and plan is not None and plan.zero is not None:
+        start = datetime.fromtimestamp(plan.zero, UTC)
+    return start, plan
+
+
+def _start_of(link: LinkConfig) -> datetime | None:
+    """The date at simulated time 0, if the link says one."""
+    from farside.link.profile.sky.dates import parsed_date  # noqa: PLC0415
+
+    epoch = None if link.ephemeris is None else link.ephemeris.epoch
+    if link.start is not None and epoch is not None:
+        raise refused(("start",), "expected a date here or in ephemeris.epoch, found both")
+    key = ("ephemeris", "epoch") if link.start is None else ("start",)
+    text = link.start or epoch
+    try:
+        return None if text is None else parsed_date(text)
+    except ValueError as error:
+        raise refused(key, str(error)) from error
+
+
+def _plan_of(link: LinkConfig, files: _Files, start: datetime | None) -> Plan | None:
+    """The contact plan that the link names, counted from its start."""
     contacts = link.contacts
     if contacts is None:
+        if link.start is not None and link.ephemeris is None:
+            text = "expected an ephemeris or a contact plan that it is the start of, found neither"
+            raise refused(("start",), text)
+        return None
+    path = files.folder / contacts.file
+    text = files.text(contacts.file, ("contacts", "file"))
+    parse = parse_hdtn if path.suffix.lower() == ".json" else parse_ion
+    try:
+        plan = parse(text, str(path))
+    except ContactPlanError as error:
+        raise refused(("contacts", "file"), str(error)) from error
+    if plan.zero is None and link.start is not None and link.ephemeris is None:
+        text = f"expected a contact plan with dates, found none in {shown(str(path))}"
+        raise refused(("start",), text)
+    return placed(plan, None if start is None else start.timestamp())
+
+
+def _with_contacts(
+    link: LinkConfig, plan: Plan | None, files: _Files, window: Window, sky: "Sky | None"
+) -> LinkConfig:
+    contacts = link.contacts
+    if contacts is None or plan is None:
         return link
     for way, one_way in (("up", link.up), ("down", link.down)):
         if given := [key for key in RATE_KEYS if getattr(one_way, key)]:
             text = f"expected the rate from contacts or from {given[0]}, found both"
             raise refused((way, given[0]), text)
-    path, plan = _plan(contacts, files)
+    nodes = contacts.ground, contacts.rover
+    path = files.folder / contacts.file
     try:
-        if not has_direct(plan, contacts.ground, contacts.rover):
-            routing = routing_of(plan, contacts.ground, contacts.rover, contacts.store_byte)
+        if not has_direct(plan, *nodes):
+            routing = routing_of(plan, *nodes, contacts.store_byte)
             return msgspec.structs.replace(link, routing=routing, contacts=None)
-        tables = link_tables(plan, contacts.ground, contacts.rover, duration_s)
+        tables = link_tables(plan, *nodes, window.plan_end_s, _known(link, plan, window, sky))
     except ContactPlanError as error:
         raise refused(("contacts",), f"{path}: {error}") from error
     if contacts.store_byte is not None:
@@ -166,96 +222,77 @@ def _with_contacts(link: LinkConfig, files: _Files, duration_s: float) -> LinkCo
         raise refused(("contacts", "store_byte"), text)
     return msgspec.structs.replace(
         link,
-        up=msgspec.structs.replace(link.up, **tables.up._asdict()),
-        down=msgspec.structs.replace(link.down, **tables.down._asdict()),
+        up=_with_tables(link.up, tables.up),
+        down=_with_tables(link.down, tables.down),
         blackouts=(*link.blackouts, *tables.blackouts),
         contacts=None,
     )
 
 
-def _plan(contacts: ContactPlan, files: _Files) -> tuple[Path, Plan]:
-    path = files.folder / contacts.file
-    text = files.text(contacts.file, ("contacts", "file"))
-    parse = parse_hdtn if path.suffix.lower() == ".json" else parse_ion
-    try:
-        return path, parse(text, str(path))
-    except ContactPlanError as error:
-        raise refused(("contacts", "file"), str(error)) from error
+def _known(
+    link: LinkConfig, plan: Plan, window: Window, sky: "Sky | None"
+) -> tuple[LightTimes | None, LightTimes | None]:
+    """The light times of both directions, where the plan is not to give them."""
+    if sky is None:
+        up, down = link.up, link.down
+    else:
+        from farside.link.profile.sky.orbiting import reaching  # noqa: PLC0415
+
+        up, down = reaching(link, sky, plan, window)
+    return KnownLightTimes.of(up), KnownLightTimes.of(down)
 
 
-def _with_ephemeris(link: LinkConfig, duration_s: float) -> LinkConfig:
+def _with_tables(one_way: OneWay, tables: WayTables) -> OneWay:
+    one_way = msgspec.structs.replace(one_way, rate_table=tables.rate_table)
+    if not tables.delay_table:
+        return one_way
+    return msgspec.structs.replace(one_way, delay_table=tables.delay_table)
+
+
+def _sky_of(link: LinkConfig, files: _Files, start: datetime | None) -> "Sky | None":
+    """Where the other end is, if the link has an ephemeris."""
     if link.ephemeris is None:
-        return link
-    from farside.link.profile.sky.light import EphemerisError, conjunctions, delay_tables  # noqa: PLC0415
+        return None
+    if start is None:
+        text = "expected a date here, or as start of the link, found none"
+        raise refused(("ephemeris", "epoch"), text)
+    from farside.link.profile.sky.positions import EphemerisError  # noqa: PLC0415
+    from farside.link.profile.sky.sky import sky_of  # noqa: PLC0415
+
+    def text_of(name: str) -> str:
+        return files.text(name, ("ephemeris", "horizons"))
 
     try:
-        up, down = delay_tables(link.ephemeris, duration_s)
-        spans = conjunctions(link.ephemeris, duration_s)
+        return sky_of(link.ephemeris, start, text_of, files.orbits)
     except EphemerisError as error:
         raise refused(("ephemeris",), str(error)) from error
-    conjunction = OutageReason.CONJUNCTION
-    blackouts = (
-        Blackout(start_s=start_s, end_s=end_s, direction=Affected.UP, reason=conjunction)
-        for start_s, end_s in spans
-    )
-    return msgspec.structs.replace(
-        link,
-        up=msgspec.structs.replace(link.up, delay_table=up),
-        down=msgspec.structs.replace(link.down, delay_table=down),
-        blackouts=(*link.blackouts, *blackouts),
-        changes=_with_conjunctions(link, spans, link.ephemeris.conjunction_loss),
-        ephemeris=None,
-    )
 
 
-def _with_conjunctions(
-    link: LinkConfig, spans: Sequence[tuple[float, float]], loss: float
-) -> tuple[LinkChange, ...]:
-    """The changes of a link, plus those of the downlink to `loss` and back for each of `spans`.
+def _with_sky(link: LinkConfig, sky: "Sky | None", window: Window) -> LinkConfig:
+    if sky is None:
+        return link
+    from farside.link.profile.sky.orbiting import with_light_times  # noqa: PLC0415
+    from farside.link.profile.sky.positions import EphemerisError  # noqa: PLC0415
 
-    A greater loss stays, including one that another change brings during a span.
-    """
-    own = sorted(link.changes, key=_at_s)
-    ours = [c for c in own if c.loss is not None and c.direction is not Affected.UP]
-    losses = [(0.0, link.down.loss), *((c.at_s, c.loss) for c in ours if c.loss is not None)]
-    starts_s = [at_s for at_s, _ in losses]
-    added = []
-    for start_s, end_s in spans:
-        first, after = bisect_right(starts_s, start_s), bisect_right(starts_s, end_s)
-        for at_s, other in [(start_s, losses[first - 1][1]), *losses[first:after]]:
-            added.append(_downlink_loss(at_s, _greater_loss(other, loss)))
-        added.append(_downlink_loss(end_s, losses[after - 1][1]))
-    return tuple(sorted([*own, *added], key=_at_s))
+    try:
+        return with_light_times(link, sky, window)
+    except EphemerisError as error:
+        raise refused(("ephemeris",), str(error)) from error
 
 
-def _at_s(change: LinkChange) -> float:
-    return change.at_s
-
-
-def _downlink_loss(at_s: float, loss: LossModel) -> LinkChange:
-    return LinkChange(at_s=at_s, direction=Affected.DOWN, loss=loss)
-
-
-def _greater_loss(model: LossModel, loss: float) -> LossModel:
-    from farside.link.profile.statistics import loss_statistics  # noqa: PLC0415 - numpy
-
-    return model if loss_statistics(model).rate >= loss else loss
-
-
-def _with_passes(link: LinkConfig, duration_s: float) -> LinkConfig:
+def _with_passes(link: LinkConfig, window: Window) -> LinkConfig:
     passes = link.passes
     if passes is None:
         return link
-    count = max(0, math.ceil((duration_s - passes.first_s) / passes.period_s))
+    count = count_of(passes, window)
     if count > MAX_PASSES:
+        length_s = window.end_s - window.begin_s
         raise refused(
             ("passes", "period_s"),
-            f"expected {MAX_PASSES} passes at most in {duration_s:g} s, found {count}",
+            f"expected {MAX_PASSES} passes at most in {length_s:g} s, found {count}",
         )
-    begins_s = (passes.first_s + number * passes.period_s for number in range(count))
-    spans = ((begin_s, begin_s + passes.length_s) for begin_s in begins_s)
     blackouts = (
         Blackout(start_s=start_s, end_s=end_s, direction=passes.direction, reason=OutageReason.PASS)
-        for start_s, end_s in gaps(spans, duration_s)
+        for start_s, end_s in gaps_between(passes, window)
     )
     return msgspec.structs.replace(link, blackouts=(*link.blackouts, *blackouts), passes=None)

@@ -14,6 +14,7 @@ from msgspec import Meta
 
 from farside.node import Direction, to_ns
 from farside.settings import Count, NonNegative, Section
+from farside.validation import MEASURED
 
 STORE_BYTE = 64 * 1024 * 1024
 """What a node between the two ends may hold in each direction (project default: 64 MiB)."""
@@ -70,7 +71,7 @@ class Routing(Section, frozen=True):
 
     ground: NodeNumber
     rover: NodeNumber
-    hops: tuple[Hop, ...]
+    hops: Annotated[tuple[Hop, ...], MEASURED]
     store_byte: Count = STORE_BYTE
 
     def __post_init__(self) -> None:

@@ -11,6 +11,9 @@ from farside.link.profile.loss import LossChain
 
 Floats = NDArray[np.float64]
 
+_NEVER = 1e-18
+"""A transition that is less probable than this happens in no run."""
+
 
 class LossStatistics(NamedTuple):
     """A loss model in the long run.
@@ -39,26 +42,67 @@ def loss_statistics(model: LossModel, other: float = 0.0) -> LossStatistics:
         other: probability that a frame spared by the model is lost nevertheless.
     """
     chain = LossChain.of(model)
-    transitions = _transition_matrix(chain)
-    lost = 1 - (1 - np.array(chain.losses)) * (1 - other)
-    states = len(lost)
-    # Stationary distribution: π(P − I) = 0, Σπ = 1
-    balance = np.vstack([transitions.T - np.eye(states), np.ones(states)])
-    share = np.linalg.lstsq(balance, np.append(np.zeros(states), 1.0), rcond=None)[0]
-    rate = float(share @ lost)
+    lasting = _lasting(chain)
+    transitions = transition_matrix(chain)[np.ix_(lasting, lasting)]
+    lost = (1 - (1 - np.array(chain.losses)) * (1 - other))[lasting]
+    share = _stationary(transitions)
+    rate = min(1.0, float(share @ lost))
     begins = float((share * (1 - lost)) @ transitions @ lost)
     if not 0 < rate < 1:
         return LossStatistics(rate, math.inf if rate else math.nan, 1.0)
+    # A burst lasts at least one frame; where it begins less than once in 10^12 frames, for ever.
+    burst_length = max(1.0, rate / begins) if begins > 1e-12 else math.inf
+    return LossStatistics(rate, burst_length, _clustering(transitions, share, lost))
+
+
+def _lasting(chain: LossChain) -> list[int]:
+    """The states that the chain is in again and again, if it starts in its first one."""
+
+    def reached(first: int) -> set[int]:
+        found, left = {first}, [first]
+        while left:
+            exits = chain.exits[left.pop()]
+            new = {state for chance, state in exits if chance > _NEVER} - found
+            found |= new
+            left += new
+        return found
+
+    # Each model of ours has one set of states that is not left again.
+    return sorted(set.intersection(*(reached(state) for state in reached(0))))
+
+
+def _stationary(transitions: Floats) -> Floats:
+    """The share of steps after which an irreducible chain is in each state.
+
+    By elimination without subtraction, so that the least probabilities count: Grassmann, Taksar and
+    Heyman (1985).
+    """
+    left = transitions.copy()
+    states = len(left)
+    for state in reversed(range(1, states)):
+        left[:state, state] /= left[state, :state].sum()
+        left[:state, :state] += np.outer(left[:state, state], left[state, :state])
+    share = np.ones(states)
+    for state in range(1, states):
+        share[state] = share[:state] @ left[:state, state]
+    found: Floats = share / share.sum()
+    return found
+
+
+def _clustering(transitions: Floats, share: Floats, lost: Floats) -> float:
+    """How many frames count as one independent trial; infinitely many if states hardly change."""
+    rate = float(share @ lost)
     # Sum of the covariances between the loss of a frame and that of every later frame.
     deviation = transitions - share
-    covariance = float(
-        (share * lost) @ np.linalg.solve(np.eye(states) - deviation, deviation @ lost)
-    )
-    clustering = max(1.0, 1 + 2 * covariance / (rate * (1 - rate)))
-    return LossStatistics(rate, rate / begins if begins > 1e-12 else math.inf, clustering)
+    try:
+        later = np.linalg.solve(np.eye(len(share)) - deviation, deviation @ lost)
+    except np.linalg.LinAlgError:
+        return math.inf
+    clustering = 1 + 2 * float((share * lost) @ later) / (rate * (1 - rate))
+    return max(1.0, clustering) if math.isfinite(clustering) else math.inf
 
 
-def _transition_matrix(chain: LossChain) -> Floats:
+def transition_matrix(chain: LossChain) -> Floats:
     """Probability of going from each state (row) to each state (column)."""
     matrix = np.zeros((len(chain.exits), len(chain.exits)))
     for state, exits in enumerate(chain.exits):
@@ -66,7 +110,7 @@ def _transition_matrix(chain: LossChain) -> Floats:
         for probability, following in exits:
             matrix[state, following] = probability
             staying -= probability
-        matrix[state, state] = staying
+        matrix[state, state] = max(0.0, staying)
     return matrix
 
 

@@ -13,7 +13,7 @@ from rich.table import Table
 from farside.link.check import FRAMES, CheckReport, CheckVerdict, Measurement, check_link
 from farside.link.profile.config import LinkConfig
 from farside.link.profile.layers import LinkConfigError
-from farside.link.profile.resolve import load_profile
+from farside.link.profile.profile import load_profile
 from farside.missions.commands.display.bar import Bar
 from farside.missions.commands.display.patience import PATIENCE_S, patience
 from farside.node import Direction

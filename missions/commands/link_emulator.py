@@ -1,9 +1,11 @@
 """`farside link --rover-side … --ground-side …`: the link on a wall clock, between any programs."""
 
 import gc
+import math
 import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated
 
@@ -15,23 +17,25 @@ from rich.live import Live
 from rich.table import Table
 from rich.text import Text
 
-from farside.link.emulator import Emulator
-from farside.link.emulator.control import EmulatorState, WayCounters, WayState, alternatives_to
+from farside.link.emulator import Ahead, Emulator, look_ahead
+from farside.link.emulator.control import EmulatorState, WayCounters, WayState
 from farside.link.emulator.domains import Domain, domain_at, domain_of
-from farside.link.emulator.relay import Metadata, Relay
+from farside.link.emulator.relay import Cargo, Relay
 from farside.link.emulator.sides import open_sides
-from farside.link.profile.config import LinkConfig, OneWay
+from farside.link.profile.config import OneWay
 from farside.link.profile.layers import LinkConfigError
-from farside.link.profile.resolve import load_profile
-from farside.missions.assignments import assign, read_assignments
+from farside.link.profile.profile import Profile
+from farside.link.profile.sky.dates import parsed_date
+from farside.missions.assignments import as_layer, origin_of, read_assignments
 from farside.node import Direction, Role
+from farside.validation import Problem, shown
 
 _REFRESH_HZ = 2
 _SWITCH_S = 0.001
 """Drawing the table takes milliseconds of Python, for all of which no message should wait."""
 
-_HORIZON_S = 7 * 24 * 3600.0
-"""How long what changes by itself, such as light time, is computed for; after that it stays."""
+_GREATEST_S = 1e9
+"""The longest time, as in a profile: 31 years."""
 
 _LOCATOR = re.compile(r"(listen/)?[a-z0-9_-]+/[^/].*")
 _ARROWS = {Direction.UP: "↑ up", Direction.DOWN: "↓ down"}
@@ -54,6 +58,28 @@ def _locator(text: str) -> str:
         )
     return text
 
+
+def _seconds(text: str) -> float:
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = math.nan
+    if not 0 < seconds <= _GREATEST_S:
+        expected = f"a number of seconds > 0 and <= {_GREATEST_S:g}"
+        raise typer.BadParameter(f"expected {expected}, found {shown(text)}")
+    return seconds
+
+
+def _start(text: str) -> str:
+    if text.casefold() == _NOW:
+        return _NOW
+    try:
+        return parsed_date(text).isoformat()
+    except ValueError as error:
+        raise typer.BadParameter(f"now, or {error}") from error
+
+
+_NOW = "now"
 
 Keys = list[zenoh.KeyExpr] | None
 
@@ -94,9 +120,18 @@ def emulate(
         list[str] | None,
         typer.Option("--set", metavar="KEY=VALUE", help="Replace a value of it: up.loss=0.1"),
     ] = None,
+    start: Annotated[
+        str | None,
+        typer.Option(
+            parser=_start,
+            metavar="now|DATE",
+            help="The date at which a contact plan with dates, or an ephemeris, begins.",
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, metavar="N", help="Seed of the random streams.")] = 0,
     duration: Annotated[
-        float | None, typer.Option(min=0, metavar="S", help="End after so many seconds.")
+        float | None,
+        typer.Option(parser=_seconds, metavar="S", help="End after so many seconds."),
     ] = None,
     json: Annotated[
         bool, typer.Option("--json", help="Print the counters as one JSON object at the end.")
@@ -125,8 +160,8 @@ def emulate(
     }
     if not (up or down):
         raise typer.BadParameter("expected --up or --down, without which nothing passes")
-    config = _load(preset, profile, set_ or (), duration or _HORIZON_S)
-    emulator: Emulator[Metadata] = Emulator(config, seed)
+    link = _described(preset, profile, set_ or ())
+    ahead = _ahead(link, start, set_ or ())
     console = Console(stderr=True)
 
     def notify(text: str) -> None:
@@ -135,6 +170,9 @@ def emulate(
     for role, domain in domains.items():
         _warn(role, domain, notify)
     with open_sides([*domains.values()], notify) as (rover, ground):
+        if start == _NOW:  # which may be long after both sides were looked for
+            ahead = _ahead(link, start, set_ or ())
+        emulator: Emulator[Cargo] = Emulator(ahead, seed)
         try:
             relay = Relay(
                 rover,
@@ -180,24 +218,33 @@ def _warn(role: Role, domain: Domain, notify: Callable[[str], None]) -> None:
         )
 
 
-def _load(
-    preset: str | None, profile: Path | None, texts: Sequence[str], horizon_s: float
-) -> LinkConfig:
+def _described(preset: str | None, profile: Path | None, texts: Sequence[str]) -> Profile:
+    """The link that is asked for, with what `--set` says laid over it."""
     if preset is not None and profile is not None:
         raise typer.BadParameter("expected --preset or --profile, found both")
     try:
-        data = msgspec.to_builtins(load_profile(preset or profile or "perfect", horizon_s))
+        link = Profile.read(preset or profile or "perfect")
     except LinkConfigError as error:
         raise typer.BadParameter(str(error), param_hint="--preset or --profile") from error
     try:
         for assignment in read_assignments(texts):
-            table, *keys = assignment.key
-            for name in alternatives_to(keys[0]) if keys else ():
-                data.get(table, {}).pop(name, None)
-            assign(assignment, data)
-        return msgspec.convert(data, LinkConfig)
+            link = link.changed(as_layer(assignment, link.table))
     except ValueError as error:
         raise typer.BadParameter(str(error), param_hint="--set") from error
+    return link
+
+
+def _ahead(link: Profile, start: str | None, texts: Sequence[str]) -> Ahead:
+    if start is not None:
+        date = datetime.now(UTC).isoformat() if start == _NOW else start
+        link = link.changed({"start": date})
+    try:
+        return look_ahead(link)
+    except LinkConfigError as error:
+        made = read_assignments(texts)
+        told = [Problem(one.key, one.text + origin_of(one, made)) for one in error.problems]
+        words = str(LinkConfigError(*told, source=error.source))
+        raise typer.BadParameter(words, param_hint="--preset, --profile or --set") from error
 
 
 def _run(relay: Relay, duration_s: float | None, title: str, console: Console) -> None:

@@ -324,7 +324,7 @@ def main() -> NoReturn:
 
 def _bad_input() -> tuple[type[Exception], ...]:
     """What bad input raises. The classes are imported once there is something to catch."""
-    from farside.link.profile.sky.light import EphemerisError
+    from farside.link.profile.sky.positions import EphemerisError
     from farside.logs import LogError
     from farside.missions.commands.dem_stream import StreamError
     from farside.missions.loading import MissionError

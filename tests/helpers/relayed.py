@@ -49,6 +49,7 @@ def by_hand_ns(
     source: int,
     dest: int,
     ready_ns: int,
+    *,
     works: tuple[int, int],
     booked_ns: Mapping[int, int] | None = None,
 ) -> int:

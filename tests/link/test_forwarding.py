@@ -21,7 +21,7 @@ from farside.node import NEVER_NS, Direction, Frame, Step, to_ns
 END_S = 400.0
 ORBITER, STATION = 5, 3
 
-# Rover, orbiter, station, ground: the orbiter hears the rover first, and the station a minute later.
+# Rover, orbiter, station, ground: the orbiter hears the rover, and a minute later the station it.
 RELAY = [
     hop(0, 50, ROVER, ORBITER, 800, 1.0),
     hop(60, 100, ORBITER, STATION, 8000, 300.0),
@@ -247,7 +247,9 @@ few = settings(max_examples=40)
 
 # Light takes a second at least from node to node, so windows of a second are allowed.
 contacts = st.builds(
-    lambda begin, length, pair, rate, owlt: hop(begin, begin + length, *pair, rate, owlt),
+    lambda begin, length, pair, rate, owlt: hop(
+        begin, begin + length, pair[0], pair[1], rate, owlt
+    ),
     st.integers(0, 90).map(float),
     st.integers(1, 60).map(float),
     st.sampled_from([(a, b) for a in NODES for b in NODES if a != b]),
@@ -381,6 +383,6 @@ def test_a_frame_alone_arrives_as_early_as_any_way_allows(
     work = len(sent.payload) * 8 * BIT_WORK
     ends = config.routing.ends(sent.direction)
     one = msgspec.structs.replace(sent, lifetime_ns=None)
-    arrives_ns = by_hand_ns(ContactGraph(hops).legs, *ends, one.time_ns, (work, work))
+    arrives_ns = by_hand_ns(ContactGraph(hops).legs, *ends, one.time_ns, works=(work, work))
     found = [f.time_ns for f in pass_through(config, [one], 10_000.0).frames]
     assert found == ([] if arrives_ns == NEVER_NS else [arrives_ns])

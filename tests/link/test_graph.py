@@ -16,7 +16,9 @@ from farside.link.profile.schedule import Delay, Schedule
 from farside.node import NEVER_NS, NS_PER_S, Direction, to_ns
 
 contacts = st.builds(
-    lambda begin, length, pair, rate, owlt: hop(begin, begin + length, *pair, rate, owlt),
+    lambda begin, length, pair, rate, owlt: hop(
+        begin, begin + length, pair[0], pair[1], rate, owlt
+    ),
     st.integers(0, 60).map(float),
     st.integers(1, 40).map(float),
     st.sampled_from([(a, b) for a in NODES for b in NODES if a != b]),
@@ -38,7 +40,9 @@ def test_no_way_arrives_earlier_than_the_one_that_is_found(
     way = graph.earliest(
         ROVER, GROUND, ready_ns, work, busy=lambda leg: booked_ns.get(leg.number, 0)
     )
-    by_hand = by_hand_ns(graph.legs, ROVER, GROUND, ready_ns, (work, work), booked_ns)
+    by_hand = by_hand_ns(
+        graph.legs, ROVER, GROUND, ready_ns, works=(work, work), booked_ns=booked_ns
+    )
     assert (NEVER_NS if way is None else way.arrives_ns) == by_hand
     if way is not None:
         assert way.follow(ready_ns, work, lambda leg: booked_ns.get(leg.number, 0)) == by_hand
@@ -66,17 +70,17 @@ def test_both_ends_plan_by_the_earliest_arrival(
     hops: Sequence[Hop], moments_ns: Sequence[int], direction: Direction
 ) -> None:
     link = relayed(hops, mtu_byte=128)
-    graph, ends = ContactGraph(hops), link.routing and link.routing.ends(direction)
-    assert ends is not None
+    assert link.routing is not None
+    graph, ends = ContactGraph(hops), link.routing.ends(direction)
     delay, schedule = Delay(link.way(direction)), Schedule(link)
     for ready_ns in moments_ns:
         work = 128 * 8 * BIT_WORK
-        arrives_ns = by_hand_ns(graph.legs, *ends, ready_ns, (0, work))
+        arrives_ns = by_hand_ns(graph.legs, *ends, ready_ns, works=(0, work))
         if arrives_ns == NEVER_NS:
             assert schedule.opens_ns(direction, ready_ns) >= NEVER_NS
             continue
         # A step of the table takes a microsecond, and is to the safe side.
-        soon_ns = by_hand_ns(graph.legs, *ends, ready_ns + 1000, (0, work))
+        soon_ns = by_hand_ns(graph.legs, *ends, ready_ns + 1000, works=(0, work))
         assert arrives_ns - 1 <= ready_ns + delay.at(ready_ns) <= soon_ns + 1
         # What is heard of at that moment was sent then or later, and nothing later is not.
         sent_ns = schedule.sent_by_ns(direction, arrives_ns)
@@ -107,7 +111,7 @@ def test_of_ways_that_arrive_at_once_the_same_one_always_wins() -> None:
 
 
 def test_a_later_contact_wins_where_it_arrives_earlier() -> None:
-    """The rover could send now by the far side of the planet; a minute later a nearer node rises."""
+    """The rover could send at once by a far node; a minute later a nearer one rises."""
     hops = [
         hop(0, 100, ROVER, 5, 8000, 1.0),
         hop(0, 400, 5, GROUND, 8000, 300.0),
@@ -128,8 +132,10 @@ def test_a_plan_of_thousands_of_contacts_is_searched_no_more_often_than_needed(
     for day in range(365):
         for orbiter in (4, 5, 6):
             t_s = day * 86_400.0 + orbiter * 9_000.0
-            for pair in ((ROVER, orbiter), (orbiter, ROVER)):
-                hops.append(hop(t_s, t_s + 600.0, *pair, 100_000, 0.01))
+            hops += [
+                hop(t_s, t_s + 600.0, ROVER, orbiter, 100_000, 0.01),
+                hop(t_s, t_s + 600.0, orbiter, ROVER, 100_000, 0.01),
+            ]
             for pair in ((orbiter, GROUND), (GROUND, orbiter)):
                 hops.append(hop(t_s + 3_000.0, t_s + 9_000.0, *pair, 10_000, 600.0))
                 hops.append(hop(t_s + 30_000.0, t_s + 36_000.0, *pair, 10_000, 600.0))

@@ -11,7 +11,7 @@ from farside.link.profile.config import (
     Trace,
 )
 from farside.link.profile.layers import LinkConfigError, merged, preset_names, with_preset
-from farside.link.profile.resolve import load_profile
+from farside.link.profile.profile import load_profile
 from farside.node import Direction
 
 DAY_S = 86400.0
@@ -80,7 +80,7 @@ def test_a_key_replaces_the_alternatives_to_it_in_the_preset(
         ({"ephemeris": {"epoch": "2022-01-01"}}, True),
         ({"up": {"loss": 0.1}}, True),
         ({"up": {"delay_s": 1}}, False),
-        ({"contacts": {}}, False),
+        ({"contacts": {}}, True),
     ],
 )
 def test_other_delays_replace_the_ephemeris_of_a_preset(
@@ -91,6 +91,22 @@ def test_other_delays_replace_the_ephemeris_of_a_preset(
     assert ("ephemeris" in table) is is_left
     if "ephemeris" in own:
         assert table["ephemeris"] == {"body": "mars", "epoch": "2022-01-01"}
+
+
+def test_a_start_replaces_the_epoch_of_a_preset_and_one_file_of_an_ephemeris_the_other(
+    presets: Callable[..., None],
+) -> None:
+    presets("far", '[ephemeris]\nkernel = "a.bsp"\nbody = 4\nepoch = "2021-02-18"')
+    horizons = {"horizons": "table.txt"}
+    table = with_preset({"preset": "far", "start": "2026-01-01", "ephemeris": horizons})
+    assert table["start"] == "2026-01-01"
+    assert table["ephemeris"] == {"body": 4, "horizons": "table.txt"}
+
+    presets("dated", 'start = "2026-01-01"\n[ephemeris]\nbody = "mars"')
+    epoch = {"epoch": "2021-02-18"}
+    table = with_preset({"preset": "dated", "ephemeris": epoch})
+    assert "start" not in table
+    assert table["ephemeris"] == {"body": "mars", "epoch": "2021-02-18"}
 
 
 def test_a_table_without_a_preset_is_left_to_the_schema() -> None:

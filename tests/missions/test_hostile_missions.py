@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from farside.files import MAX_FILE_BYTE
-from farside.missions.loading import MAX_PROBLEMS, MissionError, load_mission
+from farside.missions.loading import MissionError, load_mission
+from farside.validation import MAX_PROBLEMS
 
 HEAD = 'name = "big"\nduration_s = 60\nrover.start = "1,1"\nground.heartbeat_s = 2\n'
 LINK = "link.up.delay_s = 1\nlink.down.delay_s = 1\n"

@@ -276,9 +276,9 @@ def test_settings_change_while_it_runs() -> None:
 @pytest.mark.parametrize(
     ("change", "reason"),
     [
-        ({"down": {"loss": 2}}, "down: Expected `float` <= 1.0"),
-        ({"down": {"lost": 1}}, "down: expected a key of a direction, found lost"),
-        ({"left": {"loss": 1}}, "expected up, down or both, found left"),
+        ({"down": {"loss": 2}}, "down.loss: expected a number >= 0 and <= 1, found 2"),
+        ({"down": {"lost": 1}}, "down.lost: expected one of the keys delay_s, "),
+        ({"left": {"loss": 1}}, "left: expected one of the keys up, down, "),
         ({}, "expected a change such as"),
     ],
 )

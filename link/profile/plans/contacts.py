@@ -7,10 +7,12 @@ are those of sending.
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Iterator
 from itertools import chain
-from typing import Generic, NamedTuple, TypeVar
+from typing import Generic, NamedTuple, Protocol, TypeVar
 
 from farside.frames import OutageReason
-from farside.link.profile.config import Affected, Blackout, DelayPoint, RateStep
+from farside.link.profile.config import Affected, Blackout, DelayPoint, OneWay, RateStep
+from farside.link.profile.schedule import Delay
+from farside.node import to_ns, to_s
 
 _STEP_S = 1e-6  # how long a step takes in a delay table, which is linear between its points
 _PAIRS_SHOWN = 20
@@ -157,8 +159,59 @@ class LinkTables(NamedTuple):
     blackouts: tuple[Blackout, ...]
 
 
-def link_tables(plan: Plan, ground: int, rover: int, duration_s: float) -> LinkTables:
+class LightTimes(Protocol):
+    """The light time over time of what one node sends to another."""
+
+    def from_s(self, time_s: float) -> float:
+        """The light time from `time_s` on."""
+        ...
+
+    def until_s(self, time_s: float) -> float:
+        """The light time up to `time_s`."""
+        ...
+
+    def table(self, duration_s: float) -> tuple[DelayPoint, ...]:
+        """The light times as a delay table for a run of `duration_s`."""
+        ...
+
+
+class KnownLightTimes:
+    """Light times that a link has by itself, so that its plan need not tell them.
+
+    Args:
+        one_way: the direction, with its delay.
+    """
+
+    def __init__(self, one_way: OneWay) -> None:
+        self._delay = Delay(one_way)
+
+    @classmethod
+    def of(cls, one_way: OneWay) -> "KnownLightTimes | None":
+        """Those of a direction; `None` if it has no delay."""
+        has_delay = one_way.delay_s is not None or one_way.delay_table
+        return cls(one_way) if has_delay else None
+
+    def from_s(self, time_s: float) -> float:
+        """See `LightTimes.from_s`."""
+        return to_s(self._delay.at(to_ns(time_s)))
+
+    until_s = from_s
+
+    def table(self, duration_s: float) -> tuple[DelayPoint, ...]:  # noqa: ARG002 - as in `LightTimes`
+        """None: the direction keeps its own."""
+        return ()
+
+
+def link_tables(
+    plan: Plan,
+    ground: int,
+    rover: int,
+    duration_s: float,
+    known: tuple[LightTimes | None, LightTimes | None] = (None, None),
+) -> LinkTables:
     """The link between the nodes `ground` and `rover` from time 0 to `duration_s`.
+
+    Where light times are `known`, up and down, those of the plan do not count.
 
     Between ranges the light time is that of the last range; before the first, that of the first.
     Between contacts the rate is that of the last contact: what is sent then is lost anyway.
@@ -170,7 +223,8 @@ def link_tables(plan: Plan, ground: int, rover: int, duration_s: float) -> LinkT
             range for them.
     """
     up, down = _contacts(plan, ground, rover), _contacts(plan, rover, ground)
-    up_owlt, down_owlt = LightTime(plan, up[0]), LightTime(plan, down[0])
+    up_owlt = known[0] or PlannedLightTimes(plan, up[0])
+    down_owlt = known[1] or PlannedLightTimes(plan, down[0])
     arrivals = sorted(
         (one.begin_s + up_owlt.from_s(one.begin_s), one.end_s + up_owlt.until_s(one.end_s))
         for one in up
@@ -214,7 +268,7 @@ def _contacts(plan: Plan, source: int, dest: int) -> list[Contact]:
     return found
 
 
-class LightTime:
+class PlannedLightTimes:
     """Light time over time of what one node sends to another, in steps, from ranges."""
 
     def __init__(self, plan: Plan, contact: Contact) -> None:

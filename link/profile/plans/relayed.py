@@ -3,7 +3,12 @@
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
 
-from farside.link.profile.plans.contacts import Contact, ContactPlanError, LightTime, Plan
+from farside.link.profile.plans.contacts import (
+    Contact,
+    ContactPlanError,
+    Plan,
+    PlannedLightTimes,
+)
 from farside.link.profile.routing import STORE_BYTE, Hop, Routing
 
 _NODES_SHOWN = 20
@@ -39,14 +44,14 @@ def routing_of(plan: Plan, ground: int, rover: int, store_byte: int | None = Non
         pair = problem.source, problem.dest
         if None in pair or pair in useful:
             raise ContactPlanError(problem.text)
-    light_times: dict[_Pair, LightTime] = {}
+    light_times: dict[_Pair, PlannedLightTimes] = {}
     hops: list[Hop] = []
     for one in plan.contacts:
         pair = one.source, one.dest
         if pair not in useful or one.end_s <= 0:
             continue
         if pair not in light_times:
-            light_times[pair] = LightTime(plan, one)
+            light_times[pair] = PlannedLightTimes(plan, one)
         hops += _hops(one, light_times[pair])
     try:
         return Routing(
@@ -86,7 +91,7 @@ def _reached(start: int, pairs: Iterable[_Pair]) -> set[int]:
     return reached
 
 
-def _hops(contact: Contact, light_time: LightTime) -> Iterator[Hop]:
+def _hops(contact: Contact, light_time: PlannedLightTimes) -> Iterator[Hop]:
     begin_s = max(0.0, contact.begin_s)
     edges_s = [begin_s, *light_time.changes_s(begin_s, contact.end_s), contact.end_s]
     for start_s, end_s in pairwise(edges_s):

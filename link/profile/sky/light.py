@@ -1,62 +1,50 @@
-"""Light times and solar conjunctions from astropy's built-in ephemeris.
+"""Light times and solar conjunctions of bodies and spacecraft.
 
-Needs Farside's extra `astropy`, which is imported only when something is computed. Distances are
-those between the centres of the Earth and the other body. Nothing is downloaded.
+Positions are those of astropy's built-in ephemeris (Farside's extra `astropy`), of SPICE kernels
+(`spice`) or of a table of JPL Horizons. Nothing is downloaded, and what is needed is imported only
+when something is computed. Distances are those between the centres of the bodies.
 
-Light times are accurate to 0.03 s for Mars, 0.2 ms for the Moon and 2 s for the planets farther
-out, the limit being the orbit models. The delay by the Sun's gravity, less than half a
-millisecond, is left out.
+With the built-in ephemeris light times are accurate to 0.03 s for Mars, 0.2 ms for the Moon and 2 s
+for the planets farther out, the limit being the orbit models. The delay by the Sun's gravity, less
+than half a millisecond, is left out.
 """
 
-import difflib
 import math
-import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
-from datetime import UTC, date, datetime
 from typing import NamedTuple
 
 import msgspec
 import numpy as np
 
-from farside.link.profile.config import DelayPoint, Ephemeris
+from farside.link.profile.config import DelayPoint
+from farside.link.profile.sky.sky import Sky
 from farside.link.profile.statistics import Floats
 
-BODIES = ("jupiter", "mars", "mercury", "moon", "neptune", "saturn", "sun", "uranus", "venus")
-"""Bodies that can be at the other end, by their names in astropy."""
-
-# UTC begins in 1960; the model of the Earth's orbit ends after 2099.
-_FIRST, _LAST = datetime(1960, 1, 1, tzinfo=UTC), datetime(2100, 1, 1, tzinfo=UTC)
-_LIGHT_KM_S = 299_792.458
-_HOME = "earth"
-
-# Each iteration multiplies the error by v/c, which is below 2e-4: after three, less than a
-# microsecond is left even of the four hours to Neptune.
-_ITERATIONS = 3
-
-# Linear interpolation over an hour is off by 0.35 ms at most, for Mercury at perihelion.
-_TABLE_STEP_S = 3600.0
+# Linear interpolation over an hour is off by 0.35 ms at most, for Mercury at perihelion. Where a
+# spacecraft turns faster, an hour is divided until the error is below the tolerance.
+_STEP_S = 3600.0
+_QUARTERS = 4
+_TOLERANCE_S = 2.5e-4
+_MOST_HALVINGS = 6  # of a quarter of an hour: leaves 14 s
 
 _SCAN_STEP_S = 6 * 3600.0
 _HALVINGS = 10  # of the scan's step: leaves 21 s
-
-
-class EphemerisError(ValueError):
-    """No light time can be computed: invalid body or epoch, or astropy is not installed."""
+_FURTHER_S = 60 * 86_400.0
+_FURTHEST_S = 800 * 86_400.0
 
 
 class LightTime(msgspec.Struct, frozen=True):
-    """Light times between the centres of the Earth and a body.
+    """Light times between the ground's body and the other end.
 
     Attributes:
-        uplink_s: of what leaves the Earth at the epoch.
-        downlink_s: of what arrives at the Earth at the epoch.
-        sun_earth_target_deg: angle between Sun and body, seen from the Earth, in degrees.
+        uplink_s: of what leaves the ground's body at the epoch.
+        downlink_s: of what arrives there at the epoch.
+        sun_earth_target_deg: angle between Sun and the other end, seen from there, in degrees; none
+            if only distances are known.
     """
 
     uplink_s: float
     downlink_s: float
-    sun_earth_target_deg: float
+    sun_earth_target_deg: float | None
 
 
 class DelayTables(NamedTuple):
@@ -66,58 +54,80 @@ class DelayTables(NamedTuple):
     down: tuple[DelayPoint, ...]
 
 
-def light_time(body: str, epoch: str) -> LightTime:
-    """Light times between the Earth and `body` at an epoch.
-
-    Args:
-        body: one of `BODIES`.
-        epoch: ISO 8601 with `Z` or an offset, or a date alone for 00:00 UTC.
+def light_time(sky: Sky) -> LightTime:
+    """Light times at the beginning of `sky`.
 
     Raises:
-        EphemerisError: if either is invalid, or astropy is not installed.
+        EphemerisError: if a position is not known then.
     """
-    sky = _Sky(body, epoch)
     now_s = np.zeros(1)
-    (uplink_s,) = sky.light_s(_HOME, sky.body, now_s).tolist()
-    (downlink_s,) = sky.light_s(_HOME, sky.body, now_s, backwards=True).tolist()
-    (angle_deg,) = sky.angle_deg(now_s).tolist()
+    (uplink_s,) = sky.light_s(sky.home, sky.body, now_s).tolist()
+    (downlink_s,) = sky.light_s(sky.home, sky.body, now_s, backwards=True).tolist()
+    angle_deg = float(sky.angle_deg(now_s)[0]) if sky.has_directions else None
     return LightTime(uplink_s, downlink_s, angle_deg)
 
 
-def delay_tables(ephemeris: Ephemeris, duration_s: float) -> DelayTables:
-    """The delays of a run, one point per hour from its beginning to its end or just after it.
+def delay_tables(sky: Sky, begin_s: float, end_s: float) -> DelayTables:
+    """The delays of what is sent between two times, or until the ephemeris ends.
 
-    Linear interpolation is within a millisecond of the light time.
-
-    Raises:
-        EphemerisError: if body or epoch is invalid, the run outlasts the ephemeris, or astropy is
-            not installed.
+    The points are those of a fixed grid, so that tables of times that overlap agree. It starts and
+    ends at these times or just outside. Linear interpolation is within a millisecond of the light
+    time.
     """
-    sky = _Sky(ephemeris.body, ephemeris.epoch, duration_s)
-    sent_s = _steps_s(0, math.ceil(duration_s / _TABLE_STEP_S), _TABLE_STEP_S)
-    return DelayTables(
-        up=_points(sent_s, sky.light_s(_HOME, sky.body, sent_s)),
-        down=_points(sent_s, sky.light_s(sky.body, _HOME, sent_s)),
-    )
+    ends = (sky.home, sky.body), (sky.body, sky.home)
+    up, down = (_table(sky, fixed, moving, begin_s, end_s) for fixed, moving in ends)
+    return DelayTables(up, down)
 
 
-def conjunctions(ephemeris: Ephemeris, duration_s: float) -> list[tuple[float, float]]:
-    """When, during a run, the body is closer to the Sun in the sky than `conjunction_deg`.
+def _table(
+    sky: Sky, fixed: int, moving: int, begin_s: float, end_s: float
+) -> tuple[DelayPoint, ...]:
+    step_s = _STEP_S if sky.is_built_in else _STEP_S / _QUARTERS
+    sent_s = sky.clipped(_grid_s(begin_s, end_s, step_s))
+    light_s = sky.light_s(fixed, moving, sent_s)
+    if not sky.is_built_in and len(sent_s) > 1:
+        middle_s = (sent_s[1:] + sent_s[:-1]) / 2
+        error_s = np.abs(sky.light_s(fixed, moving, middle_s) - (light_s[1:] + light_s[:-1]) / 2)
+        # Half the step has a quarter of the error.
+        halvings = np.ceil(np.log2(np.maximum(error_s / _TOLERANCE_S, 1.0)) / 2)
+        counts = 2 ** np.minimum(halvings, _MOST_HALVINGS).astype(int)
+        within = [
+            np.linspace(first, last, count, endpoint=False)
+            for first, last, count in zip(sent_s[:-1], sent_s[1:], counts, strict=True)
+        ]
+        sent_s = np.concatenate([*within, sent_s[-1:]])
+        light_s = sky.light_s(fixed, moving, sent_s)
+    return tuple(map(DelayPoint, sent_s.tolist(), light_s.tolist()))
+
+
+def conjunctions(
+    sky: Sky, begin_s: float, end_s: float, limit_deg: float
+) -> list[tuple[float, float]]:
+    """When, between two times, the body is closer to the Sun in the sky than `limit_deg`.
 
     Returns:
-        beginning and end of each conjunction in order, accurate to half a minute, in seconds of
-        simulated time; clipped to the run.
+        beginning and end of each conjunction in order, accurate to half a minute, in seconds since
+        the beginning of `sky`. The first begins at `begin_s` at the earliest; one that is under way
+        at `end_s` has its own end.
 
     Raises:
-        EphemerisError: if body or epoch is invalid, the run outlasts the ephemeris, or astropy is
-            not installed.
+        EphemerisError: if directions are not known.
     """
-    sky = _Sky(ephemeris.body, ephemeris.epoch, duration_s)
-    limit_deg = ephemeris.conjunction_deg
     if not limit_deg:
         return []
-    # One more step on either side, so that a minimum near an end of the run has two neighbours.
-    scan_s = _steps_s(-1, math.ceil(duration_s / _SCAN_STEP_S) + 1, _SCAN_STEP_S)
+    found = _conjunctions(sky, begin_s, end_s, limit_deg)
+    further_s = end_s
+    while found and found[-1][1] >= further_s and further_s < min(sky.last_s, end_s + _FURTHEST_S):
+        further_s += _FURTHER_S
+        found = _conjunctions(sky, begin_s, further_s, limit_deg)
+    return [(start_s, stop_s) for start_s, stop_s in found if start_s < end_s]
+
+
+def _conjunctions(
+    sky: Sky, begin_s: float, end_s: float, limit_deg: float
+) -> list[tuple[float, float]]:
+    # One more step on either side, so that a minimum near an end has two neighbours.
+    scan_s = sky.clipped(_grid_s(begin_s, end_s, _SCAN_STEP_S, around=1))
     times_s = np.sort(np.concatenate([scan_s, _minima_s(scan_s, sky.angle_deg(scan_s))]))
     near = sky.angle_deg(times_s) < limit_deg
     (turns,) = np.nonzero(near[1:] != near[:-1])
@@ -128,16 +138,13 @@ def conjunctions(ephemeris: Ephemeris, duration_s: float) -> list[tuple[float, f
         before_s = np.where(turned, before_s, middle_s)
         after_s = np.where(turned, middle_s, after_s)
     edges_s = [*times_s[:1][near[:1]], *after_s, *times_s[-1:][near[-1:]]]
-    clipped_s = np.clip(edges_s, 0.0, duration_s).reshape(-1, 2).tolist()
-    return [(start_s, end_s) for start_s, end_s in clipped_s if start_s < end_s]
+    clipped_s = np.clip(edges_s, begin_s, end_s).reshape(-1, 2).tolist()
+    return [(start_s, stop_s) for start_s, stop_s in clipped_s if start_s < stop_s]
 
 
-def _steps_s(first: int, last: int, step_s: float) -> Floats:
+def _grid_s(begin_s: float, end_s: float, step_s: float, around: int = 0) -> Floats:
+    first, last = math.floor(begin_s / step_s) - around, math.ceil(end_s / step_s) + around
     return np.arange(first, last + 1, dtype=np.float64) * np.float64(step_s)
-
-
-def _points(times_s: Floats, delays_s: Floats) -> tuple[DelayPoint, ...]:
-    return tuple(map(DelayPoint, times_s.tolist(), delays_s.tolist()))
 
 
 def _minima_s(times_s: Floats, angles_deg: Floats) -> Floats:
@@ -145,107 +152,12 @@ def _minima_s(times_s: Floats, angles_deg: Floats) -> Floats:
 
     Near a minimum the square of the angle is a parabola, as for any straight passage.
     """
+    if len(times_s) < 3:
+        return np.zeros(0)
     before, here, after = (angles_deg[i : len(angles_deg) - 2 + i] ** 2 for i in range(3))
-    (least,) = np.nonzero((here < before) & (here <= after))
+    evenly = np.isclose(np.diff(times_s)[1:], np.diff(times_s)[:-1])
+    (least,) = np.nonzero((here < before) & (here <= after) & evenly)
     before, here, after = before[least], here[least], after[least]
     shift = (before - after) / (before - 2 * here + after) / 2
     minima: Floats = times_s[least + 1] + shift * _SCAN_STEP_S
     return minima
-
-
-class _Sky:
-    """Positions of the Earth, the Sun and one body, at times counted from an epoch."""
-
-    def __init__(self, body: str, epoch: str, duration_s: float = 0.0) -> None:
-        self.body = _known(body)
-        begin = _parsed(epoch)
-        if begin < _FIRST or (_LAST - begin).total_seconds() < duration_s:
-            raise EphemerisError(
-                f"epoch: expected times from {_FIRST:%Y-%m-%d} to {_LAST:%Y-%m-%d}, found {epoch!r}"
-                + (f" and {duration_s:g} s from there" if duration_s else "")
-            )
-        with _astropy():
-            from astropy.time import Time  # type: ignore[import-untyped]  # noqa: PLC0415
-
-            # Like simulated time, TDB has no leap seconds.
-            self._begin = Time(begin, scale="utc").tdb
-
-    def light_s(
-        self, fixed: str, moving: str, times_s: Floats, *, backwards: bool = False
-    ) -> Floats:
-        """Light time from `fixed` at a given time to `moving` at the time of arrival.
-
-        Args:
-            fixed: the end at which the times are given.
-            moving: the other end.
-            times_s: when the light is at `fixed`.
-            backwards: whether the light comes from `moving` and arrives at `fixed` instead.
-        """
-        here, light_s = self._at(fixed, times_s), np.zeros_like(times_s)
-        for _ in range(_ITERATIONS):
-            there = self._at(moving, times_s - light_s if backwards else times_s + light_s)
-            light_s = np.linalg.norm(there - here, axis=0)
-        return light_s
-
-    def angle_deg(self, times_s: Floats) -> Floats:
-        """Angle between Sun and body seen from the Earth, from positions at the same moment."""
-        home = self._at(_HOME, times_s)
-        sun, target = self._at("sun", times_s) - home, self._at(self.body, times_s) - home
-        across = np.linalg.norm(np.cross(sun, target, axis=0), axis=0)
-        angles: Floats = np.degrees(np.arctan2(across, (sun * target).sum(axis=0)))
-        return angles
-
-    def _at(self, body: str, times_s: Floats) -> Floats:
-        """Positions in the barycentric frame in light seconds, shape (3, times)."""
-        with _astropy():
-            from astropy.coordinates import get_body_barycentric  # type: ignore[import-untyped]  # noqa: PLC0415
-            from astropy.time import TimeDelta  # noqa: PLC0415
-
-            times = self._begin + TimeDelta(times_s, format="sec", scale="tdb")
-            position = get_body_barycentric(body, times, ephemeris="builtin")
-        kilometres: Floats = position.xyz.to_value("km")
-        return kilometres / _LIGHT_KM_S
-
-
-@contextmanager
-def _astropy() -> Iterator[None]:
-    """Let astropy work without downloads, and without warnings about future leap seconds."""
-    try:
-        from astropy.utils import iers  # type: ignore[import-untyped]  # noqa: PLC0415
-    except ModuleNotFoundError as error:
-        raise EphemerisError(
-            f"expected astropy for light times, found no {error.name}: "
-            "pip install 'farside[astropy]'"
-        ) from error
-    with iers.conf.set_temp("auto_download", False), warnings.catch_warnings():  # noqa: FBT003
-        warnings.simplefilter("ignore")
-        yield
-
-
-def _known(body: str) -> str:
-    name = body.casefold()
-    if name in BODIES:
-        return name
-    near = difflib.get_close_matches(name, BODIES, n=1)
-    raise EphemerisError(
-        f"body: expected one of {', '.join(BODIES)}, found {body!r}"
-        + (f"; did you mean {near[0]}?" if near else "")
-    )
-
-
-def _parsed(epoch: str) -> datetime:
-    expected = (
-        "epoch: expected a date and time in ISO 8601 with Z or an offset, "
-        f"such as 2021-02-18T00:00:00Z, found {epoch!r}"
-    )
-    try:
-        moment = datetime.fromisoformat(epoch)
-    except ValueError as error:
-        raise EphemerisError(expected) from error
-    if moment.tzinfo is not None:
-        return moment
-    try:
-        date.fromisoformat(epoch)
-    except ValueError:
-        raise EphemerisError(f"{expected}; did you mean {epoch}Z?") from None
-    return moment.replace(tzinfo=UTC)

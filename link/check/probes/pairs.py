@@ -1,0 +1,78 @@
+"""Probes with two frames at once: reordering."""
+
+import numpy as np
+from numpy.random import Generator
+
+from farside.link.check.intervals import overtaking_probabilities
+from farside.link.check.lines import Group, Lines, Observation, share_line, short_byte
+from farside.link.check.traffic.planning import Burst, Traffic, plan_bursts
+from farside.link.check.traffic.reference import Bools, Ints, Phase, Reference
+from farside.link.profile.rate import OPPORTUNITY_BYTE
+from farside.node import to_ns
+
+
+def _kind(phase: Phase) -> int:
+    return phase.kind
+
+
+def plan_pairs(reference: Reference, frames: int, rng: Generator) -> Traffic:
+    """Two frames at once, both over before the next two are sent."""
+
+    def pair(phase: Phase, _room_ns: int) -> Burst | str:
+        size = short_byte(phase)
+        if phase.trace is not None and (
+            phase.way.queue_frame == 1 or 2 * size > phase.way.queue_byte
+        ):
+            return "the queue holds one frame"
+        return Burst(size, 2, phase.busy_ns(size, 2))
+
+    return plan_bursts(reference, rng, pair, max(1, frames // 4), _kind)
+
+
+def judge_pairs(seen: Observation) -> Lines:
+    """How often the second of a pair arrived first."""
+    name = "pairs overtaken"
+    for group in seen.groups(_kind):
+        numbers = np.flatnonzero(group.chosen)
+        leaders, copies = numbers[::2], seen.arrivals.copies
+        whole = leaders[(copies[leaders] == 1) & (copies[leaders + 1] >= 1)]
+        if group.way.duplicate == 1:
+            # The first copy of each is its own; see `farside.link.check.probes.delays`.
+            whole = leaders[(copies[leaders] >= 1) & (copies[leaders + 1] >= 1)]
+        asked = _asked(seen, group, whole)
+        yield (
+            group.from_s,
+            share_line(name, asked, seen.arrivals.overtaken[whole], "no pair arrived whole"),
+        )
+    yield from seen.left_out(name, "share", lambda _way: 0.0)
+
+
+def _asked(seen: Observation, group: Group, leaders: Ints) -> float:
+    """The mean probability that the second of these pairs overtakes the first."""
+    reorder = group.way.reorder
+    if reorder is None or not len(leaders):
+        return 0.0
+    ahead = np.empty(len(leaders), dtype=np.int64)
+    phase_of = seen.traffic.phase[leaders]
+    for index in np.unique(phase_of):
+        own = phase_of == index
+        phase, first = seen.reference.phases[index], seen.traffic.time_ns[leaders[own]]
+        left = phase.departure_ns(first, group.size_byte)
+        followed = _followed_ns(phase, first, left, group.size_byte)
+        delays = seen.reference.delay_ns(left), seen.reference.delay_ns(followed)
+        ahead[own] = followed + delays[1] - left - delays[0]
+    leads_s = (to_ns(reorder.hold_s) - ahead) / 1e9
+    overtaking = float(overtaking_probabilities(group.way.jitter, leads_s).mean())
+    return overtaking * reorder.share * (1 - reorder.share)
+
+
+def _followed_ns(phase: Phase, first_ns: Ints, left_ns: Ints, size_byte: int) -> Ints:
+    """When the second of two frames leaves, handed over 1 ns after the first."""
+    second_ns = first_ns + 1
+    if phase.trace is None:
+        return np.maximum(left_ns, second_ns) + phase.busy_ns(size_byte)
+    # It may share the last opportunity of the first one, if it waits for it.
+    both = -(-2 * phase.frame_byte(size_byte) // OPPORTUNITY_BYTE)
+    shared = phase.trace.time_ns(phase.trace.first_from(first_ns) + both - 1)
+    waits: Bools = left_ns >= second_ns
+    return np.where(waits, shared, phase.departure_ns(second_ns, size_byte))

@@ -1,0 +1,1 @@
+"""What the check sends when, and how it arrives."""

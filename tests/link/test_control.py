@@ -1,0 +1,220 @@
+"""The control query: changes while messages pass, all of it or nothing."""
+
+import json
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+import pytest
+from any_link import any_tables
+from hypothesis import given
+from hypothesis import strategies as st
+
+from farside.frames import OutageReason
+from farside.link.emulator import Emulator
+from farside.link.emulator.control import EmulatorState
+from farside.link.emulator.horizon import look_ahead
+from farside.link.profile.config import LinkChange, LinkConfig, OneWay
+from farside.link.profile.profile import Profile
+from farside.node import Direction, to_ns
+
+UP, DOWN = Direction.UP, Direction.DOWN
+S = 1_000_000_000
+DELAYED = LinkConfig(up=OneWay(delay_s=1.0), down=OneWay(delay_s=1.0))
+
+
+def control(subject: Emulator[int], **change: object) -> EmulatorState:
+    return subject.control(json.dumps(change).encode())
+
+
+def delivered(subject: Emulator[int], times: int, until_s: float) -> set[int]:
+    """Send so many messages down at once; which of them arrive."""
+    for number in range(times):
+        subject.send(DOWN, 0, b"x" * 100, number)
+    return {cargo for *_, cargo in subject.advance(to_ns(until_s))}
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"down": {"rate_trace": {"file": "x"}, "loss": 0.5}},
+        {"up": {"loss": 0.5}, "down": {"loss": 2}},
+        {"down": {"loss": 0.5, "out": 1}},
+        {"both": {"loss": 0.5}, "blackouts": [{"start_s": 2, "end_s": 1}]},
+        {"down": {"out": True}, "both": 3},
+        {"both": {"loss": 0.5}, "lost": 1},
+        {"up": {"out": True}, "contacts": {"file": "no", "ground": 1, "rover": 2}},
+    ],
+)
+def test_a_change_is_made_as_a_whole_or_not_at_all(change: dict[str, Any]) -> None:
+    subject: Emulator[int] = Emulator(DELAYED)
+    before = subject.state()
+    for _ in range(2):
+        with pytest.raises(ValueError, match=r"expected .* found"):
+            control(subject, **change)
+        assert subject.state() == before
+
+
+@pytest.mark.parametrize(
+    ("payload", "found"),
+    [
+        (b"", "nothing"),
+        (b" \n", "nothing"),
+        (b"{}", "none"),
+        (b'{"up": {}}', "none"),
+        (b"[]", "an array"),
+        (b"loss=0.5", "what is no JSON: JSON is malformed"),
+        (b"\xff", "what is no JSON"),
+        (b'{"a":' * 100_000, "tables nested too deeply"),
+        (b" " * 5_000_000, "5000000"),
+    ],
+)
+def test_a_payload_that_is_no_change_is_answered_with_what_one_looks_like(
+    payload: bytes, found: str
+) -> None:
+    with pytest.raises(ValueError, match=r"^expected a change such as {") as refusal:
+        Emulator[int](DELAYED).control(payload)
+    assert f"found {found}" in str(refusal.value)
+    assert len(str(refusal.value)) < 200
+
+
+def test_tables_nested_as_deeply_as_json_may_be_are_refused_in_words() -> None:
+    for depth in (1, 10, 100, 300, 600, 800, 900, 950, 980, 990, 1000, 1010, 5000):
+        with pytest.raises(ValueError, match=r"expected "):
+            Emulator[int](DELAYED).control(b'{"a":' * depth + b"1" + b"}" * depth)
+
+
+def test_a_table_is_laid_over_the_profile_with_its_files(tmp_path: Path) -> None:
+    (tmp_path / "lte.trace").write_text("0\n4\n")
+    profile = Profile({"preset": "moon"}, tmp_path)
+    subject: Emulator[int] = Emulator(look_ahead(profile))
+    state = control(subject, down={"rate_trace": {"file": "lte.trace"}}, preset="earth-geo")
+    assert state.down.settings.rate_trace is not None
+    assert state.down.settings.rate_trace.times_ms == (0, 4)
+    assert state.up.settings.delay_s == 0.25
+
+
+def test_times_in_a_change_count_from_the_start() -> None:
+    subject: Emulator[int] = Emulator(DELAYED)
+    subject.advance(10 * S)
+    state = control(subject, blackouts=[{"start_s": 5, "end_s": 30}], changes=[])
+    assert state.down.outage is not None
+    assert (state.down.outage.reason, state.down.outage.left_s) == (OutageReason.BLACKOUT, 20)
+    assert control(subject, blackouts=None).down.outage is None
+
+
+def test_what_is_said_now_holds_until_a_change_that_is_to_come() -> None:
+    changes = (LinkChange(at_s=1.0, loss=0.1, corrupt=0.1), LinkChange(at_s=9.0, loss=0.9))
+    subject: Emulator[int] = Emulator(LinkConfig(changes=changes))
+    subject.advance(5 * S)
+    control(subject, up={"loss": 0.5})
+    control(subject, up={"duplicate": 0.5})
+    up, down = subject.state().up.settings, subject.state().down.settings
+    assert up == OneWay(loss=0.5, corrupt=0.1, duplicate=0.5)
+    assert down == OneWay(loss=0.1, corrupt=0.1)
+    subject.advance(10 * S)
+    assert subject.state().up.settings.loss == 0.9
+
+
+def test_a_change_leaves_the_chance_of_all_else_as_it_was() -> None:
+    """Two links of one seed, of which one is changed; the same messages are lost."""
+    lossy = LinkConfig(up=OneWay(), down=OneWay(loss=0.5, delay_s=1.0))
+    changed, other = Emulator[int](lossy, 7), Emulator[int](lossy, 7)
+    assert delivered(changed, 50, 2.0) == delivered(other, 50, 2.0)
+    control(changed, down={"rate_bit_s": 10**9, "queue_byte": 10**6}, up={"loss": 1.0})
+    assert delivered(changed, 50, 4.0) == delivered(other, 50, 4.0)
+
+
+def test_a_new_seed_begins_the_random_streams_anew() -> None:
+    lossy = OneWay(loss=0.5, delay_s=1.0)
+    changed: Emulator[int] = Emulator(LinkConfig(up=lossy, down=lossy), 7)
+    other: Emulator[int] = Emulator(LinkConfig(up=lossy, down=lossy, seed=3))
+    assert delivered(changed, 50, 2.0) != (expected := delivered(other, 50, 2.0))
+    control(changed, seed=3)
+    assert delivered(changed, 50, 4.0) == expected
+
+
+def test_a_queue_that_drops_is_told_of_once_with_the_key_to_set() -> None:
+    slow = OneWay(delay_s=0.0, rate_bit_s=800)
+    subject: Emulator[int] = Emulator(LinkConfig(up=slow, down=slow))
+    for size in (9000, 8000, 5000):
+        subject.send(DOWN, 0, bytes(size), 0)
+    subject.advance(1)
+    [down] = subject.take_warnings()
+    assert down == (
+        "down: a message of 8,000 bytes was dropped, since no more than 4,096 bytes may wait to be "
+        "sent; down.queue_byte sets how much"
+    )
+    assert subject.take_warnings() == []
+    control(subject, down={"queue_frame": 1})
+    subject.send(DOWN, 2, bytes(9), 0)
+    subject.send(UP, 2, bytes(9), 0)
+    subject.send(UP, 2, bytes(5000), 0)
+    subject.advance(9 * S)
+    [up] = subject.take_warnings()
+    assert up.startswith("up: a message of 5,000 bytes was dropped")
+
+
+GREATEST = {
+    "delay_s": 1e9,
+    "jitter": {"spread_s": 1e9, "shape": "exponential", "correlation": 0.999},
+    "reorder": {"share": 1.0, "hold_s": 1e9},
+    "lifetime_s": 1e9,
+    "duplicate": 1.0,
+    "corrupt": 1.0,
+    "overhead_byte": 65_535,
+    "rate_bit_s": 1,
+}
+
+
+@pytest.mark.parametrize("absent", [None, *GREATEST])
+def test_the_greatest_values_do_no_harm(absent: str | None) -> None:
+    subject: Emulator[int] = Emulator(DELAYED)
+    control(subject, both={key: value for key, value in GREATEST.items() if key != absent})
+    for number in range(20):
+        subject.send(UP, number, bytes(3000), number)
+        subject.advance(subject.next_ns or number + 1)
+    control(subject, both={"rate_bit_s": None, "bit_error_rate": 1.0, "bit_errors": "flip"})
+    subject.send(UP, 0, bytes(3000), 20)
+    subject.advance(2**63 - 1)
+    counters = subject.state().up.counters
+    assert counters.received == counters.delivered + counters.queue_full + counters.bit_error == 21
+    assert counters.delivered > 0
+
+
+steps = st.one_of(
+    st.tuples(st.just("control"), any_tables(fitting=True)),
+    st.tuples(st.just("both"), any_tables(fitting=True)),
+    st.tuples(st.just("control"), any_tables(fitting=False)),
+    st.tuples(st.sampled_from(Direction), st.sampled_from([0, 1, 100, 5000])),
+    st.tuples(st.just("advance"), st.sampled_from([0, 1, 10**6, 10**9, 10**12, 10**18])),
+    st.tuples(st.just("out"), st.booleans()),
+)
+
+
+@given(st.lists(steps, max_size=12))
+def test_no_change_harms_the_link_neither_at_once_nor_at_the_next_message(
+    taken: list[tuple[str, Any]],
+) -> None:
+    subject: Emulator[int] = Emulator(DELAYED)
+    now_ns = 0
+    for step, what in [*taken, ("up", 100), ("down", 100), ("advance", 10**18)]:
+        match step:
+            case "control" | "both" | "out":
+                change = {"control": what, "out": {"both": {"out": what}}}.get(step)
+                if change is None:
+                    change = {"both": what.get("up", {})}
+                before = subject.state()
+                with suppress(ValueError):
+                    subject.control(json.dumps(change).encode())
+                    continue
+                assert subject.state() == before
+            case "advance":
+                now_ns = min(now_ns + what, 2 * 10**18)
+                subject.advance(now_ns)
+            case _:
+                subject.send(Direction(step), now_ns, bytes(what), 0)
+    for direction in Direction:
+        counters = subject.state().way(direction).counters
+        fates = ("delivered", "lost", "outage", "queue_full", "expired", "bit_error", "in_flight")
+        assert counters.received == sum(getattr(counters, fate) for fate in fates)
