@@ -11,12 +11,12 @@ from numpy.random import Generator
 
 from farside.frames import Fate, FrameFate, LinkOutage, OutageReason
 from farside.link.channel.agenda import Agenda, PendingRecord
-from farside.link.channel.chance import UNIMPAIRED, Impairment, RandomImpairments
-from farside.link.channel.forwarding import Forwarder
+from farside.link.channel.chance import NOTHING_DRAWN, UNIMPAIRED, Impairment, RandomImpairments
+from farside.link.channel.lanes import Lane
 from farside.link.channel.outages import Outages
-from farside.link.channel.queueing import Dropped, Transmission, Transmitter
+from farside.link.channel.queueing import Dropped, Transmission
 from farside.link.profile.config import LinkChange, LinkConfig, OneWay
-from farside.link.profile.schedule import Delay, Outage, outages_of, told_outages_of
+from farside.link.profile.schedule import Outage, outages_of, told_outages_of
 from farside.node import Direction, Frame, to_ns
 
 _time = attrgetter("time_ns")
@@ -67,17 +67,14 @@ class OneWayChannel:
         self._changes = deque(_changes_of(link, direction))
         self.config = link.way(direction)
         self._impairments = RandomImpairments(rng, self.config)
-        self._delay = Delay(self.config)
-        self._latest_ns = 0
         self._delivered = Departures([], [])
-        self._outages = self._told = Outages(outages_of(link, direction))
+        self._outages = Outages(outages_of(link, direction))
+        self._told = Outages(told_outages_of(link, direction))
         self._outages_noted = 0
         self.agenda = Agenda()
-        self._forwarder: Forwarder | None = None
-        if link.routing is not None:
-            self._told = Outages(told_outages_of(link, direction))
-            self._forwarder = Forwarder(direction, link.routing, self.config, self._outages)
-        self._carrier = self._forwarder or Transmitter(self.config)
+        self._routing = link.routing
+        self._lane = Lane(direction, link, self.config, self._outages)
+        self._left: list[Lane] = []  # what has taken frames before the way changed
         for begin_ns, end_ns, reason in told_outages_of(link, direction):
             self._note_outage(begin_ns, reason, down=True)
             self._note_outage(end_ns, reason, down=False)
@@ -102,33 +99,27 @@ class OneWayChannel:
     @property
     def next_ns(self) -> int | None:
         """See `Channel.next_ns`."""
-        leaves_ns = self._carrier.next_ns
-        if leaves_ns is None:
-            return None
-        arrives_ns = leaves_ns + self._least_delay_ns
-        return min(arrives_ns, self._changes[0][0]) if self._changes else arrives_ns
+        lanes = (self._lane, *self._left)
+        moments = [
+            leaves_ns + lane.least_delay_ns
+            for lane in lanes
+            if (leaves_ns := lane.carrier.next_ns) is not None
+        ]
+        if moments and self._changes:
+            moments.append(self._changes[0][0])
+        return min(moments, default=None)
 
     def outage(self, now_ns: int) -> Outage | None:
         """See `Channel.outage`."""
         return self._outages.at(now_ns) or self._told.at(now_ns)
 
-    @property
-    def _least_delay_ns(self) -> int:
-        forwarder = self._forwarder
-        return self.config.least_delay_ns if forwarder is None else forwarder.least_delay_ns
-
     def change(self, now_ns: int, config: OneWay) -> None:
         """Use `config` from `now_ns` on; see `Channel.change`."""
-        before, self.config = self.config, config
+        self.config = config
         self._impairments.configure(config)
-        self._carrier.change(now_ns, config)
+        self._lane.carrier.change(now_ns, config)
         self._settle()
-        if (config.delay_s, config.delay_table) != (before.delay_s, before.delay_table):
-            delay = Delay(config)
-            if delay.at(now_ns) != self._delay.at(now_ns):
-                # What is sent from now on may overtake what was sent before.
-                self._latest_ns = 0
-            self._delay = delay
+        self._lane.agree(now_ns, config)
 
     def adopt(self, now_ns: int, link: LinkConfig) -> None:
         """Be this direction of `link` from `now_ns` on; see `Channel.adopt`."""
@@ -136,14 +127,20 @@ class OneWayChannel:
         self._changes = deque(change for change in changes if change[0] >= now_ns)
         for _, change in changes[: len(changes) - len(self._changes)]:
             config = change.applied_to(config)
-        if config != self.config:
+        if link.routing != self._routing:
+            # What is on its way goes on as it was.
+            self._left.append(self._lane)
+            self._routing, self.config = link.routing, config
+            self._impairments.configure(config)
+            self._lane = Lane(self._direction, link, config, self._outages)
+        elif config != self.config:
             self.change(now_ns, config)
         self.agenda.drop_outages()
-        scheduled, began_ns = outages_of(link, self._direction), self._carrier.began_ns
-        told = self._outages.reschedule(now_ns, scheduled, began_ns)
-        if self._told is not self._outages:
-            told = self._told.reschedule(now_ns, told_outages_of(link, self._direction))
-        for begin_ns, end_ns, reason in told:
+        began_ns = [lane.carrier.began_ns for lane in (self._lane, *self._left)]
+        since_ns = min((ns for ns in began_ns if ns is not None), default=None)
+        self._outages.reschedule(now_ns, outages_of(link, self._direction), since_ns)
+        told = told_outages_of(link, self._direction)
+        for begin_ns, end_ns, reason in self._told.reschedule(now_ns, told):
             if begin_ns >= now_ns:
                 self._note_outage(begin_ns, reason, down=True)
             self._note_outage(end_ns, reason, down=False)
@@ -159,36 +156,42 @@ class OneWayChannel:
             self._note_outage(now_ns, OutageReason.CONTROL, down=out)
 
     def _run(self, until_ns: int, frames: Sequence[Frame]) -> None:
-        self._carrier.run(until_ns, frames, self._impairments.draw(frames))
+        for lane in self._left:
+            lane.carrier.run(until_ns, (), NOTHING_DRAWN)
+        self._lane.carrier.run(until_ns, frames, self._impairments.draw(frames))
         self._settle()
 
     def _settle(self) -> None:
-        """Decide the fate of the frames that have left, or never will.
+        """Decide the fate of the frames that have left, or never will."""
+        for lane in self._left:
+            self._settle_lane(lane)
+        self._left = [lane for lane in self._left if lane.carrier.next_ns is not None]
+        self._settle_lane(self._lane)
 
-        Column by column, which is three times as fast as frame by frame.
-        """
-        sent, dropped = self._carrier.take()
-        if self._forwarder is not None:
-            self.agenda.add(self._forwarder.take_hops())
+    def _settle_lane(self, lane: Lane) -> None:
+        """Column by column, which is three times as fast as frame by frame."""
+        sent, dropped = lane.carrier.take()
+        if lane.forwarder is not None:
+            self.agenda.add(lane.forwarder.take_hops())
         if dropped:
             frames = [drop.transmission for drop in dropped]
             times_ns = [drop.time_ns for drop in dropped]
             self._note(frames, _Outcomes.never(dropped), times_ns, copy=0)
         if sent:
-            self._propagate(sent)
+            self._propagate(lane, sent)
 
-    def _propagate(self, sent: Sequence[Transmission]) -> None:
-        propagated_ns = self._propagated_ns(sent)
+    def _propagate(self, lane: Lane, sent: Sequence[Transmission]) -> None:
+        propagated_ns = lane.propagated_ns(sent)
         # For the order of arrival, lost and held-back frames count as if they were neither, and
         # duplicates do not count: so no impairment alters the effect of another.
         jittered_ns = map(add, propagated_ns, [one.jitter_ns for one in sent])
-        in_order_ns = list(accumulate(jittered_ns, max, initial=self._latest_ns))[1:]
-        self._latest_ns = in_order_ns[-1]
+        in_order_ns = list(accumulate(jittered_ns, max, initial=lane.latest_ns))[1:]
+        lane.latest_ns = in_order_ns[-1]
         arrivals_ns = in_order_ns.copy()
         impaired = _impaired(sent)
         for index, impairment in impaired:
             arrivals_ns[index] += impairment.hold_ns
-        fates = self._decide(sent, impaired, arrivals_ns, copy=0)
+        fates = self._decide(lane, sent, arrivals_ns, copy=0)
         duplicated: list[Transmission] = []
         copies_ns: list[int] = []
         for index, impairment in impaired:
@@ -197,39 +200,23 @@ class OneWayChannel:
                 copy_ns = max(propagated_ns[index] + impairment.copy_ns, in_order_ns[index])
                 copies_ns.append(copy_ns + impairment.hold_ns)
         if duplicated:
-            self._decide(duplicated, _impaired(duplicated), copies_ns, copy=1)
-
-    def _propagated_ns(self, sent: Sequence[Transmission]) -> list[int]:
-        if self._forwarder is not None:
-            return [one.arrives_ns for one in sent]
-        ends_ns = [one.end_ns for one in sent]
-        if self.config.delay_table:
-            return [end_ns + self._delay.at(end_ns) for end_ns in ends_ns]
-        delay_ns = self._least_delay_ns
-        return [end_ns + delay_ns for end_ns in ends_ns]
-
-    def _known_ns(self, sent: Sequence[Transmission]) -> list[int]:
-        """From when on it is known when frames arrive: they are given back in this order."""
-        if self._forwarder is not None:
-            ahead_ns = self._forwarder.least_delay_ns
-            return [one.arrives_ns - ahead_ns for one in sent]
-        return [one.end_ns for one in sent]
+            self._decide(lane, duplicated, copies_ns, copy=1)
 
     def _decide(
         self,
+        lane: Lane,
         sent: Sequence[Transmission],
-        impaired: Sequence[tuple[int, Impairment]],
         arrivals_ns: Sequence[int],
         copy: int,
     ) -> Sequence[Fate]:
         """Decide and record the fates of frames that would arrive at these times."""
-        fates = [Fate.DELIVERED] * len(sent)
+        fates, impaired = [Fate.DELIVERED] * len(sent), _impaired(sent)
         for index, impairment in impaired:
             fates[index] = impairment.loss or Fate.DELIVERED
         known_ns, ends_ns = arrivals_ns, [one.end_ns for one in sent]
         if self._direction is Direction.UP:
             reasons = self._outages.reasons(arrivals_ns, arrivals_ns)
-        elif self._forwarder is not None:
+        elif lane.forwarder is not None:
             reasons = None  # what left during an outage has come no further
         else:
             reasons = self._outages.reasons([one.start_ns for one in sent], ends_ns)
@@ -249,7 +236,7 @@ class OneWayChannel:
                 flipped[index] = len(impairment.flips)
         sequences = [one.frame.sequence for one in sent]
         frames = map(Frame, repeat(self._direction), sequences, arrivals_ns, payloads)
-        self._delivered.ends_ns.extend(compress(self._known_ns(sent), delivered))
+        self._delivered.ends_ns.extend(compress(lane.known_ns(sent), delivered))
         self._delivered.frames.extend(compress(frames, delivered))
         outcomes = _Outcomes(
             [

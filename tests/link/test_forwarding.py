@@ -6,7 +6,7 @@ from itertools import pairwise
 from typing import Any
 
 import msgspec
-from channels import DOWN, UP, channel, fate_of, fates, frame, pass_through
+from channels import DOWN, UP, channel, fate_of, fates, frame, link, pass_through
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from relayed import GROUND, NODES, ROVER, apart, by_hand_ns, hop, hops_of, relayed
@@ -242,6 +242,24 @@ def test_a_link_by_way_of_others_can_be_commanded_out() -> None:
 
 
 # --- laws -----------------------------------------------------------------------------------------
+
+def test_what_is_on_its_way_arrives_when_the_contacts_change() -> None:
+    """From a direct link to one by an orbiter and back, while frames are under way on each."""
+    direct = link(OneWay(delay_s=100.0), OneWay(delay_s=100.0, rate_bit_s=800))
+    node = channel(direct)
+    first = node.advance(to_ns(10.5), [frame(DOWN, n, 10.0) for n in (0, 1)])
+    node.adopt(relayed(RELAY))
+    second = node.advance(to_ns(20.0), [frame(DOWN, 2, 12.0)])
+    node.adopt(direct)
+    third = node.advance(to_ns(900.0), [frame(DOWN, 3, 20.0)])
+    assert not first.frames
+    # The one that had begun to leave, and the one behind it, go on; then that of the orbiter.
+    assert [f.time_ns for f in second.frames] == [to_ns(111.0), to_ns(112.0)]
+    assert sorted((f.sequence, f.time_ns) for f in third.frames) == [
+        (2, to_ns(60 + 0.1 + 300 + 0.01 + 2)),
+        (3, to_ns(121.0)),
+    ]
+
 
 few = settings(max_examples=40)
 
