@@ -76,9 +76,10 @@ class FrameHop(msgspec.Struct, frozen=True, omit_defaults=True, gc=False):
         node: the node's number.
         received_ns: when its last bit arrived there; at the sender, when it was handed over.
         stored_byte: how much then waited there in this direction, this frame included.
-        to: the node that it was sent to; absent, with all below, if it was dropped.
+        to: the node that it was sent to; absent, with the times of that, if it was dropped.
         sent_ns, sent_end_ns: when its first and last bit left.
         arrival_ns: when its last bit is there.
+        dropped_ns: when it was dropped.
         fate: why it was dropped.
     """
 
@@ -92,6 +93,7 @@ class FrameHop(msgspec.Struct, frozen=True, omit_defaults=True, gc=False):
     sent_ns: int | None = None
     sent_end_ns: int | None = None
     arrival_ns: int | None = None
+    dropped_ns: int | None = None
     fate: Fate | None = None
 
 

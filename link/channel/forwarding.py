@@ -252,6 +252,7 @@ class Forwarder:
                 node=relay.number,
                 received_ns=bundle.received_ns,
                 stored_byte=bundle.stored_byte,
+                dropped_ns=now_ns,
                 fate=fate,
             ),
         )

@@ -23,16 +23,7 @@ from farside.link.endpoint.sender import ReliableSender, Sending
 from farside.link.endpoint.services import SERVICES, Service, carried, part_of
 from farside.link.endpoint.stored import StoredStream, StoreState
 from farside.link.endpoint.transfer import TransferConfig
-from farside.link.endpoint.wire import (
-    OVERHEAD_BYTE,
-    RELAYED_WINDOW,
-    REPLAY_WINDOW,
-    Flag,
-    FrameError,
-    Opener,
-    Sealer,
-    unpack,
-)
+from farside.link.endpoint.wire import OVERHEAD_BYTE, Flag, FrameError, Opener, Sealer, unpack
 from farside.link.profile.config import LinkConfig
 from farside.link.profile.schedule import Schedule
 from farside.messages import Downlink, Telemetry, Uplink
@@ -73,7 +64,6 @@ class LinkTerms(NamedTuple):
         light_time_ns: the shortest uplink propagation delay, before which nothing can be heard.
         round_trip_ns: the longest propagation delay both ways.
         heartbeat_ns: interval between the ground's heartbeats.
-        replay_window: how far behind the newest frame an older one may arrive.
     """
 
     key: bytes
@@ -83,7 +73,6 @@ class LinkTerms(NamedTuple):
     light_time_ns: int
     round_trip_ns: int
     heartbeat_ns: int = 2 * NS_PER_S
-    replay_window: int = REPLAY_WINDOW
 
     @classmethod
     def simulated(
@@ -98,7 +87,6 @@ class LinkTerms(NamedTuple):
             light_time_ns=config.up.least_delay_ns,
             round_trip_ns=config.round_trip_ns,
             heartbeat_ns=heartbeat_ns,
-            replay_window=REPLAY_WINDOW if config.routing is None else RELAYED_WINDOW,
         )
 
 
@@ -167,7 +155,7 @@ class Endpoint(Generic[_Out, _In]):
         self._schedule = terms.schedule
         self._journal, self._topic = journal, topic
         self._sealer = Sealer(terms.key, outgoing)
-        self._opener = Opener(terms.key, incoming, window=terms.replay_window)
+        self._opener = Opener(terms.key, incoming, relayed=not terms.schedule.is_direct)
         self._fragmenter = Fragmenter(terms.mtu_byte)
         self._reassembler = Reassembler(_REASSEMBLY_NS)
         self._sender = ReliableSender(outgoing, terms.schedule, transfer)

@@ -239,6 +239,7 @@ class Opener:
         numbers: the sequence numbers not yet received; by default all, as in simulation. Frames
             below the first are refused, so after a restart nothing older can be replayed.
         window: how far behind the newest frame an older one may arrive.
+        relayed: whether frames come by way of other nodes; the window is then the wider one.
 
     Attributes:
         refused: how many frames were refused, by reason.
@@ -253,11 +254,14 @@ class Opener:
         direction: Direction,
         numbers: Numbers | None = None,
         window: int = REPLAY_WINDOW,
+        *,
+        relayed: bool = False,
     ) -> None:
         self._cipher = _Cipher(key, direction)
         self._numbers = numbers or FromZero()
         self._first = self._reserved = self._numbers.first
         # Stored frames wait below all others, and any number of those may overtake them.
+        window = max(window, RELAYED_WINDOW) if relayed else window
         self._windows = {stored: _ReplayWindow(self._first, window) for stored in (False, True)}
         self.refused: Counter[Refusal] = Counter()
 

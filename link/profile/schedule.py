@@ -172,10 +172,13 @@ class Schedule:
 
     Args:
         config: the resolved link.
+
+    Attributes:
+        is_direct: whether frames go from end to end, not by way of other nodes.
     """
 
     def __init__(self, config: LinkConfig) -> None:
-        self._is_direct = config.routing is None
+        self.is_direct = config.routing is None
         self._contacts: dict[Direction, _Contacts] = {}
         for direction in Direction:
             delay = Delay(config.way(direction))
@@ -199,7 +202,7 @@ class Schedule:
         On a direct link by the light time of now, which changes little in the time of one; on a way
         by other nodes, where frames wait and then arrive all at once, exactly.
         """
-        if self._is_direct:
+        if self.is_direct:
             return now_ns - self.delay_ns(direction, now_ns)
         return self._contacts[direction].delay.sent_by_ns(now_ns)
 
@@ -208,11 +211,11 @@ class Schedule:
         sent_ns = self.sent_by_ns(direction, now_ns)
         if self.opens_ns(direction, sent_ns) > sent_ns:
             return False
-        return self._is_direct or sent_ns + self.delay_ns(direction, sent_ns) >= now_ns - 1
+        return self.is_direct or sent_ns + self.delay_ns(direction, sent_ns) >= now_ns - 1
 
     def unheard_ns(self, direction: Direction, heard_ns: int, now_ns: int) -> int:
         """For how long something could have arrived between two moments, by plan."""
-        if self._is_direct:
+        if self.is_direct:
             # By the light time of now: it changes too little during a silence to matter here.
             light_ns = self.delay_ns(direction, now_ns)
             return self.open_ns_between(direction, heard_ns - light_ns, now_ns - light_ns)
@@ -227,7 +230,7 @@ class Schedule:
 
         `NEVER_NS` or later if never.
         """
-        if not self._is_direct:
+        if not self.is_direct:
             return self._due_ns(direction, heard_ns) + silence_ns
         light_ns = self.delay_ns(direction, now_ns)
         heard_ns = max(heard_ns, light_ns)
