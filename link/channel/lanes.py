@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 
+from numpy.random import Generator
+
 from farside.link.channel.forwarding import Forwarder
 from farside.link.channel.outages import Outages
 from farside.link.channel.queueing import Transmission, Transmitter
-from farside.link.profile.config import LinkConfig, OneWay
+from farside.link.profile.config import DELAY_KEYS, LinkConfig, OneWay
 from farside.link.profile.schedule import Delay
 from farside.node import Direction
 
@@ -18,6 +20,7 @@ class Lane:
         link: the link, resolved.
         config: the settings of the direction.
         outages: those at the rover's end.
+        rng: the random stream of a transmitter.
 
     Attributes:
         carrier: takes frames and gives them back when they have left or are dropped.
@@ -28,26 +31,30 @@ class Lane:
     """
 
     def __init__(
-        self, direction: Direction, link: LinkConfig, config: OneWay, outages: Outages
+        self,
+        direction: Direction,
+        link: LinkConfig,
+        config: OneWay,
+        outages: Outages,
+        rng: Generator,
     ) -> None:
         self.latest_ns = 0
         self.forwarder: Forwarder | None = None
         if link.routing is not None:
             self.forwarder = Forwarder(direction, link.routing, config, outages)
-        self.carrier = self.forwarder or Transmitter(config)
+        self.carrier = self.forwarder or Transmitter(config, rng)
         self._configure(config)
 
     def _configure(self, config: OneWay) -> None:
-        self._has_table = bool(config.delay_table)
         self._delay = Delay(config)
-        self._delays = config.delay_s, config.delay_table
+        self._delays = _delays_of(config)
         self.least_delay_ns = config.least_delay_ns
         if self.forwarder is not None:
             self.least_delay_ns = self.forwarder.least_delay_ns
 
     def agree(self, now_ns: int, config: OneWay) -> None:
         """Delay as in `config` what leaves from now on."""
-        if (config.delay_s, config.delay_table) == self._delays:
+        if _delays_of(config) == self._delays:
             return
         before = self._delay
         self._configure(config)
@@ -60,7 +67,7 @@ class Lane:
         if self.forwarder is not None:
             return [one.arrives_ns for one in sent]
         ends_ns = [one.end_ns for one in sent]
-        if self._has_table:
+        if not self._delay.is_constant:
             return [end_ns + self._delay.at(end_ns) for end_ns in ends_ns]
         delay_ns = self.least_delay_ns
         return [end_ns + delay_ns for end_ns in ends_ns]
@@ -70,3 +77,7 @@ class Lane:
         if self.forwarder is not None:
             return [one.arrives_ns - self.least_delay_ns for one in sent]
         return [one.end_ns for one in sent]
+
+
+def _delays_of(config: OneWay) -> list[object]:
+    return [getattr(config, key) for key in DELAY_KEYS]

@@ -67,17 +67,16 @@ class OneWayChannel:
         self._changes = deque(_changes_of(link, direction))
         self.config = link.way(direction)
         self._impairments = RandomImpairments(rng, self.config)
+        (self._rng,) = rng.spawn(1)
         self._delivered = Departures([], [])
         self._outages = Outages(outages_of(link, direction))
         self._told = Outages(told_outages_of(link, direction))
         self._outages_noted = 0
         self.agenda = Agenda()
         self._routing = link.routing
-        self._lane = Lane(direction, link, self.config, self._outages)
+        self._lane = Lane(direction, link, self.config, self._outages, self._rng)
         self._left: list[Lane] = []  # what has taken frames before the way changed
-        for begin_ns, end_ns, reason in told_outages_of(link, direction):
-            self._note_outage(begin_ns, reason, down=True)
-            self._note_outage(end_ns, reason, down=False)
+        self._note_outages(told_outages_of(link, direction))
 
     def advance(self, until_ns: int, frames: Sequence[Frame]) -> Departures:
         """Take the frames handed over before `until_ns`, and apply the changes due by then.
@@ -132,7 +131,7 @@ class OneWayChannel:
             self._left.append(self._lane)
             self._routing, self.config = link.routing, config
             self._impairments.configure(config)
-            self._lane = Lane(self._direction, link, config, self._outages)
+            self._lane = Lane(self._direction, link, config, self._outages, self._rng)
         elif config != self.config:
             self.change(now_ns, config)
         self.agenda.drop_outages()
@@ -140,20 +139,20 @@ class OneWayChannel:
         since_ns = min((ns for ns in began_ns if ns is not None), default=None)
         self._outages.reschedule(now_ns, outages_of(link, self._direction), since_ns)
         told = told_outages_of(link, self._direction)
-        for begin_ns, end_ns, reason in self._told.reschedule(now_ns, told):
-            if begin_ns >= now_ns:
-                self._note_outage(begin_ns, reason, down=True)
-            self._note_outage(end_ns, reason, down=False)
+        self._note_outages(self._told.reschedule(now_ns, told), since_ns=now_ns)
 
     def reseed(self, rng: Generator) -> None:
         """Draw from other random streams; see `Channel.reseed`."""
         self._impairments = RandomImpairments(rng, self.config)
+        (other,) = rng.spawn(1)
+        # In place, for whatever draws from it already.
+        self._rng.bit_generator.state = other.bit_generator.state
 
     def set_out(self, now_ns: int, *, out: bool) -> None:
         """Be out, or as scheduled, from `now_ns` on; see `Channel.set_out`."""
         if out is not self._outages.is_commanded:
             self._outages.toggle(now_ns)
-            self._note_outage(now_ns, OutageReason.CONTROL, down=out)
+            self.agenda.add([self._outage_record(now_ns, OutageReason.CONTROL, down=out)])
 
     def _run(self, until_ns: int, frames: Sequence[Frame]) -> None:
         for lane in self._left:
@@ -233,7 +232,7 @@ class OneWayChannel:
         for index, impairment in impaired:
             if impairment.flips and delivered[index]:
                 payloads[index] = _flipped(payloads[index], impairment.flips)
-                flipped[index] = len(impairment.flips)
+                flipped[index] = impairment.flips.bit_count()
         sequences = [one.frame.sequence for one in sent]
         frames = map(Frame, repeat(self._direction), sequences, arrivals_ns, payloads)
         self._delivered.ends_ns.extend(compress(lane.known_ns(sent), delivered))
@@ -277,11 +276,19 @@ class OneWayChannel:
         keys = known_ns, repeat(self._direction), sequences, repeat(copy)
         self.agenda.add(list(map(PendingRecord, *keys, messages)))
 
-    def _note_outage(self, time_ns: int, reason: OutageReason, *, down: bool) -> None:
+    def _note_outages(self, outages: Sequence[Outage], since_ns: int = 0) -> None:
+        records = []
+        for begin_ns, end_ns, reason in outages:
+            if begin_ns >= since_ns:
+                records.append(self._outage_record(begin_ns, reason, down=True))
+            records.append(self._outage_record(end_ns, reason, down=False))
+        self.agenda.add(records)
+
+    def _outage_record(self, time_ns: int, reason: OutageReason, *, down: bool) -> PendingRecord:
         # Numbered, so that the end of one outage is recorded before the beginning of the next.
         self._outages_noted += 1
         outage = LinkOutage(self._direction, down=down, reason=reason)
-        self.agenda.add([PendingRecord(time_ns, self._direction, -1, self._outages_noted, outage)])
+        return PendingRecord(time_ns, self._direction, -1, self._outages_noted, outage)
 
 
 def _changes_of(link: LinkConfig, direction: Direction) -> list[tuple[int, LinkChange]]:
@@ -290,11 +297,8 @@ def _changes_of(link: LinkConfig, direction: Direction) -> list[tuple[int, LinkC
     return sorted(((to_ns(change.at_s), change) for change in own), key=itemgetter(0))
 
 
-def _flipped(payload: bytes, bits: Sequence[int]) -> bytes:
-    flipped = bytearray(payload)
-    for bit in bits:
-        flipped[bit // 8] ^= 1 << bit % 8
-    return bytes(flipped)
+def _flipped(payload: bytes, bits: int) -> bytes:
+    return (int.from_bytes(payload, "little") ^ bits).to_bytes(len(payload), "little")
 
 
 def _impaired(transmissions: Sequence[Transmission]) -> list[tuple[int, Impairment]]:

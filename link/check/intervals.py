@@ -10,6 +10,7 @@ from farside.link.profile.impairments import Jitter
 from farside.link.profile.statistics import Floats, jitter_quantile
 
 _FEW_LEADS = 20
+_HALVINGS = 60
 
 Interval = tuple[float, float]
 """Lower and upper bound."""
@@ -88,6 +89,31 @@ def correlation_interval(first: Floats, second: Floats, asked: float, miss: floa
     bound = (squares + prior) * (math.log(1 + squares / prior) - 2 * math.log(miss))
     reach = math.sqrt((1 - asked**2) * bound) / squares
     return max(-1.0, rho - reach), min(1.0, rho + reach)
+
+
+def threshold_share(edge: float, correlation: float) -> float:
+    """How often two normal scores with a correlation both exceed the quantile of `edge`.
+
+    Source: Owen (1956): P = (1 − edge) − 2·T(h, √((1 − ρ)/(1 + ρ))), T being Owen's function.
+    """
+    slope = math.sqrt((1 - correlation) / (1 + correlation))
+    return float(1 - edge - 2 * _special().owens_t(_special().ndtri(edge), slope))
+
+
+def threshold_correlation(edge: float, share: float) -> float:
+    """The inverse of `threshold_share`; −1 or 1 if it makes no share so small, or so great."""
+    low, high = -1 + 1e-12, 1 - 1e-12
+    if share <= threshold_share(edge, low):
+        return -1.0
+    if share >= threshold_share(edge, high):
+        return 1.0
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        if threshold_share(edge, middle) < share:
+            low = middle
+        else:
+            high = middle
+    return (low + high) / 2
 
 
 def kolmogorov_distance(below: Floats, above: Floats) -> float:

@@ -53,13 +53,13 @@ def with_plans(link: LinkConfig) -> LinkConfig:
     routing = link.routing
     if routing is None:
         return link
-    if link.ephemeris is not None:
-        raise refused(("ephemeris",), f"expected the light times of the contacts alone{_WHY}")
-    if any(change.rate_bit_s is not None for change in link.changes):
-        raise refused(("changes",), f"expected no rate_bit_s{_WHY}")
+    if any(change.rate_bit_s is not None or change.slots for change in link.changes):
+        raise refused(("changes",), f"expected neither rate_bit_s nor slots{_WHY}")
     ways: dict[str, OneWay] = {}
     for direction in Direction:
         given = link.way(direction)
+        if given.slots is not None:
+            raise refused((direction.value, "slots"), f"expected none{_WHY}")
         bare = msgspec.structs.replace(given, **_NEITHER)
         ways[direction.value] = planned(routing, direction, bare, link.mtu_byte)
         if given not in (bare, ways[direction.value]):

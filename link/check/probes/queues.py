@@ -44,7 +44,8 @@ def _kind(phase: Phase) -> int:
 
 
 def _is_limited(phase: Phase) -> bool:
-    return phase.rate_bit_s is not None or phase.trace is not None
+    limits = phase.rate_bit_s, phase.trace, phase.way.slots
+    return any(limit is not None for limit in limits)
 
 
 # --- what a queue of given settings does -------------------------------------------------------
@@ -91,8 +92,11 @@ def sent_of(
 
 def _starts_ns(phase: Phase, burst: Burst, begin_ns: int) -> list[int]:
     """When each frame that is sent begins to leave, counted from the hand-over of the first."""
+    if phase.way.slots is not None:
+        # At the latest: all wait for a slot.
+        return [phase.waits_ns(burst.size_byte, place + 1) for place in range(burst.frames)]
     if phase.trace is None:
-        sending_ns = phase.busy_ns(burst.size_byte)
+        sending_ns = phase.sending_ns(burst.size_byte)
         return [place * sending_ns for place in range(burst.frames)]
     needed = phase.trace.needed(phase.frame_byte(burst.size_byte))
     begun = int(phase.trace.first_from(np.array([begin_ns]))[0])
@@ -163,6 +167,8 @@ def plan_lifetimes(reference: Reference, frames: int, rng: Generator) -> Traffic
         way = phase.way
         if not _is_limited(phase) or way.lifetime_s is None:
             return None
+        if way.slots is not None:
+            return "slots hide how long a frame waited"
         most = min(_FINE, way.queue_frame or _FINE, way.queue_byte)
         size = _slot_size(phase, way.queue_byte // most)
         if phase.rate_bit_s is not None:

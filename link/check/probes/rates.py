@@ -42,7 +42,7 @@ def _train(phase: Phase, room_ns: int) -> Burst | str | None:
     if phase.trace is not None:
         return _one_each(phase, room_ns)
     # Where arrivals are spread, a single long frame tells more: see `plan_long_singles`.
-    if phase.rate_bit_s is None or phase.spread_ns:
+    if phase.rate_bit_s is None or phase.spreads:
         return None
     largest = min(_LARGEST_BYTE, max(8, phase.way.queue_byte // 10), 8 * sparing_byte(phase.way))
     for size in (min(largest, phase.way.queue_byte), short_byte(phase), 1):
@@ -59,6 +59,8 @@ def _train(phase: Phase, room_ns: int) -> Burst | str | None:
 
 def _one_each(phase: Phase, room_ns: int) -> Burst | str:
     """A burst on a trace: frames of the size of an opportunity."""
+    if phase.way.slots is not None:
+        return "slots hide which opportunity a frame uses"
     size = max(1, min(phase.way.queue_byte, OPPORTUNITY_BYTE - phase.way.overhead_byte))
     frames = min(_capacity(phase, size), _LONGEST)
     while frames > 1 and phase.busy_ns(size, frames) > room_ns - 4 * MARGIN_NS:
@@ -92,7 +94,7 @@ def _rate_line(seen: Observation, group: Group) -> CheckLine:
     for own, offsets in _bursts(seen, group):
         ends, places = own[[0, -1]], offsets[[0, -1]]
         left_ns = (
-            seen.traffic.time_ns[ends] - places + (places + 1) * phase.busy_ns(group.size_byte)
+            seen.traffic.time_ns[ends] - places + (places + 1) * phase.sending_ns(group.size_byte)
         )
         between = int(places[1] - places[0])
         bits += between * 8 * phase.frame_byte(group.size_byte)

@@ -18,16 +18,17 @@ _Pair = tuple[int, int]
 
 
 def has_direct(plan: Plan, ground: int, rover: int) -> bool:
-    """Whether each of the two nodes has contacts in which it can send to the other."""
-    pairs = {(one.source, one.dest) for one in plan.contacts}
-    return {(ground, rover), (rover, ground)} <= pairs
+    """Whether the plan has contacts between the two nodes, or lines about them at least."""
+    nodes = {ground, rover}
+    lines = [{one.source, one.dest} for one in (*plan.problems, *plan.untimed)]
+    return nodes in lines or any({one.source, one.dest} == nodes for one in plan.contacts)
 
 
 def routing_of(plan: Plan, ground: int, rover: int, store_byte: int | None = None) -> Routing:
     """The contacts by which frames may go between `ground` and `rover`, from time 0 on.
 
     Contacts that lie on no way between the two are left out. Where the light time changes during a
-    contact, it counts as two.
+    contact, it counts as two. A direction without a way is out all the time.
 
     Args:
         plan: the plan.
@@ -36,14 +37,16 @@ def routing_of(plan: Plan, ground: int, rover: int, store_byte: int | None = Non
         store_byte: see `farside.link.profile.routing.Routing`.
 
     Raises:
-        ContactPlanError: if no contacts lead from one to the other, or those of two nodes overlap.
+        ContactPlanError: if no contacts lead from either to the other, if those of two nodes on the
+            way overlap, or a line about them cannot be used.
     """
     pairs = {(one.source, one.dest) for one in plan.contacts}
     useful = _useful(pairs, ground, rover) | _useful(pairs, rover, ground)
     for problem in plan.problems:
-        pair = problem.source, problem.dest
-        if None in pair or pair in useful:
+        if any(problem.is_about(*pair) for pair in useful):
             raise ContactPlanError(problem.text)
+    if not useful:
+        raise ContactPlanError(_no_way(pairs, ground, rover))
     light_times: dict[_Pair, PlannedLightTimes] = {}
     hops: list[Hop] = []
     for one in plan.contacts:
@@ -65,17 +68,22 @@ def routing_of(plan: Plan, ground: int, rover: int, store_byte: int | None = Non
 
 
 def _useful(pairs: Iterable[_Pair], source: int, dest: int) -> set[_Pair]:
-    """The pairs of nodes that lie on any way from `source` to `dest`, times left aside."""
+    """The pairs of nodes that lie on any way from `source` to `dest`, times left aside, if any."""
     pairs = {(a, b) for a, b in pairs if b != source and a != dest}
     onward = _reached(source, pairs)
     back = _reached(dest, {(b, a) for a, b in pairs})
-    if dest not in onward:
-        others = ", ".join(map(str, sorted(onward - {source})[:_NODES_SHOWN]))
-        raise ContactPlanError(
-            f"expected contacts from {source} to {dest}, directly or by way of other nodes, "
-            f"found from {source} {f'ways to {others} only' if others else 'none at all'}"
-        )
     return {(a, b) for a, b in pairs if a in onward and b in back}
+
+
+def _no_way(pairs: Iterable[_Pair], ground: int, rover: int) -> str:
+    nodes = {}
+    for node in (ground, rover):
+        others = ", ".join(map(str, sorted(_reached(node, pairs) - {node})[:_NODES_SHOWN]))
+        nodes[node] = f"from {node} {f'ways to {others} only' if others else 'none'}"
+    return (
+        f"expected contacts between {ground} and {rover}, directly or by way of other nodes, "
+        f"found {' and '.join(nodes.values())}"
+    )
 
 
 def _reached(start: int, pairs: Iterable[_Pair]) -> set[int]:
