@@ -63,7 +63,11 @@ def with_plans(link: LinkConfig) -> LinkConfig:
         bare = msgspec.structs.replace(given, **_NEITHER)
         ways[direction.value] = planned(routing, direction, bare, link.mtu_byte)
         if given not in (bare, ways[direction.value]):
-            key = next(key for key in _NEITHER if getattr(given, key) != _NEITHER[key])
+            full = ways[direction.value]
+            others = [key for key in _NEITHER if getattr(given, key) != _NEITHER[key]]
+            key = next(
+                (one for one in others if getattr(given, one) != getattr(full, one)), others[0]
+            )
             raise refused((direction.value, key), f"expected none{_WHY}")
     return msgspec.structs.replace(link, **ways)
 

@@ -110,8 +110,10 @@ class Delay:
         times, delays = self._times_ns, self._delays_ns
         arrivals = self._arrivals_ns
         after = bisect_right(arrivals, now_ns)
-        if after in {0, len(arrivals)}:
-            return now_ns - delays[max(0, after - 1)]
+        if not after:
+            return times[0] - 1  # nothing has arrived
+        if after == len(arrivals):
+            return now_ns - delays[-1]
         begin, end = arrivals[after - 1], arrivals[after]
         gained = (times[after] - times[after - 1]) * (now_ns - begin)
         return times[after - 1] + gained // (end - begin)
