@@ -17,8 +17,8 @@ from farside.link.channel.outages import Outages
 from farside.link.channel.queueing import Dropped, Transmission, transmissions
 from farside.link.channel.relays import Best, Bundle, Line, Relay, SendersQueue
 from farside.link.profile.config import OneWay
-from farside.link.profile.graph import BIT_WORK, ContactGraph, Way
-from farside.link.profile.routing import Routing, light_times_ns
+from farside.link.profile.hops.graph import BIT_WORK, ContactGraph, Way
+from farside.link.profile.hops.routing import Routing, light_times_ns
 from farside.node import NEVER_NS, Direction, Frame
 
 _LEAVES, _ARRIVES, _STARTS = range(3)

@@ -8,7 +8,7 @@ import msgspec
 
 from farside.link.channel.queueing import Transmission
 from farside.link.profile.config import DropPolicy, OneWay
-from farside.link.profile.graph import Busy, ContactGraph, Leg, Way
+from farside.link.profile.hops.graph import Busy, ContactGraph, Leg, Way
 from farside.node import NEVER_NS
 
 
@@ -17,7 +17,7 @@ class Bundle(msgspec.Struct, gc=False):
 
     Attributes:
         transmission: the frame.
-        work: of sending it once, see `farside.link.profile.graph.BIT_WORK`.
+        work: of sending it once, see `farside.link.profile.hops.graph.BIT_WORK`.
         hop: which node of its way it is at or goes to, from 1.
         visited: the nodes where it has been, to which it does not return.
         turned: whether it had to return all the same.

@@ -25,7 +25,7 @@ from farside.link.check.traffic.planning import Traffic
 from farside.link.check.traffic.reference import Ints
 from farside.link.check.traffic.run import Arrivals, ChannelFactory, run_probe, seeds
 from farside.link.profile.config import LinkConfig, OneWay
-from farside.link.profile.routing import Hop, Routing
+from farside.link.profile.hops.routing import Hop, Routing
 from farside.link.profile.schedule import outages_of
 from farside.node import NEVER_NS, NS_PER_S, Direction, to_ns, to_s
 

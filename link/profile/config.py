@@ -12,8 +12,8 @@ from msgspec import Meta
 
 from farside.frames import OutageReason
 from farside.link.profile.ephemeris import Ephemeris
+from farside.link.profile.hops.routing import Routing
 from farside.link.profile.impairments import Jitter, LossModel, Reorder, Slots
-from farside.link.profile.routing import Routing
 from farside.node import Direction, to_ns
 from farside.settings import Count, Fraction, NonNegative, Positive, Section, expect_growing
 from farside.validation import MEASURED

@@ -9,9 +9,9 @@ import msgspec
 
 from farside.frames import OutageReason
 from farside.link.profile.config import DELAY_KEYS, RATE_KEYS, Blackout, LinkConfig, OneWay
+from farside.link.profile.hops.planned import with_plans
 from farside.link.profile.layers import refused
 from farside.link.profile.measured import Files, Kernels, change_with_tables, with_tables
-from farside.link.profile.planned import with_plans
 from farside.link.profile.plans.contacts import (
     ContactPlanError,
     KnownLightTimes,

@@ -13,7 +13,7 @@ from farside.link import Channel, LinkConfig, OneWay
 from farside.link.channel.forwarding import Forwarder
 from farside.link.channel.relays import Bundle, Relay
 from farside.link.check import CheckVerdict, check_link
-from farside.link.profile.graph import Way
+from farside.link.profile.hops.graph import Way
 from farside.link.profile.impairments import Jitter
 from farside.node import Direction
 

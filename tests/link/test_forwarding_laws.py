@@ -14,7 +14,7 @@ from relayed import NODES, apart, by_hand_ns, hop, hops_of, relayed
 from farside.frames import Fate, FrameHop
 from farside.link import Blackout, LinkConfig, OneWay
 from farside.link.profile.config import DropPolicy
-from farside.link.profile.graph import BIT_WORK, ContactGraph
+from farside.link.profile.hops.graph import BIT_WORK, ContactGraph
 from farside.link.profile.impairments import Jitter, Reorder
 from farside.node import NEVER_NS, Direction, Frame, Step, to_ns
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from relayed import GROUND, NODES, ROVER, apart, by_hand_ns, hop, relayed
 
 from farside.frames import Fate
-from farside.link.profile.graph import BIT_WORK, ContactGraph, Leg, Way
-from farside.link.profile.routing import Hop, light_times_ns
+from farside.link.profile.hops.graph import BIT_WORK, ContactGraph, Leg, Way
+from farside.link.profile.hops.routing import Hop, light_times_ns
 from farside.link.profile.schedule import Delay, Schedule
 from farside.node import NEVER_NS, NS_PER_S, Direction, to_ns
 

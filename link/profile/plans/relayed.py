@@ -3,13 +3,13 @@
 from collections.abc import Iterable, Iterator
 from itertools import pairwise
 
+from farside.link.profile.hops.routing import STORE_BYTE, Hop, Routing
 from farside.link.profile.plans.contacts import (
     Contact,
     ContactPlanError,
     Plan,
     PlannedLightTimes,
 )
-from farside.link.profile.routing import STORE_BYTE, Hop, Routing
 
 _NODES_SHOWN = 20
 
@@ -34,7 +34,7 @@ def routing_of(plan: Plan, ground: int, rover: int, store_byte: int | None = Non
         plan: the plan.
         ground: node number of the ground.
         rover: node number of the rover.
-        store_byte: see `farside.link.profile.routing.Routing`.
+        store_byte: see `farside.link.profile.hops.routing.Routing`.
 
     Raises:
         ContactPlanError: if no contacts lead from either to the other, if those of two nodes on the

@@ -13,9 +13,9 @@ from farside.link.profile.config import (
     OneWay,
     RateStep,
 )
-from farside.link.profile.graph import BIT_WORK, ContactGraph
+from farside.link.profile.hops.graph import BIT_WORK, ContactGraph
+from farside.link.profile.hops.routing import Routing
 from farside.link.profile.layers import refused
-from farside.link.profile.routing import Routing
 from farside.node import Direction, to_s
 
 _STEP_NS = 1000  # how long a step takes in a delay table, which is linear between its points

@@ -1,7 +1,7 @@
 """The link by way of other nodes: a contact plan as plain tables.
 
 The two ends of such a link cannot reach each other directly, or not both ways. Nodes between them
-store frames and forward them; `farside.link.profile.graph` finds the way.
+store frames and forward them; `farside.link.profile.hops.graph` finds the way.
 """
 
 import heapq

@@ -14,7 +14,7 @@ from bisect import bisect_right
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
-from farside.link.profile.routing import Hop
+from farside.link.profile.hops.routing import Hop
 from farside.node import NEVER_NS, NS_PER_S, to_ns
 
 BIT_WORK = NS_PER_S
@@ -25,7 +25,7 @@ Busy = Callable[["Leg"], int]
 
 
 class Leg(NamedTuple):
-    """A contact of the plan in whole nanoseconds; see `farside.link.profile.routing.Hop`.
+    """A contact of the plan in whole nanoseconds; see `farside.link.profile.hops.routing.Hop`.
 
     Attributes:
         number: its place in the plan, in order of beginning, end, sender and receiver.
