@@ -53,33 +53,32 @@ def kernel_orbits(path: Path) -> list[Segment]:
         raise EphemerisError(
             f"expected jplephem for kernels, found no {error.name}: pip install 'farside[spice]'"
         ) from error
+    name = shown_path(str(path))
     try:
         file = open_regular(path)
     except OSError as error:
-        found = f"{shown_path(str(path))}: {error.strerror}"
-        raise EphemerisError(f"expected a kernel, found: {found}") from error
+        raise EphemerisError(f"expected a kernel, found: {name}: {error.strerror}") from error
     except ValueError as error:
-        raise EphemerisError(f"{error}: {shown_path(str(path))}") from error
+        raise EphemerisError(f"{error}: {name}") from error
     try:
         with file:
             kernel = SPK(DAF(file))
             kernel.daf.map_array(1, 1)  # all of it, which stays when the file is closed
-            segments = [_segment(one, path) for one in kernel.segments]
+            segments = [_segment(one, name) for one in kernel.segments]
     except EphemerisError:
         raise
     except OSError as error:
-        found = f"{shown_path(str(path))}: {error.strerror}"
-        raise EphemerisError(f"expected a kernel, found: {found}") from error
+        raise EphemerisError(f"expected a kernel, found: {name}: {error.strerror}") from error
     except _DAMAGE as error:
         found = one_line(str(error))
-        raise EphemerisError(f"{path}: expected a binary SPK kernel, found: {found}") from error
+        raise EphemerisError(f"{name}: expected a binary SPK kernel, found: {found}") from error
     if not segments:
-        raise EphemerisError(f"{path}: expected a segment at least, found none")
+        raise EphemerisError(f"{name}: expected a segment at least, found none")
     return segments
 
 
-def _segment(read: Any, path: Path) -> Segment:
-    where = f"{path}: segment of {read.target} about {read.center}"
+def _segment(read: Any, name: str) -> Segment:
+    where = f"{name}: segment of {read.target} about {read.center}"
     if read.frame not in FRAMES:
         raise EphemerisError(
             f"{where}: expected the axes of J2000 (1) or its ecliptic (17), found {read.frame}"
