@@ -1,5 +1,6 @@
 """Text files that people write, read with limits: missions, link profiles, plans and traces."""
 
+import codecs
 import re
 import stat
 import tomllib
@@ -19,12 +20,19 @@ _LONG_KEY = re.compile(
 )
 
 
-def read_text(path: Path | Traversable) -> str:
+def read_text(
+    path: Path | Traversable, *, most_byte: int = MAX_FILE_BYTE, is_old: bool = False
+) -> str:
     """The text of a regular file, without the byte order mark that some editors put first.
+
+    Args:
+        path: of the file.
+        most_byte: how long it may be.
+        is_old: whether it may be in Latin-1 as well, where it is not in UTF-8.
 
     Raises:
         OSError: if it cannot be read.
-        ValueError: if it is no regular file, is longer than `MAX_FILE_BYTE`, or is not in UTF-8.
+        ValueError: if it is no regular file, is longer than `most_byte`, or is not in UTF-8.
             The message says what was expected and what was found.
     """
     if "\0" in str(path):
@@ -32,12 +40,14 @@ def read_text(path: Path | Traversable) -> str:
     if isinstance(path, Path) and not stat.S_ISREG(mode := path.stat().st_mode):
         raise ValueError(f"expected a regular file, found {_kind(mode)}")
     with path.open("rb") as file:
-        content = file.read(MAX_FILE_BYTE + 1)
-    if len(content) > MAX_FILE_BYTE:
-        raise ValueError(f"expected a file of at most {MAX_FILE_BYTE} bytes, found a longer one")
+        content = file.read(most_byte + 1)
+    if len(content) > most_byte:
+        raise ValueError(f"expected a file of at most {most_byte} bytes, found a longer one")
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
+        if is_old and not content.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+            return content.decode("latin-1")
         line = content.count(b"\n", 0, error.start) + 1
         raise ValueError(
             f"expected text in UTF-8, found byte 0x{content[error.start]:02x} in line {line}"

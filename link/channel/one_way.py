@@ -2,7 +2,7 @@
 
 from bisect import bisect_left
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from itertools import accumulate, compress, repeat
 from operator import add, attrgetter, itemgetter
 from typing import NamedTuple
@@ -14,7 +14,7 @@ from farside.link.channel.agenda import Agenda, PendingRecord
 from farside.link.channel.chance import UNIMPAIRED, Impairment, RandomImpairments
 from farside.link.channel.outages import Outages
 from farside.link.channel.queueing import Transmission, Transmitter
-from farside.link.profile.config import LinkChange, LinkConfig, OneWay
+from farside.link.profile.config import DELAY_KEYS, LinkChange, LinkConfig, OneWay
 from farside.link.profile.schedule import Delay, Outage, outages_of
 from farside.node import Direction, Frame, to_ns
 
@@ -62,18 +62,14 @@ class OneWayChannel:
         self.config = link.way(direction)
         self._least_delay_ns = self.config.least_delay_ns
         self._impairments = RandomImpairments(rng, self.config)
-        self._transmitter = Transmitter(self.config)
+        self._transmitter = Transmitter(self.config, *rng.spawn(1))
         self._delay = Delay(self.config)
         self._latest_ns = 0
         self._delivered = Departures([], [])
         self._outages = Outages(scheduled := outages_of(link, direction))
         self._outages_noted = 0
         self.agenda = Agenda()
-        self._note_outages(
-            edge
-            for begin_ns, end_ns, reason in scheduled
-            for edge in ((begin_ns, reason, True), (end_ns, reason, False))
-        )
+        self._note_outages(scheduled)
 
     def advance(self, until_ns: int, frames: Sequence[Frame]) -> Departures:
         """Take the frames handed over before `until_ns`, and apply the changes due by then.
@@ -112,7 +108,7 @@ class OneWayChannel:
         self._impairments.configure(config)
         self._transmitter.change(now_ns, config)
         self._settle()
-        if (config.delay_s, config.delay_table) != (before.delay_s, before.delay_table):
+        if any(getattr(config, key) != getattr(before, key) for key in DELAY_KEYS):
             delay = Delay(config)
             if delay.at(now_ns) != self._delay.at(now_ns):
                 # What is sent from now on may overtake what was sent before.
@@ -130,22 +126,18 @@ class OneWayChannel:
         self.agenda.drop_outages()
         scheduled = outages_of(link, self._direction)
         began_ns = self._transmitter.began_ns
-        self._note_outages(
-            edge
-            for begin_ns, end_ns, reason in self._outages.reschedule(now_ns, scheduled, began_ns)
-            for edge in ((begin_ns, reason, True), (end_ns, reason, False))
-            if begin_ns >= now_ns or not edge[-1]
-        )
+        self._note_outages(self._outages.reschedule(now_ns, scheduled, began_ns), since_ns=now_ns)
 
     def reseed(self, rng: Generator) -> None:
         """Draw from other random streams; see `Channel.reseed`."""
         self._impairments = RandomImpairments(rng, self.config)
+        self._transmitter.reseed(*rng.spawn(1))
 
     def set_out(self, now_ns: int, *, out: bool) -> None:
         """Be out, or as scheduled, from `now_ns` on; see `Channel.set_out`."""
         if out is not self._outages.is_commanded:
             self._outages.toggle(now_ns)
-            self._note_outages([(now_ns, OutageReason.CONTROL, out)])
+            self.agenda.add([self._outage_record(now_ns, OutageReason.CONTROL, down=out)])
 
     def _run(self, until_ns: int, frames: Sequence[Frame]) -> None:
         self._transmitter.run(until_ns, frames, self._impairments.draw(frames))
@@ -187,7 +179,7 @@ class OneWayChannel:
             self._decide(duplicated, _impaired(duplicated), copies_ns, copy=1)
 
     def _propagated_ns(self, ends_ns: Sequence[int]) -> list[int]:
-        if self.config.delay_table:
+        if not self._delay.is_constant:
             return [end_ns + self._delay.at(end_ns) for end_ns in ends_ns]
         delay_ns = self._least_delay_ns
         return [end_ns + delay_ns for end_ns in ends_ns]
@@ -221,7 +213,7 @@ class OneWayChannel:
         for index, impairment in impaired:
             if impairment.flips and delivered[index]:
                 payloads[index] = _flipped(payloads[index], impairment.flips)
-                flipped[index] = len(impairment.flips)
+                flipped[index] = impairment.flips.bit_count()
         sequences = [one.frame.sequence for one in sent]
         frames = map(Frame, repeat(self._direction), sequences, arrivals_ns, payloads)
         self._delivered.ends_ns.extend(compress(ends_ns, delivered))
@@ -265,16 +257,19 @@ class OneWayChannel:
         keys = known_ns, repeat(self._direction), sequences, repeat(copy)
         self.agenda.add(list(map(PendingRecord, *keys, messages)))
 
-    def _note_outages(self, edges: Iterable[tuple[int, OutageReason, bool]]) -> None:
-        """Record when the direction goes out (true) or comes back, and why it is out; in order."""
-        records: list[PendingRecord] = []
-        for time_ns, reason, down in edges:
-            # Numbered, so that the end of one is recorded before the beginning of the next.
-            self._outages_noted += 1
-            outage = LinkOutage(self._direction, down=down, reason=reason)
-            number = self._outages_noted
-            records.append(PendingRecord(time_ns, self._direction, -1, number, outage))
+    def _note_outages(self, outages: Sequence[Outage], since_ns: int = 0) -> None:
+        records = []
+        for begin_ns, end_ns, reason in outages:
+            if begin_ns >= since_ns:
+                records.append(self._outage_record(begin_ns, reason, down=True))
+            records.append(self._outage_record(end_ns, reason, down=False))
         self.agenda.add(records)
+
+    def _outage_record(self, time_ns: int, reason: OutageReason, *, down: bool) -> PendingRecord:
+        # Numbered, so that the end of one outage is recorded before the beginning of the next.
+        self._outages_noted += 1
+        outage = LinkOutage(self._direction, down=down, reason=reason)
+        return PendingRecord(time_ns, self._direction, -1, self._outages_noted, outage)
 
 
 def _changes_of(link: LinkConfig, direction: Direction) -> list[tuple[int, LinkChange]]:
@@ -283,11 +278,8 @@ def _changes_of(link: LinkConfig, direction: Direction) -> list[tuple[int, LinkC
     return sorted(((to_ns(change.at_s), change) for change in own), key=itemgetter(0))
 
 
-def _flipped(payload: bytes, bits: Sequence[int]) -> bytes:
-    flipped = bytearray(payload)
-    for bit in bits:
-        flipped[bit // 8] ^= 1 << bit % 8
-    return bytes(flipped)
+def _flipped(payload: bytes, bits: int) -> bytes:
+    return (int.from_bytes(payload, "little") ^ bits).to_bytes(len(payload), "little")
 
 
 def _impaired(transmissions: Sequence[Transmission]) -> list[tuple[int, Impairment]]:

@@ -5,9 +5,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import msgspec
+from numpy.random import Generator
 
 from farside.frames import Fate
 from farside.link.channel.chance import UNIMPAIRED, Draw, Impairment
+from farside.link.channel.slots import Slotted
 from farside.link.profile.config import DropPolicy, OneWay
 from farside.link.profile.rate import Rate, Unlimited, transmit_rate
 from farside.node import NEVER_NS, NS_PER_S, Frame, to_ns
@@ -94,13 +96,19 @@ class Dropped(NamedTuple):
 class Transmitter:
     """Sends one frame at a time; drops those that do not fit into the queue or have expired.
 
-    Without a rate limit it sends each frame at once, and none ever waits. A frame that is larger
-    than the queue needs no room in it if none waits and none is being sent when it is handed over.
+    Without a rate limit and slots it sends each frame at once, and none ever waits. A frame that is
+    larger than the queue needs no room in it if none waits and none is being sent when it is handed
+    over.
+
+    Args:
+        config: the direction.
+        rng: draws the waits for slots.
     """
 
-    def __init__(self, config: OneWay) -> None:
+    def __init__(self, config: OneWay, rng: Generator) -> None:
         self._config = config
-        self._rate = transmit_rate(config)
+        self._rng = rng
+        self._rate = self._rate_of(config)
         self._queue = TransmitQueue()
         self._sending: Transmission | None = None
         # Since when it sends at this rate, and how much work was then left of the frame.
@@ -156,13 +164,24 @@ class Transmitter:
         if self._rate is not None:
             left = self._rate.remaining(*self._work, now_ns) if self._sending else 0
             self._work = now_ns, left
-        self._rate = transmit_rate(config)
+        self._rate = self._rate_of(config)
         if self._rate is None:
             self._flush(now_ns)
         elif self._sending:
             self._free_ns = self._rate.end_ns(*self._work)
         else:
             self._free_ns = max(self._free_ns, now_ns)
+
+    def reseed(self, rng: Generator) -> None:
+        """From now on, draw from another random stream."""
+        # In place, for whatever draws from it already.
+        self._rng.bit_generator.state = rng.bit_generator.state
+
+    def _rate_of(self, config: OneWay) -> Rate | None:
+        rate = transmit_rate(config)
+        if config.slots is None:
+            return rate
+        return Slotted(rate or Unlimited(), config.slots, self._rng)
 
     def _transmissions(self, frames: Sequence[Frame], draw: Draw) -> list[Transmission]:
         impairments = [UNIMPAIRED] * len(frames)
@@ -280,4 +299,4 @@ class Transmitter:
 
 
 def _rate_settings(config: OneWay) -> object:
-    return config.rate_bit_s, config.rate_table, config.rate_trace
+    return config.rate_bit_s, config.rate_table, config.rate_trace, config.slots

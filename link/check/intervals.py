@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from farside.link.profile.impairments import Jitter
-from farside.link.profile.statistics import Floats, jitter_cdf, jitter_quantile
+from farside.link.profile.statistics import Floats, jitter_below, jitter_quantile
 
 _POINTS = 2000
+_HALVINGS = 60
 
 Interval = tuple[float, float]
 """Lower and upper bound."""
@@ -90,6 +91,31 @@ def correlation_interval(first: Floats, second: Floats, asked: float, miss: floa
     return max(-1.0, rho - reach), min(1.0, rho + reach)
 
 
+def threshold_share(edge: float, correlation: float) -> float:
+    """How often two normal scores with a correlation both exceed the quantile of `edge`.
+
+    Source: Owen (1956): P = (1 − edge) − 2·T(h, √((1 − ρ)/(1 + ρ))), T being Owen's function.
+    """
+    slope = math.sqrt((1 - correlation) / (1 + correlation))
+    return float(1 - edge - 2 * _special().owens_t(_special().ndtri(edge), slope))
+
+
+def threshold_correlation(edge: float, share: float) -> float:
+    """The inverse of `threshold_share`; −1 or 1 if it makes no share so small, or so great."""
+    low, high = -1 + 1e-12, 1 - 1e-12
+    if share <= threshold_share(edge, low):
+        return -1.0
+    if share >= threshold_share(edge, high):
+        return 1.0
+    for _ in range(_HALVINGS):
+        middle = (low + high) / 2
+        if threshold_share(edge, middle) < share:
+            low = middle
+        else:
+            high = middle
+    return (low + high) / 2
+
+
 def kolmogorov_distance(below: Floats, above: Floats) -> float:
     """Kolmogorov-Smirnov distance of samples from a distribution; 0 if they can be of it.
 
@@ -122,7 +148,7 @@ def overtaking_probabilities(jitter: Jitter | None, leads_s: Floats) -> Floats:
 
     def overtaking(lead_s: float) -> float:
         # Given the jitter before, the score of the next one is normal around ρ times that one's.
-        score = _special().ndtri(jitter_cdf(jitter, before_s + lead_s))
+        score = _special().ndtri(jitter_below(jitter, before_s + lead_s))
         return float(_special().ndtr((score - rho * before) / math.sqrt(1 - rho**2)).mean())
 
     found = np.array([overtaking(lead_s) for lead_s in leads.tolist()])

@@ -20,7 +20,7 @@ from numpy.random import Generator
 
 from farside.link.channel.node import Channel
 from farside.link.check.lines import CheckLine, Lines, Observation, exact_line
-from farside.link.check.probes import large, outages, pairs, queues, rates, singles
+from farside.link.check.probes import large, outages, pairs, queues, rates, singles, slots
 from farside.link.check.traffic.planning import Traffic
 from farside.link.check.traffic.reference import FOREVER_NS, Reference
 from farside.link.check.traffic.run import ChannelFactory, Idle, run_probe, seeds
@@ -197,6 +197,7 @@ _PROBES = (
     _Probe(rates.plan_trains, rates.judge_trains),
     _Probe(queues.plan_overloads, queues.judge_overloads),
     _Probe(queues.plan_crowds, queues.judge_crowds),
+    _Probe(slots.plan_slots, slots.judge_slots),
     _Probe(queues.plan_lifetimes, queues.judge_lifetimes, lifetime_ns=None),
     _Probe(large.plan_large, large.judge_large),
     _Probe(outages.plan_edges, outages.judge_edges),

@@ -50,8 +50,8 @@ class WayCounters(msgspec.Struct, kw_only=True):
         lost, outage, queue_full, expired, bit_error: not delivered, by reason; see `Fate`.
         in_flight: queued or on the way.
         queries, replies, announcements: how many of `received` were queries; replies and ends of
-            replies; tokens that appeared or vanished, each repetition of what was lost included.
-            All others were samples.
+            replies; tokens that appeared or vanished; all others were samples. Ends and
+            announcements that were lost are sent again, and count again.
     """
 
     received: int = 0

@@ -50,15 +50,15 @@ def look_ahead(profile: Profile, now_ns: int = 0) -> Ahead:
         LinkConfigError: if something is invalid, or a file cannot be read.
     """
     now_s = to_s(now_ns)
-    length_s = LENGTH_S
-    if period_s := profile.pass_period_s:
-        length_s = min(length_s, _PASSES * period_s)
+    described = profile.checked()
+    passes = described.passes
+    length_s = LENGTH_S if passes is None else min(LENGTH_S, _PASSES * passes.period_s)
     config = profile.resolved(Window(now_s, now_s + length_s))
     flight_s = max(_flight_s(config.way(direction)) for direction in Direction)
     if length_s < _FLIGHTS * flight_s:
         length_s = _FLIGHTS * flight_s
         config = profile.resolved(Window(now_s, now_s + length_s))
-    if not profile.is_endless:
+    if passes is None and described.ephemeris is None:
         return Ahead(profile, config)
     renew_ns, latest_ns = to_ns(now_s + length_s / 2), to_ns(now_s + length_s - flight_s)
     return Ahead(profile, config, renew_ns, latest_ns, profile.light_end())

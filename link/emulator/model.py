@@ -6,11 +6,11 @@ start.
 
 import heapq
 from bisect import bisect_left
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from enum import StrEnum
 from itertools import count
 from operator import attrgetter, itemgetter
-from typing import Generic, TypeVar
+from typing import Generic, NamedTuple, TypeVar
 
 import msgspec
 import numpy as np
@@ -27,10 +27,13 @@ from farside.link.emulator.control import (
 from farside.link.emulator.horizon import Ahead, look_ahead
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.link.profile.profile import Profile
-from farside.node import NEVER_NS, Direction, Frame, to_s
+from farside.node import NEVER_NS, Direction, Frame, to_ns, to_s
 
 _COUNT_NS = 20_000_000
 """How often the counters are updated with what does not arrive."""
+
+AGAIN_NS = to_ns(1.0)
+"""How long after it was lost a message is sent again that must arrive (project default)."""
 
 _Cargo = TypeVar("_Cargo")
 
@@ -65,6 +68,16 @@ _parts_of = attrgetter("direction", "sequence", "time_ns", "payload")
 _decode_outcome = msgspec.json.Decoder(_Outcome).decode
 
 
+class _Assured(NamedTuple, Generic[_Cargo]):
+    """A message that is sent until it arrives, while it matters."""
+
+    payload: bytes
+    cargo: _Cargo
+    priority: int
+    kind: Kind | None
+    matters: Callable[[], bool]
+
+
 class _Way(Generic[_Cargo]):
     """One direction: the cargo of the frames that have no fate yet, and the counters."""
 
@@ -73,8 +86,8 @@ class _Way(Generic[_Cargo]):
         self.in_flight = 0
         self.counters = WayCounters()
         self.sequence = 0
-        self.announced: set[int] = set()
-        self.unannounced: list[_Cargo] = []
+        self.assured: dict[int, _Assured[_Cargo]] = {}
+        self.failed: list[_Assured[_Cargo]] = []
 
     def settle(self, outcome: _Outcome) -> None:
         counters = self.counters
@@ -84,11 +97,10 @@ class _Way(Generic[_Cargo]):
             counters.duplicated += 1
             return
         self.in_flight -= 1
-        cargo = self.cargo.pop(outcome.sequence, None)
-        if outcome.sequence in self.announced:
-            self.announced.remove(outcome.sequence)
-            if cargo is not None:
-                self.unannounced.append(cargo)
+        self.cargo.pop(outcome.sequence, None)
+        assured = self.assured.pop(outcome.sequence, None) if self.assured else None
+        if assured is not None and outcome.fate is not Fate.DELIVERED:
+            self.failed.append(assured)
         if outcome.fate is Fate.DELIVERED:
             counters.delivered += 1
             counters.delivered_byte += outcome.size_byte
@@ -114,6 +126,7 @@ class Emulator(Generic[_Cargo]):
         self._ways: dict[Direction, _Way[_Cargo]] = {one: _Way() for one in Direction}
         self._now_ns = 0
         self._last_ns = 0
+        self._again_ns: int | None = None
         self._sent: list[Frame] = []
         # Sorted batches as (time of the next delivery, tie-breaker, index of it, deliveries).
         self._coming: list[tuple[int, int, int, list[Delivery[_Cargo]]]] = []
@@ -129,10 +142,12 @@ class Emulator(Generic[_Cargo]):
         *,
         priority: int = 0,
         kind: Kind | None = None,
+        matters: Callable[[], bool] | None = None,
     ) -> None:
         """Accept a message sent at `time_ns`, or now if that is in the past.
 
-        `cargo` is given back with it. It counts as a sample unless `kind` says otherwise.
+        `cargo` is given back with it. It counts as a sample unless `kind` says otherwise. If it is
+        lost and still `matters`, it is sent again `AGAIN_NS` later, or once the link is in service.
         """
         way = self._ways[direction]
         time_ns = max(time_ns, self._last_ns)
@@ -144,18 +159,29 @@ class Emulator(Generic[_Cargo]):
         way.counters.received_byte += len(payload)
         if kind is not None:
             setattr(way.counters, kind, getattr(way.counters, kind) + 1)
-            if kind is Kind.ANNOUNCEMENT:
-                way.announced.add(way.sequence - 1)
+        if matters is not None:
+            way.assured[way.sequence - 1] = _Assured(payload, cargo, priority, kind, matters)
 
-    def unannounced(self, direction: Direction) -> list[_Cargo]:
-        """Take the cargo of the announcements that did not arrive."""
-        way = self._ways[direction]
-        lost, way.unannounced = way.unannounced, []
-        return lost
-
-    def is_out(self, direction: Direction) -> bool:
-        """Whether a direction is out of service now."""
-        return self._channel.outage(direction) is not None
+    def _send_again(self) -> None:
+        if self._again_ns is None or self._now_ns < self._again_ns:
+            return
+        self._again_ns = None
+        for direction, way in self._ways.items():
+            way.failed = [one for one in way.failed if one.matters()]
+            if way.failed and self._channel.outage(direction) is not None:
+                self._again_ns = self._now_ns + AGAIN_NS
+                continue
+            failed, way.failed = way.failed, []
+            for payload, cargo, priority, kind, matters in failed:
+                self.send(
+                    direction,
+                    self._now_ns,
+                    payload,
+                    cargo,
+                    priority=priority,
+                    kind=kind,
+                    matters=matters,
+                )
 
     def advance(self, until_ns: int) -> list[Delivery[_Cargo]]:
         """Advance up to, not including, `until_ns`; returns what arrives, in order of arrival.
@@ -163,6 +189,7 @@ class Emulator(Generic[_Cargo]):
         Raises:
             LinkConfigError: if it has to look farther ahead and a file is no longer there.
         """
+        self._send_again()
         until_ns = max(until_ns, self._now_ns, *(frame.time_ns + 1 for frame in self._sent[-1:]))
         arrived: list[Delivery[_Cargo]] = []
         while self._ahead.latest_ns < until_ns:
@@ -181,6 +208,8 @@ class Emulator(Generic[_Cargo]):
             if record.topic == "/link/frame":
                 outcome = _decode_outcome(record.payload)
                 self._settle(outcome)
+        if self._again_ns is None and any(way.failed for way in self._ways.values()):
+            self._again_ns = until_ns + AGAIN_NS
         return self._arrived(until_ns)
 
     def _settle(self, outcome: _Outcome) -> None:
@@ -221,11 +250,18 @@ class Emulator(Generic[_Cargo]):
     @property
     def next_ns(self) -> int | None:
         """When to advance at the latest if nothing is sent before; `None` if none is in flight."""
-        if not any(way.in_flight for way in self._ways.values()):
-            return None
-        moments = [self._now_ns + _COUNT_NS, *(coming[0] for coming in self._coming[:1])]
-        queue_ns = self._channel.next_ns
-        return min(moments if queue_ns is None else (*moments, queue_ns))
+        moments = [] if self._again_ns is None else [self._again_ns]
+        if any(way.in_flight for way in self._ways.values()):
+            moments += [self._now_ns + _COUNT_NS, *(coming[0] for coming in self._coming[:1])]
+            queue_ns = self._channel.next_ns
+            if queue_ns is not None:
+                moments.append(queue_ns)
+        return min(moments, default=None)
+
+    @property
+    def least_round_trip_ns(self) -> int:
+        """The shortest propagation delays of both directions together, as the link is now."""
+        return sum(self._channel.settings(direction).least_delay_ns for direction in Direction)
 
     def control(self, payload: bytes) -> EmulatorState:
         """Apply a change; see `farside.link.emulator.control`.

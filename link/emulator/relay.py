@@ -22,10 +22,9 @@ from farside.link.emulator.control import (
     EmulatorState,
     SideState,
 )
-from farside.link.emulator.presence import Announcement
-from farside.link.emulator.queries import Answer, End, Queries, Question
-from farside.link.emulator.renewing import Renewal
-from farside.link.emulator.samples import (
+from farside.link.emulator.crossing.presence import Announcement
+from farside.link.emulator.crossing.queries import Answer, End, Queries, Question
+from farside.link.emulator.crossing.samples import (
     DEFAULT_PRIORITY,
     PRIORITIES,
     Metadata,
@@ -33,7 +32,8 @@ from farside.link.emulator.samples import (
     publish,
     subscribe,
 )
-from farside.link.emulator.tokens import Tokens
+from farside.link.emulator.crossing.tokens import Tokens
+from farside.link.emulator.renewing import Renewal
 from farside.node import Direction, Role, to_ns, to_s
 
 _IDLE_NS = to_ns(0.5)
@@ -47,8 +47,12 @@ _ANNOUNCEMENT_PRIORITY = len(PRIORITIES) - 1
 Cargo = Metadata | Question | Answer | End | Announcement
 """What crosses, but for its payload."""
 
-_Item = tuple[int, Callable[[int], None]]
-"""Something to do, with the time when it came. A plain tuple, for speed."""
+_Task = Callable[[int], None]
+"""Something to do, given the time when it came."""
+
+_Item = tuple[int, Direction, zenoh.Sample | _Task]
+"""A sample with the time when it came and its direction, or something else to do. A plain tuple,
+for speed."""
 
 
 class _Side:
@@ -78,21 +82,58 @@ class _Way:
         self.direction, self._emulator = direction, emulator
         self.later, self.notify = later, notify
 
-    def ask(self, time_ns: int, payload: bytes, question: Question) -> None:
-        """Send a query through the link."""
+    def ask(
+        self,
+        time_ns: int,
+        payload: bytes,
+        question: Question,
+        matters: Callable[[], bool] | None,
+    ) -> None:
+        """Send a query through the link, until it arrives if it `matters`."""
         self._emulator.send(
-            self.direction, time_ns, payload, question, priority=DEFAULT_PRIORITY, kind=Kind.QUERY
+            self.direction,
+            time_ns,
+            payload,
+            question,
+            priority=DEFAULT_PRIORITY,
+            kind=Kind.QUERY,
+            matters=matters,
         )
 
-    def reply(self, time_ns: int, payload: bytes, reply: Answer | End) -> None:
-        """Send a reply or an end back through the link."""
-        back = self.direction.opposite
+    def least_round_trip_ns(self) -> int:
+        """How long a query and its reply take at least."""
+        return self._emulator.least_round_trip_ns
+
+    def reply(
+        self, time_ns: int, payload: bytes, answer: Answer, matters: Callable[[], bool] | None
+    ) -> None:
+        """Send a reply back through the link, until it arrives if it `matters`."""
         self._emulator.send(
-            back, time_ns, payload, reply, priority=DEFAULT_PRIORITY, kind=Kind.REPLY
+            self.direction.opposite,
+            time_ns,
+            payload,
+            answer,
+            priority=DEFAULT_PRIORITY,
+            kind=Kind.REPLY,
+            matters=matters,
         )
 
-    def announce(self, time_ns: int, announcement: Announcement) -> None:
-        """Send an announcement through the link."""
+    def end(self, time_ns: int, end: End, matters: Callable[[], bool]) -> None:
+        """Send the end of the replies back through the link, until it arrives."""
+        self._emulator.send(
+            self.direction.opposite,
+            time_ns,
+            b"",
+            end,
+            priority=DEFAULT_PRIORITY,
+            kind=Kind.REPLY,
+            matters=matters,
+        )
+
+    def announce(
+        self, time_ns: int, announcement: Announcement, matters: Callable[[], bool]
+    ) -> None:
+        """Send an announcement through the link, until it arrives."""
         self._emulator.send(
             self.direction,
             time_ns,
@@ -100,6 +141,7 @@ class _Way:
             announcement,
             priority=_ANNOUNCEMENT_PRIORITY,
             kind=Kind.ANNOUNCEMENT,
+            matters=matters,
         )
 
 
@@ -164,7 +206,7 @@ class Relay:
         subscribe(
             near,
             [*keys, *_of_advanced(keys, "pub")],
-            lambda sample: self._later(partial(self._take_sample, direction, sample)),
+            self._listener(direction),
         )
         queries = Queries(near, far, [*asked, *_of_advanced(asked)], way)
         self._queries[direction] = queries
@@ -180,8 +222,12 @@ class Relay:
             lambda token, present: self._queries[opposite].service(token, present=present),
         )
 
-    def _later(self, task: Callable[[int], None]) -> None:
-        self._inbox.put((time.monotonic_ns(), task))
+    def _listener(self, direction: Direction) -> Callable[[zenoh.Sample], None]:
+        clock, put = time.monotonic_ns, self._inbox.put
+        return lambda sample: put((clock(), direction, sample))
+
+    def _later(self, task: _Task) -> None:
+        self._inbox.put((time.monotonic_ns(), Direction.UP, task))
 
     def _serve(
         self, near: zenoh.Session, key: str, reply: Callable[[bytes], EmulatorState]
@@ -214,7 +260,6 @@ class Relay:
                     publish(far.session, payload, cargo)
                 else:
                     self._deliver(time_ns, direction, payload, cargo)
-            self._announce_again(until_ns)
             for warning in self._emulator.take_warnings():
                 self._notify(warning)
             self._renewal.step(until_ns)
@@ -233,16 +278,6 @@ class Relay:
                 self._tokens[direction].arrive(cargo)
             case _:
                 self._queries[direction.opposite].receive(payload, cargo, time_ns)
-
-    def _announce_again(self, now_ns: int) -> None:
-        for direction, tokens in self._tokens.items():
-            for cargo in self._emulator.unannounced(direction):
-                if isinstance(cargo, Announcement):
-                    tokens.presence.lose(cargo, now_ns)
-            again_ns = tokens.presence.next_ns
-            is_due = again_ns is not None and again_ns <= now_ns
-            if is_due and not self._emulator.is_out(direction):
-                tokens.again(now_ns)
 
     def state(self) -> EmulatorState:
         """Current counters, outages and settings; may be called from any thread."""
@@ -268,19 +303,22 @@ class Relay:
             item = inbox.get(timeout=timeout_s)
         except Empty:
             return self._now_ns() + 1
-        began_ns = self._began_ns
-        time_ns, task = item
-        task(time_ns - began_ns)
+        self._take_one(item)
         waiting = inbox.qsize()
         for _ in range(min(waiting, _MAX_BATCH)):
-            time_ns, task = inbox.get()
-            task(time_ns - began_ns)
-        return time_ns - began_ns + 1 if waiting > _MAX_BATCH else self._now_ns() + 1
+            item = inbox.get()
+            self._take_one(item)
+        return item[0] - self._began_ns + 1 if waiting > _MAX_BATCH else self._now_ns() + 1
 
-    def _take_sample(self, direction: Direction, sample: zenoh.Sample, time_ns: int) -> None:
+    def _take_one(self, item: _Item) -> None:
+        time_ns, direction, sample = item
+        at_ns = time_ns - self._began_ns
+        if not isinstance(sample, zenoh.Sample):
+            sample(at_ns)
+            return
         metadata = self._reader.read(sample)
         payload = sample.payload.to_bytes()
-        self._emulator.send(direction, time_ns, payload, metadata, priority=metadata[2])
+        self._emulator.send(direction, at_ns, payload, metadata, priority=metadata[2])
 
     def _connection_changed(self, side: _Side, node: str, *, connected: bool) -> None:
         if connected:

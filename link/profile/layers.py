@@ -6,7 +6,7 @@ table of one `model` that of another. A preset, the file that names it, `--set` 
 query says lie over one another in this order.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -141,14 +141,14 @@ def refused(key: tuple[str, ...], text: str) -> LinkConfigError:
     return LinkConfigError(Problem(key, text))
 
 
-def text_at(path: Path, key: tuple[str, ...]) -> str:
-    """The text of a file that `key` names.
+def text_at(path: Path, key: tuple[str, ...], read: Callable[[Path], str] = read_text) -> str:
+    """The text of a file that `key` names, by `read`.
 
     Raises:
         LinkConfigError: if it cannot be read.
     """
     try:
-        return read_text(path)
+        return read(path)
     except OSError as error:
         why = f"expected a file, found: {shown(str(path))}: {error.strerror}"
         raise refused(key, why) from error

@@ -1,12 +1,12 @@
 """What both ends know of the link beforehand: light times, rates and contacts."""
 
 from bisect import bisect_right
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 from farside.frames import OutageReason
-from farside.link.profile.config import LinkConfig, OneWay
+from farside.link.profile.config import AfterLast, LinkConfig, OneWay
 from farside.link.profile.rate import planning_rate
 from farside.node import NEVER_NS, NS_PER_S, Direction, to_ns
 
@@ -44,18 +44,37 @@ def outages_of(config: LinkConfig, direction: Direction) -> tuple[Outage, ...]:
 
 
 class Delay:
-    """Propagation delay over time: linear between the points of a table, constant outside it."""
+    """Propagation delay over time: linear between the points of a table, constant outside it.
+
+    That of a trace that wraps begins anew with its first point after the last.
+    """
 
     def __init__(self, one_way: OneWay) -> None:
-        points = one_way.delay_table
+        points, trace = one_way.delay_points, one_way.delay_trace
+        wraps = trace is not None and trace.at_end is AfterLast.WRAP
+        self._round_ns = to_ns(points[-1].t_s) if wraps and points else None
         self._times_ns = [to_ns(point.t_s) for point in points]
         self._delays_ns = [to_ns(point.delay_s) for point in points]
         self._constant_ns = one_way.least_delay_ns if len(points) < 2 else None
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether it is the same at all times."""
+        return self._constant_ns is not None
+
+    def turns_ns(self, begin_ns: int, end_ns: int) -> Iterator[int]:
+        """The moments between two at which it stops being linear: the points of its table."""
+        round_ns = self._round_ns or NEVER_NS
+        for round_begin_ns in range(begin_ns // round_ns * round_ns, end_ns, round_ns):
+            times_ns = (round_begin_ns + time_ns for time_ns in self._times_ns)
+            yield from (time_ns for time_ns in times_ns if begin_ns < time_ns < end_ns)
 
     def at(self, time_ns: int) -> int:
         """Propagation delay of what is sent at `time_ns`, in nanoseconds."""
         if self._constant_ns is not None:
             return self._constant_ns
+        if self._round_ns:
+            time_ns %= self._round_ns
         times, delays = self._times_ns, self._delays_ns
         after = bisect_right(times, time_ns)
         if after in {0, len(times)}:

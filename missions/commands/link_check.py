@@ -12,15 +12,13 @@ from rich.progress import BarColumn, TaskProgressColumn, TextColumn
 from rich.table import Table
 
 from farside.link.check import FRAMES, CheckReport, CheckVerdict, Measurement, check_link
+from farside.link.emulator import look_ahead
 from farside.link.profile.config import LinkConfig
 from farside.link.profile.layers import LinkConfigError
-from farside.link.profile.profile import load_profile
+from farside.link.profile.profile import Profile
 from farside.missions.commands.display.bar import Bar
 from farside.missions.commands.display.patience import PATIENCE_S, patience
 from farside.node import Direction
-
-_HORIZON_S = 200_000.0
-"""How much simulated time passes and light times cover: over two sols (project default)."""
 
 _UNMET = 1
 _NAMED = 4
@@ -63,7 +61,7 @@ def check(
     """
     try:
         with patience("reading the profile"):
-            config = load_profile(profile, _HORIZON_S)
+            config = look_ahead(Profile.read(profile)).config
     except LinkConfigError as error:
         raise typer.BadParameter(str(error), param_hint="PROFILE") from error
     console = Console()

@@ -328,7 +328,7 @@ def test_messages_do_not_grow_with_what_they_are_about() -> None:
             Profile({"preset": "moon"}, source="s" * 10**6).changed(table).resolved(Window.of(9))
         told.append(str(refusal.value))
     assert told[0].endswith(
-        "s…: down: delay_table: expected t_s that grows, "
+        "s…: down: delay_table: expected times that grow, "
         "found 7 at index 20000, after 19999 and before 20001"
     )
     assert "delay_table: expected at most 100000 entries, found 200000" in told[1]

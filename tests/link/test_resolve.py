@@ -16,7 +16,7 @@ from farside.link.profile.config import (
     LinkConfig,
     Trace,
 )
-from farside.link.profile.impairments import FourState, GilbertElliott
+from farside.link.profile.impairments import GilbertElliott, LossModel
 from farside.link.profile.layers import LinkConfigError
 from farside.link.profile.plans.times import Window
 from farside.link.profile.resolve import resolve_link
@@ -140,12 +140,18 @@ def test_a_plan_that_does_not_fit_the_link_is_refused_with_its_key(
 @pytest.mark.parametrize(
     ("tables", "words"),
     [
-        ({"down": {"delay_s": 1}}, "up: expected one of delay_s, delay_table, ephemeris and "),
-        ({"up": {"delay_s": 0}}, "down: expected one of delay_s, delay_table, ephemeris and "),
+        (
+            {"down": {"delay_s": 1}},
+            "up: expected one of delay_s, delay_table, delay_trace, ",
+        ),
+        (
+            {"up": {"delay_s": 0}},
+            "down: expected one of delay_s, delay_table, delay_trace, ",
+        ),
         (
             NEAR | {"ephemeris": {"body": "mars", "epoch": "2021-02-18"}},
             (
-                "up: expected one of delay_s, delay_table, ephemeris and contacts, "
+                "up: expected one of delay_s, delay_table, delay_trace, ephemeris and contacts, "
                 "found up.delay_s and ephemeris"
             ),
         ),
@@ -229,9 +235,7 @@ def test_at_conjunction_the_uplink_is_out_and_the_downlink_loses_more(
     )
 
 
-def loss_at(
-    link: LinkConfig, time_s: float, direction: Direction
-) -> float | GilbertElliott | FourState:
+def loss_at(link: LinkConfig, time_s: float, direction: Direction) -> LossModel:
     """The loss in force once the changes up to a time have taken place."""
     one_way = link.way(direction)
     for change in link.changes:

@@ -1,10 +1,7 @@
 """`farside link` and the sides that it joins: credentials, and waiting for who is not there yet."""
 
 import json
-import signal
 import socket
-import subprocess
-import sys
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,6 +9,7 @@ from pathlib import Path
 import pytest
 import zenoh
 from certificates import Authority
+from linking import LinkProcess
 
 from farside.link.emulator import sides
 from farside.link.emulator.domains import Domain, domain_at, domain_of
@@ -19,7 +17,6 @@ from farside.link.emulator.sides import open_sides
 
 pytestmark = pytest.mark.processes
 
-PATIENCE_S = 30.0
 USERS = {"auth": {"usrpwd": {"dictionary_file": "users"}}}
 
 
@@ -171,54 +168,28 @@ def test_a_side_without_an_answer_is_waited_for_too(monkeypatch: pytest.MonkeyPa
     assert told == [f"rover side: waiting for it at {at}: no answer"]
 
 
-class Link:
-    """`farside link` as a process, with its standard error line by line."""
-
-    def __init__(self, *options: str) -> None:
-        self.process = subprocess.Popen(  # noqa: S603 - our own
-            [sys.executable, "-m", "farside", "link", "--up=cmd/**", "--json", *options],
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-
-    def says(self) -> str:
-        return self.process.stderr.readline().strip()
-
-    def interrupt(self) -> tuple[int, str, str]:
-        """Press Ctrl-C; returns status, output and errors from then on."""
-        self.process.send_signal(signal.SIGINT)
-        output, errors = self.process.communicate(timeout=PATIENCE_S)
-        return self.process.returncode, output, errors
-
-
-@contextmanager
-def link(*options: str) -> Iterator[Link]:
-    one = Link(*options)
-    try:
-        yield one
-    finally:
-        one.process.kill()
-        one.process.communicate()
+UP = "--up=cmd/**"
 
 
 def test_a_side_that_is_not_there_yet_is_waited_for() -> None:
     """It says so once, says when the side is there, and counts the duration from then on."""
     at = f"tcp/127.0.0.1:{unused_port()}"
-    with link(
-        f"--rover-side={at}", "--ground-side=listen/tcp/127.0.0.1:0", "--duration=0"
+    with LinkProcess(
+        UP, f"--rover-side={at}", "--ground-side=listen/tcp/127.0.0.1:0", "--duration=0.01"
     ) as between:
         assert between.says() == f"rover side: waiting for it at {at}: Connection refused"
         with router(at):
             assert between.says() == "rover side: connected"
             assert between.says().startswith("passing messages: ")
-            output, _ = between.process.communicate(timeout=PATIENCE_S)
-    assert between.process.returncode == 0
+            status, output, _ = between.end()
+    assert status == 0
     assert json.loads(output)["rover_side"]["unheard"] == 0
 
 
 def test_waiting_ends_with_an_interrupt() -> None:
-    with link("--rover-side=tcp/127.0.0.1:1", "--ground-side=tcp/127.0.0.1:2") as between:
+    with LinkProcess(
+        UP, "--rover-side=tcp/127.0.0.1:1", "--ground-side=tcp/127.0.0.1:2"
+    ) as between:
         waiting = {between.says(), between.says()}
         assert waiting == {
             f"{role} side: waiting for it at tcp/127.0.0.1:{port}: Connection refused"
@@ -230,17 +201,14 @@ def test_waiting_ends_with_an_interrupt() -> None:
 def test_a_side_that_goes_and_comes_back_is_told_and_served_again() -> None:
     at = f"tcp/127.0.0.1:{unused_port()}"
     with router(at):
-        one = link(f"--ground-side={at}", "--rover-side=listen/tcp/127.0.0.1:0")
-        between = one.__enter__()
+        between = LinkProcess(UP, f"--ground-side={at}", "--rover-side=listen/tcp/127.0.0.1:0")
         assert between.says().startswith("passing messages: ")
-    try:
+    with between:
         assert between.says() == "ground side: nobody is connected any more"
         with router(at) as again:
             assert between.says() == "ground side: connected"
             [reply] = [one for one in again.get("farside/link/counters") if one.ok is not None]
             assert json.loads(reply.ok.payload.to_bytes())["ground_side"]["connected"] == 1
-    finally:
-        one.__exit__(None, None, None)
 
 
 def test_a_wrong_certificate_ends_the_command_in_words(folder: Path) -> None:
@@ -253,17 +221,17 @@ def test_a_wrong_certificate_ends_the_command_in_words(folder: Path) -> None:
     ground = "--ground-side=listen/tcp/127.0.0.1:0"
     with (
         router(at, shown),
-        link("--rover-config=rover.json5", f"--rover-side={at}", ground) as between,
+        LinkProcess(UP, "--rover-config=rover.json5", f"--rover-side={at}", ground) as between,
     ):
-        _, errors = between.process.communicate(timeout=PATIENCE_S)
-    assert between.process.returncode == 3
+        status, _, errors = between.end()
+    assert status == 3
     assert "whose certificate is not trusted" in errors
     assert errors.count("\n") == 1
 
 
 def test_an_address_open_to_anybody_is_warned_of_in_one_line() -> None:
-    with link(
-        "--rover-side=listen/tcp/127.0.0.1:0", "--ground-side=listen/tcp/0.0.0.0:0"
+    with LinkProcess(
+        UP, "--rover-side=listen/tcp/127.0.0.1:0", "--ground-side=listen/tcp/0.0.0.0:0"
     ) as between:
         assert between.says() == (
             "warning: ground side: anybody who reaches tcp/0.0.0.0:0 may send over the link and "
@@ -273,20 +241,11 @@ def test_an_address_open_to_anybody_is_warned_of_in_one_line() -> None:
         assert between.interrupt()[0] == 0
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ([], "expected --rover-side or --rover-config, found neither"),
-        (["--rover-side=tcp/127.0.0.1:1"], "expected --ground-side or --ground-config"),
-        (
-            ["--rover-side=tcp/127.0.0.1:1", "--ground-config=ground.json5"],
-            "--ground-config: ground.json5: line 1, column 2: unknown field `conect`",
-        ),
-    ],
-)
-def test_what_is_missing_or_wrong_is_status_2(folder: Path, options: list[str], words: str) -> None:
+def test_a_file_that_is_not_valid_is_status_2(folder: Path) -> None:
     Path("ground.json5").write_text("{conect: {}}")
-    with link(*options) as between:
-        _, errors = between.process.communicate(timeout=PATIENCE_S)
-    assert between.process.returncode == 2
+    sides = ["--rover-side=tcp/127.0.0.1:1", "--ground-config=ground.json5"]
+    with LinkProcess(UP, *sides) as between:
+        status, _, errors = between.end()
+    assert status == 2
+    words = "--ground-config: ground.json5: line 1, column 2: unknown field `conect`"
     assert words in " ".join(errors.split())

@@ -48,8 +48,11 @@ def sent_of(
 
 def starts_of(phase: Phase, burst: Burst, begin_ns: int) -> list[int]:
     """When each frame that is sent begins to leave, counted from the hand-over of the first."""
+    if phase.way.slots is not None:
+        # At the latest: all wait for a slot.
+        return [phase.waits_ns(burst.size_byte, place + 1) for place in range(burst.frames)]
     if phase.trace is None:
-        sending_ns = phase.busy_ns(burst.size_byte)
+        sending_ns = phase.sending_ns(burst.size_byte)
         return [place * sending_ns for place in range(burst.frames)]
     needed = phase.trace.needed(phase.frame_byte(burst.size_byte))
     begun = int(phase.trace.first_from(np.array([begin_ns]))[0])

@@ -7,6 +7,7 @@ import numpy as np
 from numpy.random import Generator
 
 from farside.link.check.intervals import Interval, clustered_interval, share_interval
+from farside.link.check.lateness import hurry
 from farside.link.check.lines import (
     CheckLine,
     Estimate,
@@ -38,14 +39,18 @@ _LARGEST_BYTE = 256 << 20
 _MOST_FLIPS = 100_000
 _FEWEST = 5.0
 
+_TOGETHER_NS, _RARE = 2, 1e-6
+_HURRIED = "slots may open before a burst of frames has been handed over"
+
 
 def _kind(phase: Phase) -> int:
     return phase.rate_kind
 
 
 def is_limited(phase: Phase) -> bool:
-    """Whether frames have to wait in it: without a rate none does."""
-    return phase.rate_bit_s is not None or phase.trace is not None
+    """Whether frames have to wait in it: without a rate or slots none does."""
+    limits = phase.rate_bit_s, phase.trace, phase.way.slots
+    return any(limit is not None for limit in limits)
 
 
 # --- planning ----------------------------------------------------------------------------------
@@ -58,6 +63,8 @@ def plan_overloads(reference: Reference, frames: int, rng: Generator) -> Traffic
         if not is_limited(phase):
             return None
         way = phase.way
+        if hurry(way.slots, _TOGETHER_NS) > _RARE:
+            return _HURRIED
         waiting = min(_WAITING, max(1, (way.queue_frame or 2 * _WAITING) // 2), way.queue_byte)
         size = way.queue_byte // waiting
         if phase.trace is not None:
@@ -74,6 +81,8 @@ def plan_crowds(reference: Reference, frames: int, rng: Generator) -> Traffic:
         way = phase.way
         if not is_limited(phase) or way.queue_frame is None or way.queue_frame > way.queue_byte:
             return None
+        if hurry(way.slots, _TOGETHER_NS) > _RARE:
+            return _HURRIED
         size = min(64, way.queue_byte // way.queue_frame)
         if phase.trace is not None:
             size = phase.filling_byte
@@ -111,6 +120,8 @@ def plan_lifetimes(reference: Reference, frames: int, rng: Generator) -> Traffic
         way = phase.way
         if not is_limited(phase) or way.lifetime_s is None:
             return None
+        if way.slots is not None:
+            return "slots hide how long a frame waited"
         most = min(_FINE, way.queue_frame or _FINE, way.queue_byte)
         size = way.queue_byte // most
         if phase.trace is not None:

@@ -41,7 +41,7 @@ def _train(phase: Phase, room_ns: int) -> Burst | str | None:
     if phase.trace is not None:
         return _one_each(phase, room_ns)
     # Where arrivals are spread, a single long frame tells more: see `plan_long_singles`.
-    if phase.rate_bit_s is None or phase.spread_ns:
+    if phase.rate_bit_s is None or phase.spreads:
         return None
     largest = min(_LARGEST_BYTE, max(8, phase.way.queue_byte // 10), 8 * sparing_byte(phase.way))
     for size in (min(largest, phase.way.queue_byte), short_byte(phase), 1):
@@ -58,6 +58,8 @@ def _train(phase: Phase, room_ns: int) -> Burst | str | None:
 
 def _one_each(phase: Phase, room_ns: int) -> Burst | str:
     """A burst on a trace: frames that share no opportunity, or one alone."""
+    if phase.way.slots is not None:
+        return "slots hide which opportunity a frame uses"
     size = min(phase.way.queue_byte, phase.filling_byte)
     if 8 * sparing_byte(phase.way) < size:
         size = short_byte(phase)
@@ -94,7 +96,7 @@ def _rate_line(seen: Observation, group: Group) -> CheckLine:
         ends, places = own[[0, -1]], offsets[[0, -1]]
         # Where a window is short, its frames are.
         size = int(seen.traffic.size_byte[own[0]])
-        left_ns = seen.traffic.time_ns[ends] - places + (places + 1) * phase.busy_ns(size)
+        left_ns = seen.traffic.time_ns[ends] - places + (places + 1) * phase.sending_ns(size)
         between = int(places[1] - places[0])
         bits += between * 8 * phase.frame_byte(size)
         arrived_ns = seen.arrivals.time_ns[ends] - seen.reference.delay_ns(left_ns)

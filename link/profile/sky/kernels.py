@@ -20,7 +20,8 @@ from farside.link.profile.statistics import Floats
 from farside.validation import one_line
 
 _STATE = 6
-_DIRECTORY = 100  # one epoch of so many is repeated in the directory of a segment
+_DAMAGE = (ArithmeticError, LookupError, TypeError, ValueError, struct.error)
+"""What jplephem and numpy raise at a file that is not as it says."""
 
 
 class Segment(NamedTuple):
@@ -45,19 +46,24 @@ def kernel_orbits(path: Path) -> list[Segment]:
         EphemerisError: if it is no SPK kernel, or holds what cannot be evaluated.
     """
     try:
+        from jplephem.daf import DAF  # type: ignore[import-untyped]  # noqa: PLC0415
         from jplephem.spk import SPK  # type: ignore[import-untyped]  # noqa: PLC0415
     except ModuleNotFoundError as error:
         raise EphemerisError(
             f"expected jplephem for kernels, found no {error.name}: pip install 'farside[spice]'"
         ) from error
     try:
-        kernel = SPK.open(str(path))
+        with path.open("rb") as file:
+            kernel = SPK(DAF(file))
+            kernel.daf.map_array(1, 1)  # all of it, which stays when the file is closed
+            segments = [_segment(one, path) for one in kernel.segments]
+    except EphemerisError:
+        raise
     except OSError as error:
         raise EphemerisError(f"expected a kernel, found: {path}: {error.strerror}") from error
-    except (ValueError, struct.error, UnicodeDecodeError) as error:
+    except _DAMAGE as error:
         found = one_line(str(error))
         raise EphemerisError(f"{path}: expected a binary SPK kernel, found: {found}") from error
-    segments = [_segment(one, path) for one in kernel.segments]
     if not segments:
         raise EphemerisError(f"{path}: expected a segment at least, found none")
     return segments
@@ -76,11 +82,13 @@ def _segment(read: Any, path: Path) -> Segment:
     span = read.start_second, read.end_second
     try:
         return Segment(read.target, read.center, span, read.frame, make(read))
-    except (ArithmeticError, LookupError, ValueError, struct.error) as error:
+    except _DAMAGE as error:
         raise EphemerisError(f"{where}: expected what it says it holds, found less") from error
 
 
 def _polynomials(read: Any) -> Callable[[Floats], Floats]:
+    read.load_array()  # while the file is open
+
     def evaluate(et_s: Floats) -> Floats:
         position: Floats = read.compute(J2000_DAY, et_s / DAY_S)[:3]
         return position

@@ -5,7 +5,7 @@ from datetime import datetime
 
 import numpy as np
 
-from farside.link.profile.config import Ephemeris
+from farside.link.profile.ephemeris import Ephemeris
 from farside.link.profile.sky.horizons import LIGHT_KM_S, Table, horizons_table
 from farside.link.profile.sky.names import name_of, number_of
 from farside.link.profile.sky.positions import (

@@ -117,6 +117,7 @@ class _Mirror:
         self._complete = _watch(far, key, zenoh.QueryTarget.ALL_COMPLETE)
         self._is_complete = False
         self._queryable: zenoh.Queryable[None] | None = None
+        self._is_closed = False
 
     def watch(self, changed: Callable[[zenoh.MatchingStatus], None]) -> None:
         """Be told when to `update`."""
@@ -126,6 +127,8 @@ class _Mirror:
 
     def update(self) -> None:
         """Have a queryable if the far side has one, complete if that is."""
+        if self._is_closed:
+            return
         exists, is_complete = _matches(self._any), _matches(self._complete)
         if exists is self.is_open and is_complete is self._is_complete:
             return
@@ -141,7 +144,7 @@ class _Mirror:
 
     def close(self) -> None:
         """Have none any more."""
-        self.is_open = False
+        self.is_open, self._is_closed = False, True
         for entity in (self._queryable, self._any, self._complete):
             if entity is not None:
                 entity.undeclare()  # type: ignore[no-untyped-call]

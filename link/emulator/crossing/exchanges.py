@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 from itertools import count
 from typing import Generic, TypeVar
 
-MAX_OPEN = 100_000
-"""How many queries may be open in a direction at once (project default). One that is lost, or that
-nobody answers, stays open, for only its caller knows when it stops waiting."""
+MAX_OPEN = 50_000
+"""How many queries may be open in a direction at once (project default; about 200 MB). One that is
+lost, or that nobody answers, stays open, for only its caller knows when it stops waiting."""
 
 _Query = TypeVar("_Query")
 
@@ -76,6 +76,10 @@ class Exchanges(Generic[_Query]):
         """There will be no more replies; returns how many there were, `None` as above."""
         exchange = self._open.get(number)
         return None if exchange is None else exchange.made
+
+    def is_open(self, number: int) -> bool:
+        """Whether a query is open."""
+        return number in self._open
 
     def receive(self, number: int, index: int, now_ns: int) -> _Query | None:
         """A reply arrived; returns the query to which it is to be given, if it is."""

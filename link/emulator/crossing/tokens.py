@@ -10,14 +10,16 @@ from typing import Protocol
 
 import zenoh
 
-from farside.link.emulator.presence import Announcement, Presence
+from farside.link.emulator.crossing.presence import Announcement, Presence
 
 
 class Announcer(Protocol):
     """The link and its loop, as tokens see them."""
 
-    def announce(self, time_ns: int, announcement: Announcement) -> None:
-        """Send an announcement through the link."""
+    def announce(
+        self, time_ns: int, announcement: Announcement, matters: Callable[[], bool]
+    ) -> None:
+        """Send an announcement through the link, until it arrives."""
 
     def later(self, task: Callable[[int], None]) -> None:
         """Have something done in the loop's own thread, with the present time."""
@@ -33,7 +35,6 @@ class Tokens:
         changed: called when a token appears on the far side, or vanishes there.
 
     Attributes:
-        presence: what is there, and what is known of it on the far side.
         declared: the tokens on the far side, by key.
     """
 
@@ -47,7 +48,7 @@ class Tokens:
     ) -> None:
         self._near, self._far, self._keys, self._announcer = near, far, keys, announcer
         self._tell = changed
-        self.presence = Presence()
+        self._presence = Presence()
         self.declared: dict[str, zenoh.LivelinessToken] = {}
         self._opposite: Tokens | None = None
         self._subscribers: list[zenoh.Subscriber[None]] = []
@@ -72,18 +73,14 @@ class Tokens:
     def _change(self, time_ns: int, key: str, *, present: bool) -> None:
         if self._opposite is not None and key in self._opposite.declared:
             return
-        announcement = self.presence.change(key, present=present)
+        announcement = self._presence.change(key, present=present)
         if announcement is not None:
-            self._announcer.announce(time_ns, announcement)
-
-    def again(self, now_ns: int) -> None:
-        """Announce again what was lost, if it is time."""
-        for announcement in self.presence.again(now_ns):
-            self._announcer.announce(now_ns, announcement)
+            is_latest = partial(self._presence.is_latest, announcement)
+            self._announcer.announce(time_ns, announcement, is_latest)
 
     def arrive(self, announcement: Announcement) -> None:
         """Word of a token arrived on the far side."""
-        if not self.presence.arrive(announcement):
+        if not self._presence.arrive(announcement):
             return
         key = announcement.key
         if announcement.present:

@@ -10,6 +10,8 @@ from typing import TypeVar
 
 import zenoh
 
+from farside.link.emulator.control import CONTROL_KEY, COUNTERS_KEY
+
 PRIORITIES = (
     zenoh.Priority.BACKGROUND,
     zenoh.Priority.DATA_LOW,
@@ -25,6 +27,9 @@ _PRIORITY_OF = {int(priority): number for number, priority in enumerate(PRIORITI
 
 DEFAULT_PRIORITY = PRIORITIES.index(zenoh.Priority.DATA)
 """The frame priority of what Zenoh does not show the priority of."""
+
+OWN_KEYS = tuple(map(zenoh.KeyExpr, (CONTROL_KEY, COUNTERS_KEY)))
+"""Those of the emulator itself, which never cross."""
 
 _MAX_SHARED = 4096
 
@@ -51,19 +56,19 @@ def subscribe(
     """Have each sample on any of `keys` taken once; not those published by `near` itself."""
     for number, key in enumerate(keys):
         # What a subscriber before takes as well is not taken twice.
-        earlier = [other for other in keys[:number] if other.intersects(key)]
-        listener = _unless_taken(earlier, take)
+        others = [other for other in (*OWN_KEYS, *keys[:number]) if other.intersects(key)]
+        listener = _unless_on(others, take)
         near.declare_subscriber(key, listener, allowed_origin=zenoh.Locality.REMOTE)
 
 
-def _unless_taken(
-    earlier: Sequence[zenoh.KeyExpr], take: Callable[[zenoh.Sample], None]
+def _unless_on(
+    others: Sequence[zenoh.KeyExpr], take: Callable[[zenoh.Sample], None]
 ) -> Callable[[zenoh.Sample], None]:
-    if not earlier:
+    if not others:
         return take
 
     def listen(sample: zenoh.Sample) -> None:
-        if not any(key.intersects(sample.key_expr) for key in earlier):
+        if not any(key.intersects(sample.key_expr) for key in others):
             take(sample)
 
     return listen

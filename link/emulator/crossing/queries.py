@@ -1,12 +1,13 @@
 """Queries of one side: taken there, asked on the other side, and replied to here.
 
-A query crosses as a message, and so does each reply, and the end of the replies. Of a query, all
+A query crosses as a message, and so does each reply, and the end of the replies. If a query or a
+reply is lost, its caller waits until its time is up; a lost end is sent again. Of a query, all
 that Zenoh shows to whoever replies to it crosses: key, parameters, payload, encoding, attachment,
 which replies it accepts, source; of a reply, all that can be set. Not shown are a query's priority,
 target, consolidation, and how long its caller waits. On the way it has Zenoh's default priority. On
-the far side it goes to the best matching queryables; see also `farside.link.emulator.queryables`.
-All replies cross, for consolidation is the caller's. The query is asked for ever, so that it never
-ends before its caller's time is up.
+the far side it goes to the best matching queryables; see also `queryables` beside this. All replies
+cross, for consolidation is the caller's. The query is asked for ever, so that it never ends before
+its caller's time is up.
 """
 
 from collections import Counter
@@ -17,10 +18,10 @@ from typing import Protocol
 import msgspec
 import zenoh
 
-from farside.link.emulator.control import CONTROL_KEY, COUNTERS_KEY
-from farside.link.emulator.exchanges import MAX_OPEN, Exchanges
-from farside.link.emulator.queryables import Queryables
-from farside.link.emulator.ros import service_key
+from farside.link.emulator.crossing.exchanges import MAX_OPEN, Exchanges
+from farside.link.emulator.crossing.queryables import Queryables
+from farside.link.emulator.crossing.ros import service_key
+from farside.link.emulator.crossing.samples import OWN_KEYS
 from farside.node import to_ns, to_s
 
 _FOREVER_S = 1e9
@@ -28,8 +29,10 @@ _FOREVER_S = 1e9
 _DEFAULT_TIMEOUT_NS = to_ns(10.0)
 """How long a caller waits that asks for nothing else (Zenoh's `queries_default_timeout`)."""
 
-_OWN_KEYS = tuple(map(zenoh.KeyExpr, (CONTROL_KEY, COUNTERS_KEY)))
 _REMOTE = zenoh.Locality.REMOTE
+
+_ADVANCED = "/@adv/"
+"""In the keys on which advanced subscribers ask advanced publishers for what they missed."""
 
 
 class Question(msgspec.Struct, frozen=True, gc=False):
@@ -56,7 +59,6 @@ class Answer(msgspec.Struct, frozen=True, gc=False):
     encoding: zenoh.Encoding
     key: zenoh.KeyExpr | None = None
     deletes: bool = False
-    express: bool = False
     attachment: zenoh.ZBytes | None = None
     timestamp: zenoh.Timestamp | None = None
 
@@ -71,11 +73,25 @@ class End(msgspec.Struct, frozen=True, gc=False):
 class Post(Protocol):
     """The link and its loop, as queries see them."""
 
-    def ask(self, time_ns: int, payload: bytes, question: Question) -> None:
-        """Send a query through the link."""
+    def ask(
+        self,
+        time_ns: int,
+        payload: bytes,
+        question: Question,
+        matters: Callable[[], bool] | None,
+    ) -> None:
+        """Send a query through the link, until it arrives if it `matters`."""
 
-    def reply(self, time_ns: int, payload: bytes, reply: Answer | End) -> None:
-        """Send a reply or an end back through the link."""
+    def reply(
+        self, time_ns: int, payload: bytes, answer: Answer, matters: Callable[[], bool] | None
+    ) -> None:
+        """Send a reply back through the link, until it arrives if it `matters`."""
+
+    def end(self, time_ns: int, end: End, matters: Callable[[], bool]) -> None:
+        """Send the end of the replies back through the link, until it arrives."""
+
+    def least_round_trip_ns(self) -> int:
+        """How long a query and its reply take at least."""
 
     def later(self, task: Callable[[int], None]) -> None:
         """Have something done in the loop's own thread, with the present time."""
@@ -119,7 +135,7 @@ class Queries:
             self._queryables.mirror(key)
 
     def _take(self, query: zenoh.Query) -> None:
-        if any(query.key_expr == own for own in _OWN_KEYS):
+        if any(query.key_expr == own for own in OWN_KEYS):
             query.drop()
         else:
             self._post.later(partial(self._ask, query))
@@ -140,12 +156,20 @@ class Queries:
             query.accepts_replies(),
             query.source_info,
         )
-        self._post.ask(time_ns, b"" if payload is None else payload.to_bytes(), question)
+        self._post.ask(
+            time_ns,
+            b"" if payload is None else payload.to_bytes(),
+            question,
+            self._assured(question.number, key),
+        )
+        if question.number == 0:
+            self._warn_of_patience(self._post.least_round_trip_ns())
         if (oldest := self._exchanges.overflow()) is not None:
             number, unanswered = oldest
             self._close(number, unanswered)
             self._warn_once(
-                f"more than {MAX_OPEN:,} queries without an answer: the oldest are ended"
+                "open",
+                f"more than {MAX_OPEN:,} queries are open without an answer: the oldest are ended",
             )
 
     def arrive(self, payload: bytes, question: Question) -> None:
@@ -157,7 +181,7 @@ class Queries:
         self._far.get(
             zenoh.Selector(question.key, question.parameters),
             _direct(
-                lambda reply: self._post.later(partial(self._reply, number, reply)),
+                lambda reply: self._post.later(partial(self._reply, question, reply)),
                 lambda: self._post.later(partial(self._end, number)),
             ),
             consolidation=zenoh.ConsolidationMode.NONE,
@@ -171,7 +195,9 @@ class Queries:
             cancellation_token=cancel,
         )
 
-    def _reply(self, number: int, reply: zenoh.Reply, time_ns: int) -> None:
+    def _reply(self, question: Question, reply: zenoh.Reply, time_ns: int) -> None:
+        number = question.number
+        assured = self._assured(number, question.key)
         index = self._exchanges.reply(number)
         if index is None:
             return
@@ -179,7 +205,7 @@ class Queries:
         if sample is None:
             error = reply.result
             answer = Answer(number, index, error.encoding)
-            self._post.reply(time_ns, error.payload.to_bytes(), answer)
+            self._post.reply(time_ns, error.payload.to_bytes(), answer, assured)
             return
         answer = Answer(
             number,
@@ -187,17 +213,25 @@ class Queries:
             sample.encoding,
             sample.key_expr,
             sample.kind == zenoh.SampleKind.DELETE,
-            sample.express,
             sample.attachment,
             sample.timestamp,
         )
-        self._post.reply(time_ns, sample.payload.to_bytes(), answer)
+        self._post.reply(time_ns, sample.payload.to_bytes(), answer, assured)
+
+    def _assured(self, number: int, key: zenoh.KeyExpr) -> Callable[[], bool] | None:
+        """Whether what belongs to a query still has to arrive; `None` where it may be lost.
+
+        An advanced subscriber (a latched one in ROS 2) tells nothing new before its query for what
+        it missed has ended, and may wait for that for ever.
+        """
+        return partial(self._exchanges.is_open, number) if _ADVANCED in str(key) else None
 
     def _end(self, number: int, time_ns: int) -> None:
         self._cancel.pop(number, None)
         total = self._exchanges.end(number)
         if total is not None:
-            self._post.reply(time_ns, b"", End(number, total))
+            is_open = partial(self._exchanges.is_open, number)
+            self._post.end(time_ns, End(number, total), is_open)
 
     def receive(self, payload: bytes, reply: Answer | End, time_ns: int) -> None:
         """A reply or the end of the replies arrived: give it to the caller."""
@@ -209,11 +243,7 @@ class Queries:
             if query is not None:
                 _give(query, payload, reply)
             done = self._exchanges.finish(number, time_ns)
-        if self._exchanges.longest_ns > _DEFAULT_TIMEOUT_NS:
-            self._warn_once(
-                f"a query was answered after {to_s(self._exchanges.longest_ns):.1f} s: a caller "
-                "that does not ask for a longer timeout waits for 10 s, and hears no answer"
-            )
+        self._warn_of_patience(self._exchanges.longest_ns)
         if done is not None:
             done.drop()
 
@@ -222,8 +252,15 @@ class Queries:
         if (cancel := self._cancel.pop(number, None)) is not None:
             cancel.cancel()
 
-    def _warn_once(self, text: str) -> None:
-        kind = text.partition(" ")[0]
+    def _warn_of_patience(self, round_trip_ns: int) -> None:
+        if round_trip_ns > _DEFAULT_TIMEOUT_NS:
+            self._warn_once(
+                "patience",
+                f"a query and its answer take {to_s(round_trip_ns):,.1f} s: whoever asks for no "
+                f"longer timeout waits for {to_s(_DEFAULT_TIMEOUT_NS):.0f} s, and hears no answer",
+            )
+
+    def _warn_once(self, kind: str, text: str) -> None:
         if kind not in self._warned:
             self._warned.add(kind)
             self._post.notify(text)
@@ -244,7 +281,6 @@ def _give(query: zenoh.Query, payload: bytes, answer: Answer) -> None:
     elif answer.deletes:
         query.reply_del(
             key,
-            express=answer.express,
             attachment=answer.attachment,
             timestamp=answer.timestamp,
         )
@@ -253,7 +289,6 @@ def _give(query: zenoh.Query, payload: bytes, answer: Answer) -> None:
             key,
             payload,
             encoding=answer.encoding,
-            express=answer.express,
             attachment=answer.attachment,
             timestamp=answer.timestamp,
         )

@@ -1,0 +1,1 @@
+"""What crosses between two Zenoh domains: samples, queries with replies, liveliness tokens."""
