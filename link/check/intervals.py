@@ -9,8 +9,8 @@ import numpy as np
 from farside.link.profile.impairments import Jitter
 from farside.link.profile.statistics import Floats, jitter_below, jitter_quantile
 
-_POINTS = 2000
 _HALVINGS = 60
+_POINTS = 2000
 
 Interval = tuple[float, float]
 """Lower and upper bound."""

@@ -87,7 +87,7 @@ def traces(draw: st.DrawFn) -> Table:
 
 @st.composite
 def losses(draw: st.DrawFn) -> float | Table:
-    match draw(st.integers(0, 2)):
+    match draw(st.integers(0, 3)):
         case 0:
             return draw(fractions)
         case 1:
@@ -96,6 +96,9 @@ def losses(draw: st.DrawFn) -> float | Table:
                 if draw(st.booleans()):
                     keys[key] = draw(fractions)
             return {"model": "gilbert-elliott", **keys}
+        case 2:
+            p = draw(fractions)
+            return {"model": "correlated", "probability": p, "correlation": draw(correlations(p))}
         case _:
             p13, p14, p32, p31 = (draw(fractions) for _ in range(4))
             p14 = min(p14, 1 - p13) if p13 + p14 > 1 else p14
@@ -105,29 +108,75 @@ def losses(draw: st.DrawFn) -> float | Table:
             return {"model": "four-state", **keys}
 
 
-jitters = st.fixed_dictionaries(
-    {"spread_s": positive_s},
-    optional={
-        "shape": st.sampled_from(["uniform", "exponential"]),
-        "correlation": st.sampled_from([0.0, 0.999999999, -0.999999999, 0.9, -0.5])
-        | st.floats(-1, 1, exclude_min=True, exclude_max=True),
-    },
-)
-reorders = st.fixed_dictionaries({"share": fractions, "hold_s": positive_s})
+@st.composite
+def delay_traces(draw: st.DrawFn) -> Table:
+    """The same as measured; what wraps has a length."""
+    points = draw(delay_tables())
+    wraps = draw(st.booleans()) and points[-1]["t_s"] > 0
+    return {"points": points, "at_end": "wrap" if wraps else "hold"}
+
+
+def correlations(probability: float) -> st.SearchStrategy[float]:
+    """Those that two states with this probability can have."""
+    rarer = min(probability, 1 - probability)
+    least = -rarer / (1 - rarer)
+    some = st.sampled_from([0.0, 0.5, 0.999, 0.999999999]) | st.floats(0, 1, exclude_max=True)
+    return some | st.floats(max(least, -1 + 1e-9), 0) if least else some
+
+
+@st.composite
+def jitters(draw: st.DrawFn, *, remembers: bool = True) -> Table:
+    """A jitter; one that does not remember has no correlation."""
+    shapes = ["uniform", "exponential", "normal", "pareto", "paretonormal", "table"]
+    jitter: Table = {"spread_s": draw(positive_s), "shape": draw(st.sampled_from(shapes))}
+    if jitter["shape"] == "table":
+        entries = st.integers(-(1 << 15), (1 << 15) - 1)
+        few, many = st.lists(entries, min_size=1, max_size=5), st.just(list(range(-9000, 9000, 7)))
+        jitter["table"] = draw(few | many)
+    if jitter["shape"] not in {"uniform", "exponential"} and draw(st.booleans()):
+        jitter["mean_s"] = draw(seconds)
+    if remembers and draw(st.booleans()):
+        jitter["correlation"] = draw(
+            st.sampled_from([0.0, 0.999999999, -0.999999999, 0.9, -0.5])
+            | st.floats(-1, 1, exclude_min=True, exclude_max=True)
+        )
+    return jitter
+
+
+@st.composite
+def reorders(draw: st.DrawFn) -> Table:
+    share = draw(fractions)
+    reorder = {"share": share, "hold_s": draw(positive_s)}
+    return reorder | ({"correlation": draw(correlations(share))} if draw(st.booleans()) else {})
+
+
+@st.composite
+def slots(draw: st.DrawFn) -> Table:
+    limits = {name: draw(counts) for name in ("frames", "bytes") if draw(st.booleans())}
+    if draw(st.integers(0, 3)) == 0:
+        return {"wait": draw(jitters(remembers=False)), **limits}
+    if draw(st.booleans()):
+        return {"min_s": draw(positive_s), **limits}
+    waits_s = sorted([draw(seconds), draw(positive_s)])
+    return {"min_s": waits_s[0], "max_s": waits_s[1], **limits}
+
+
 bit_error_rates = fractions | st.floats(1e-9, 1e-2)
 
 IMPAIRMENTS: dict[str, st.SearchStrategy[Any]] = {
     "loss": losses(),
     "bit_error_rate": bit_error_rates,
     "corrupt": fractions,
-    "jitter": jitters,
-    "reorder": reorders,
+    "jitter": jitters(),
+    "reorder": reorders(),
     "duplicate": fractions,
+    "slots": slots(),
 }
 
 _DELAYS: tuple[dict[str, st.SearchStrategy[Any]], ...] = (
     {"delay_s": seconds},
     {"delay_table": delay_tables()},
+    {"delay_trace": delay_traces()},
 )
 _RATES: tuple[dict[str, st.SearchStrategy[Any]], ...] = (
     {},

@@ -136,8 +136,8 @@ def _least_line(lateness: Lateness, late: Late) -> CheckLine:
     def located(miss: float) -> Interval:
         # The least of the delays on top exceeds this quantile with probability `miss`.
         reach_ns = lateness.quantile_ns(-math.expm1(math.log(miss) / effective))
-        low_ns, high_ns = least_ns - reach_ns - slack_ns, least_ns + slack_ns
-        return late.asked_s + to_s(low_ns), late.asked_s + to_s(high_ns)
+        low_s = to_s(least_ns - reach_ns - slack_ns)
+        return late.asked_s + low_s, late.asked_s + to_s(least_ns + slack_ns)
 
     return CheckLine(
         "delay",

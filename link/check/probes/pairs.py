@@ -23,8 +23,8 @@ from farside.link.check.traffic.reference import Bools, Ints, Phase, Reference
 from farside.link.profile.rate import OPPORTUNITY_BYTE
 from farside.node import to_ns
 
-_TOGETHER_NS, _RARE = 2, 1e-3
 _FINEST_NS = 10_000
+_TOGETHER_NS, _RARE = 2, 1e-3
 
 
 def _kind(phase: Phase) -> int:
@@ -55,17 +55,22 @@ def judge_pairs(seen: Observation) -> Lines:
     """How often the second of a pair arrived first."""
     name = "pairs overtaken"
     for group in seen.groups(_kind):
-        reorder, jitter = group.way.reorder, group.way.jitter
-        if reorder is not None and jitter is not None and to_ns(jitter.spread_s) < _FINEST_NS:
-            why = f"jitter of {jitter.spread_s:g} s is hardly longer than what it is rounded to"
-            yield group.from_s, unmeasured(name, "share", math.nan, why)
-            continue
+        reorder = group.way.reorder
         numbers = np.flatnonzero(group.chosen)
         leaders, copies = numbers[::2], seen.arrivals.copies
         whole = leaders[(copies[leaders] == 1) & (copies[leaders + 1] >= 1)]
         if group.way.duplicate == 1:
             # The first copy of each is its own; see `farside.link.check.probes.delays`.
             whole = leaders[(copies[leaders] >= 1) & (copies[leaders + 1] >= 1)]
+        jitter = group.way.jitter
+        if (
+            group.way.reorder is not None
+            and jitter is not None
+            and to_ns(jitter.spread_s) < _FINEST_NS
+        ):
+            why = f"jitter of {jitter.spread_s:g} s is hardly longer than what it is rounded to"
+            yield group.from_s, unmeasured(name, "share", math.nan, why)
+            continue
         asked = _asked(seen, group, whole)
         overtaken = seen.arrivals.overtaken[whole]
         line = share_line(name, asked, overtaken, "no pair arrived whole")

@@ -151,7 +151,8 @@ class Reference:
         trace = way.delay_trace
         wraps = trace is not None and trace.at_end is AfterLast.WRAP
         # Of a delay that wraps, the length of a round.
-        self._round_ns = int(self._times[-1]) if wraps else None
+        self._round_ns = int(self._times[-1]) if wraps else 0
+        self._turns = _two_rounds(self._times, self._delays) if self._round_ns else None
         begins = [phase.begin_ns for phase in self.phases]
         self.settled_ns = max(int(self._times[-1]), *self.outages_ns[-1:, 1], 0, *begins[-1:])
         self.windows = self._windows()
@@ -161,7 +162,7 @@ class Reference:
     def delay_ns(self, time_ns: Ints) -> Ints:
         """Propagation delay of what is sent at these times."""
         times, delays = self._times, self._delays
-        if self._round_ns is not None:
+        if self._round_ns:
             time_ns = time_ns % self._round_ns
         if len(times) < 2:
             return np.full(len(time_ns), delays[0])
@@ -177,12 +178,7 @@ class Reference:
         """The least and the greatest delay of what is sent between two moments."""
         ends = np.stack([self.delay_ns(first_ns), self.delay_ns(last_ns)])
         least, greatest = ends.min(axis=0), ends.max(axis=0)
-        times, delays = self._times, self._delays
-        if self._round_ns is not None:
-            # A round and the next one hold any span that is no longer than a round.
-            times, delays = np.concatenate([times, times + self._round_ns]), np.tile(delays, 2)
-            last_ns = first_ns % self._round_ns + np.minimum(last_ns - first_ns, self._round_ns)
-            first_ns = first_ns % self._round_ns
+        times, delays, first_ns, last_ns = self._within(first_ns, last_ns)
         first = np.searchsorted(times, first_ns, side="right")
         after = np.searchsorted(times, last_ns, side="left")
         within = np.flatnonzero(first < after)
@@ -197,20 +193,20 @@ class Reference:
 
     def is_compressed(self, first_ns: Ints, last_ns: Ints) -> Bools:
         """Whether what is sent later arrives no later somewhere between two moments."""
-        times, delays = self._times, self._delays
-        if self._round_ns is not None:
-            # The first delay stands from the beginning of a round on.
-            times = np.concatenate([times, [self._round_ns], times + self._round_ns])
-            delays = np.concatenate([delays, delays[:1], delays])
-            last_ns = first_ns % self._round_ns + np.minimum(last_ns - first_ns, self._round_ns)
-            first_ns = first_ns % self._round_ns
-        passed, gained = np.diff(times), np.diff(delays)
-        falling = np.append(0, np.cumsum((gained <= -passed) & ((gained != 0) | (passed != 0))))
+        times, delays, first_ns, last_ns = self._within(first_ns, last_ns)
+        falling = np.append(0, np.cumsum(np.diff(delays) <= -np.diff(times)))
         first = np.searchsorted(times, first_ns, side="right") - 1
         after = np.searchsorted(times, last_ns, side="left")
         last = len(falling) - 1
         found: Bools = falling[np.clip(first, 0, last)] < falling[np.clip(after, 0, last)]
         return found
+
+    def _within(self, first_ns: Ints, last_ns: Ints) -> tuple[Ints, Ints, Ints, Ints]:
+        """The points between which the delay is linear, and the same spans in their time."""
+        if self._turns is None:
+            return self._times, self._delays, first_ns, last_ns
+        begun_ns = first_ns % self._round_ns
+        return *self._turns, begun_ns, begun_ns + np.minimum(last_ns - first_ns, self._round_ns)
 
     @property
     def greatest_delay_ns(self) -> int:
@@ -289,6 +285,14 @@ class Reference:
             return found, 0
         chosen = np.linspace(0, len(found) - 1, MOST_KINDS).astype(int)
         return [found[index] for index in chosen], len(found) - MOST_KINDS
+
+
+def _two_rounds(times: Ints, delays: Ints) -> tuple[Ints, Ints]:
+    """Two rounds of a delay that wraps, which hold any span no longer than one."""
+    return (
+        np.concatenate([times, times[-1:], times + times[-1]]),
+        np.concatenate([delays, delays[:1], delays]),
+    )
 
 
 def _limited(pairs: Sequence[tuple[int, int]]) -> Ints:
