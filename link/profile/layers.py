@@ -190,8 +190,8 @@ def _without_replaced(below: Mapping[str, Any], above: Mapping[str, Any]) -> dic
     if any(keys.intersection(DELAY_KEYS) for keys in given_ways.values()):
         left.pop("ephemeris", None)
     dropped = {
-        *(DELAY_KEYS if given.intersection({"ephemeris", "contacts"}) else ()),
-        *(RATE_KEYS if "contacts" in given else ()),
+        *(DELAY_KEYS if given.intersection({"ephemeris", "contacts", "routing"}) else ()),
+        *(RATE_KEYS if given.intersection({"contacts", "routing"}) else ()),
     }
     for way, keys in given_ways.items():
         if isinstance(table := below.get(way, {}), dict):

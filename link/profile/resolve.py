@@ -10,6 +10,7 @@ import msgspec
 from farside.files import read_text
 from farside.frames import OutageReason
 from farside.link.profile.config import DELAY_KEYS, RATE_KEYS, Blackout, LinkConfig, OneWay
+from farside.link.profile.hops.planned import with_plans
 from farside.link.profile.layers import refused
 from farside.link.profile.measured import Files, Kernels, change_with_tables, with_tables
 from farside.link.profile.plans.contacts import (
@@ -21,6 +22,7 @@ from farside.link.profile.plans.contacts import (
     link_tables,
 )
 from farside.link.profile.plans.formats import is_hdtn, parse_plan
+from farside.link.profile.plans.relayed import has_direct, routing_of
 from farside.link.profile.plans.times import Window, count_of, gaps_between, placed
 from farside.validation import shown
 
@@ -76,7 +78,7 @@ def resolve_link(
     )
     start, plan = _begun(link, files)
     link, sky = _with_ephemeris(link, files, start, window)
-    link = _with_contacts(link, plan, files, window, sky)
+    link = with_plans(_with_contacts(link, plan, files, window, sky))
     return msgspec.structs.replace(_with_passes(link, window), start=None)
 
 
@@ -117,7 +119,7 @@ def _expect_one_delay(config: LinkConfig, least: int) -> None:
         given = [f"{way}.delay_s"] if one_way.delay_s is not None else []
         given += [f"{way}.{key}" for key in DELAY_KEYS[1:] if getattr(one_way, key)]
         given += ["ephemeris"] if config.ephemeris else []
-        most_lacking = least if config.contacts is None else 0
+        most_lacking = least if config.contacts is None and config.routing is None else 0
         if not most_lacking <= len(given) <= 1:
             found = " and ".join(given) or "none of them"
             expected = ", ".join((*DELAY_KEYS, "ephemeris"))
@@ -180,11 +182,20 @@ def _with_contacts(
             text = f"expected the rate from contacts or from {given[0]}, found both"
             raise refused((way, given[0]), text)
     nodes = contacts.ground, contacts.rover
+    path = files.folder / contacts.file
     try:
+        if not has_direct(plan, *nodes):
+            if sky is not None:
+                text = "expected none, since the contacts by way of other nodes give light times"
+                raise refused(("ephemeris",), text)
+            routing = routing_of(plan, *nodes, contacts.store_byte)
+            return msgspec.structs.replace(link, routing=routing, contacts=None)
         tables = link_tables(plan, *nodes, window.plan_end_s, _known(link, plan, window, sky))
     except ContactPlanError as error:
-        path = files.folder / contacts.file
         raise refused(("contacts",), f"{path}: {error}") from error
+    if contacts.store_byte is not None:
+        text = "expected none, since the two have direct contacts and no node between them stores"
+        raise refused(("contacts", "store_byte"), text)
     return msgspec.structs.replace(
         link,
         up=_with_tables(link.up, tables.up),

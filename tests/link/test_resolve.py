@@ -119,7 +119,7 @@ def test_a_plan_whose_name_ends_in_json_is_one_of_hdtn(tmp_path: Path) -> None:
         ({"contacts": {"file": "no", "ground": 1, "rover": 2}}, "contacts.file: expected a file"),
         (
             {"contacts": {"file": "relay", "ground": 1, "rover": 3}},
-            "relay: expected contacts from 1 to 3",
+            "relay: expected contacts between 1 and 3",
         ),
         (
             {"contacts": {"file": "relay", "ground": 1, "rover": 2}, "up": {"rate_bit_s": 9}},
