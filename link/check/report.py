@@ -11,7 +11,7 @@ the frames are many: 40,000 tell a loss of 5 % from one of 6 %.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -21,6 +21,7 @@ from numpy.random import Generator
 from farside.link.channel.node import Channel
 from farside.link.check.lines import CheckLine, Lines, Observation, exact_line
 from farside.link.check.probes import large, outages, pairs, queues, rates, singles, slots
+from farside.link.check.relayed import check_relayed
 from farside.link.check.traffic.planning import Traffic
 from farside.link.check.traffic.reference import FOREVER_NS, Reference
 from farside.link.check.traffic.run import ChannelFactory, Idle, run_probe, seeds
@@ -109,6 +110,10 @@ def check_link(
         seed: of the emulator and of the traffic.
         on_progress: called with the share of the work done, 0 to 1.
     """
+    if config.routing is not None:
+        relayed = check_relayed(config, channel_factory, frames, seed, on_progress)
+        whole = {way: [(0.0, line) for line in one.lines] for way, one in relayed.items()}
+        return _report(sum(one.frames for one in relayed.values()), seed, whole)
     references = {direction: Reference(config, direction) for direction in Direction}
     found: dict[Direction, list[tuple[float, CheckLine]]] = {
         direction: [] for direction in Direction
@@ -133,9 +138,15 @@ def check_link(
     for way, lines in found.items():
         lines.append((0.0, exact_line("records that disagree", sent[way], 0, disagreeing[way])))
     on_progress(1.0)
+    return _report(sum(sent.values()), seed, found)
+
+
+def _report(
+    sent: int, seed: int, found: Mapping[Direction, Sequence[tuple[float, CheckLine]]]
+) -> CheckReport:
     miss = FALSE_ALARM / sum(map(len, found.values()))
     return CheckReport(
-        sum(sent.values()),
+        sent,
         seed,
         tuple(
             _judged(direction, from_s, line, miss)
