@@ -72,7 +72,7 @@ $(VENV)/.ready-to-run: pyproject.toml constraints.txt | $(BIN)/pip
 
 $(VENV)/.ready-to-develop: pyproject.toml constraints.txt | $(BIN)/pip
 	@echo "Installing Farside and its development tools into $(VENV)"
-	@$(INSTALL) --editable '.[dev,astropy,console,figures,gymnasium,tables]'
+	@$(INSTALL) --editable '.[dev,astropy,console,figures,gymnasium,spice,tables]'
 	@touch $@ $(VENV)/.ready-to-run
 
 $(BIN)/pip:

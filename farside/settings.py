@@ -1,5 +1,7 @@
 """Tables of a mission file, and the types of values in them."""
 
+from collections.abc import Sequence
+from itertools import pairwise
 from typing import Annotated
 
 import msgspec
@@ -26,3 +28,24 @@ Options = dict[
 
 class Section(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """A table of the mission file. Unknown keys are refused."""
+
+
+def expect_growing(name: str, times: Sequence[float], *, may_repeat: bool = False) -> None:
+    """Refuse times that are out of order.
+
+    Args:
+        name: of the key that they are in.
+        times: in any unit.
+        may_repeat: whether one may be as the one before.
+
+    Raises:
+        ValueError: if one is not later than the one before; says which, with its neighbours.
+    """
+    for index, (earlier, later) in enumerate(pairwise(times), start=1):
+        if later < earlier or (later == earlier and not may_repeat):
+            words = "do not fall" if may_repeat else "grow"
+            after = "".join(f" and before {time:.15g}" for time in times[index + 1 : index + 2])
+            raise ValueError(
+                f"{name}: expected times that {words}, "
+                f"found {later:.15g} at index {index}, after {earlier:.15g}{after}"
+            )

@@ -31,6 +31,7 @@ DOCUMENTS = [
         "docs/ground.md",
         "docs/dem.md",
         "docs/link.md",
+        "docs/ros2.md",
         "docs/logs.md",
         "docs/study.md",
     )

@@ -7,7 +7,7 @@ import pytest
 
 from farside.dem.memory import MAX_RATIO, MAX_UNPACKED
 from farside.files import MAX_FILE_BYTE, MAX_KEY_PARTS
-from farside.link.profile.resolve import MAX_PASSES
+from farside.link.profile.resolve import MAX_PASSES, MAX_PLAN_BYTE
 from farside.logs.file.mcap_bytes import GREATEST_RECORD_BYTE
 from farside.missions.commands.dem_stream import MAX_LINE_BYTE
 from farside.missions.schema import MAX_TICKS
@@ -22,6 +22,7 @@ MIB = 2**20
     ("page", "statement"),
     [
         ("mission.md", f"rate trace | {MAX_FILE_BYTE // MIB} MiB,"),
+        ("mission.md", f"contact plan | {MAX_PLAN_BYTE // MIB} MiB,"),
         ("mission.md", f"dotted key | {MAX_KEY_PARTS} |"),
         ("mission.md", f"steps of a script | {MAX_ENTRIES:,} |"),
         ("mission.md", f"`rate_trace.times_ms` | {MAX_POINTS:,} |"),

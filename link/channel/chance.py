@@ -18,13 +18,17 @@ from numpy.typing import NDArray
 
 from farside.frames import Fate
 from farside.link.profile.config import BitErrorEffect, OneWay
-from farside.link.profile.impairments import Jitter, JitterShape, LossModel
+from farside.link.profile.impairments import Jitter, LossModel
+from farside.link.profile.jitter import Sample, sampler
 from farside.link.profile.loss import LossChain
 from farside.node import Frame, to_ns
 
-_NO_FLIPS: tuple[int, ...] = ()
+_BLOCK_BIT = 1 << 21
+"""Of frames longer than any mission's, the bits that are drawn at once where many are wrong."""
+
+_MANY = 0.02
+_FEW = 16
 _SKIP_BLOCK = 1 << 16
-_SQRT_HALF = math.sqrt(0.5)
 
 
 class Impairment(msgspec.Struct, gc=False):
@@ -32,13 +36,14 @@ class Impairment(msgspec.Struct, gc=False):
 
     Attributes:
         loss: `LOST` or `BIT_ERROR` if the frame is lost to either.
-        flips: indices of the payload's bits that will be wrong, from 0, least significant first.
+        flips: the payload's bits that will be wrong: bit n of this number is bit n of the payload,
+            least significant first. As short as the payload, however many they are.
         hold_ns: for how long the frame is held back.
         copy_ns: jitter of its duplicate; `None` without one.
     """
 
     loss: Fate | None = None
-    flips: tuple[int, ...] = _NO_FLIPS
+    flips: int = 0
     hold_ns: int = 0
     copy_ns: int | None = None
 
@@ -57,6 +62,10 @@ class Draw(NamedTuple):
 
     jitters_ns: list[int]
     impairments: dict[int, Impairment]
+
+
+NOTHING_DRAWN = Draw([], {})
+"""What no frames draw."""
 
 
 class Stream:
@@ -130,12 +139,50 @@ class LossProcess:
         return _indices(losses < np.array(in_force).repeat(runs))
 
 
+class CorrelatedHits:
+    """Which frames are hit with probability p, with correlation c between successive ones.
+
+    A frame is hit if its random number is below p·(1 − c), or below p·(1 − c) + c if the frame
+    before was hit. So without correlation one is as another. The first comes after one not hit, as
+    in `CorrelatedLoss`.
+    """
+
+    def __init__(self, rng: Generator) -> None:
+        self._stream = Stream(rng.random)
+        self._asked, self._was_hit = (0.0, 0.0), False
+
+    def configure(self, probability: float, correlation: float) -> None:
+        """Hit so from the next frame on; other values than before begin anew."""
+        if (probability, correlation) != self._asked:
+            self._asked, self._was_hit = (probability, correlation), False
+
+    def draw(self, count: int) -> list[int]:
+        """Indices of the next `count` frames that are hit."""
+        probability, correlation = self._asked
+        if not probability or not correlation:
+            return _hits(self._stream, probability, count)
+        numbers = self._stream.take(count)
+        fresh = probability * (1 - correlation)
+        again = fresh + correlation
+        hit = numbers < min(fresh, again)
+        decided = hit | (numbers >= max(fresh, again))
+        # The others are as the frame before, or the opposite where correlation is negative.
+        places = np.arange(count)
+        last = np.maximum.accumulate(np.where(decided, places, -1))
+        before = np.where(last >= 0, hit[last], self._was_hit)
+        hit = before ^ ((correlation < 0) & ((places - last) % 2 == 1))
+        self._was_hit = bool(hit[-1])
+        return _indices(hit)
+
+
 class JitterProcess:
-    """Jitter: correlated from frame to frame, of either shape (a Gaussian copula)."""
+    """Jitter of any shape, correlated from frame to frame (a Gaussian copula)."""
 
     def __init__(self, rng: Generator) -> None:
         self._noise = Stream(rng.standard_normal)
         self._score: float | None = None
+        self._jitter: Jitter | None = None
+        self._sample: Sample = _no_jitter
 
     def draw(
         self, jitter: Jitter | None, count: int, indices: Sequence[int] | None = None
@@ -145,16 +192,12 @@ class JitterProcess:
             self._noise.skip(count)
             self._score = None
             return [0] * (count if indices is None else len(indices))
-        spread_ns, erfc, log = to_ns(jitter.spread_s), math.erfc, math.log
+        if jitter is not self._jitter:
+            self._jitter, self._sample = jitter, sampler(jitter)
         scores = self._scores(jitter.correlation, count)
         if indices is not None:
             scores = [scores[index] for index in indices]
-        if jitter.shape is JitterShape.UNIFORM:
-            # spread · Φ(x)
-            half_ns, scale = spread_ns * 0.5, -_SQRT_HALF
-            return [round(half_ns * erfc(score * scale)) for score in scores]
-        # −spread · ln(1 − Φ(x))
-        return [round(-spread_ns * log(0.5 * erfc(score * _SQRT_HALF))) for score in scores]
+        return self._sample(scores)
 
     def _scores(self, correlation: float, count: int) -> list[float]:
         noise = self._noise.take(count)
@@ -180,19 +223,17 @@ class BitErrors:
         self._corrupt = Stream(corrupt.random)
         self._where = Stream(where.random)
 
-    def draw(self, config: OneWay, sizes_byte: Sequence[int]) -> dict[int, tuple[int, ...] | None]:
+    def draw(self, config: OneWay, sizes_byte: Sequence[int]) -> dict[int, int | None]:
         """Wrong bits of the frames that have any, by index in `sizes_byte`; `None` if lost."""
         wrong = self._by_rate(config, sizes_byte)
         for index, bit in self._corrupted(config.corrupt, sizes_byte).items():
-            found = wrong.get(index, _NO_FLIPS)
+            found = wrong.get(index, 0)
             if found is not None:
                 # A bit flipped twice is right again.
-                wrong[index] = tuple(sorted({*found} ^ {bit}))
+                wrong[index] = found ^ 1 << bit
         return wrong
 
-    def _by_rate(
-        self, config: OneWay, sizes_byte: Sequence[int]
-    ) -> dict[int, tuple[int, ...] | None]:
+    def _by_rate(self, config: OneWay, sizes_byte: Sequence[int]) -> dict[int, int | None]:
         count, rate = len(sizes_byte), config.bit_error_rate
         if not rate:
             self._first.skip(count)
@@ -204,7 +245,7 @@ class BitErrors:
         any_wrong = {size: -math.expm1(count * log_right) for size, count in bits.items()}
         draws, seeds = self._first.take(count), self._rest.take(count)
         candidates = _indices(draws < max(any_wrong.values()))
-        wrong: dict[int, tuple[int, ...] | None] = {}
+        wrong: dict[int, int | None] = {}
         for index, first in zip(candidates, draws[candidates].tolist(), strict=True):
             size, found = sizes_byte[index], None
             if first >= any_wrong[size]:
@@ -212,7 +253,7 @@ class BitErrors:
             if config.bit_errors is BitErrorEffect.FLIP:
                 right = min(int(math.log1p(-first) / log_right), bits[size] - 1)
                 found = _wrong_bits(right, bits[size], rate, int(seeds[index]))
-                if found[-1] >= size * 8:
+                if found.bit_length() > size * 8:
                     found = None
             wrong[index] = found
         return wrong
@@ -232,13 +273,31 @@ class BitErrors:
         }
 
 
-def _wrong_bits(first: int, bits: int, rate: float, seed: int) -> tuple[int, ...]:
-    """Indices of the wrong bits in ascending order, of which `first` is the first."""
+def _wrong_bits(first: int, bits: int, rate: float, seed: int) -> int:
+    """The wrong bits as one number, as in `Impairment`; `first` is the first of them."""
     rng = np.random.default_rng(seed)
     after = bits - first - 1
-    count = int(rng.binomial(after, rate))
-    rest = np.sort(rng.choice(after, count, replace=False)) if count else np.empty(0, np.int64)
-    return first, *(first + 1 + rest).tolist()
+    if after > _BLOCK_BIT and rate > _MANY:
+        sizes = (min(_BLOCK_BIT, after - begin) for begin in range(0, after, _BLOCK_BIT))
+        blocks = (np.packbits(rng.random(size) < rate, bitorder="little") for size in sizes)
+        rest = int.from_bytes(b"".join(block.tobytes() for block in blocks), "little")
+    else:
+        count = int(rng.binomial(after, rate))
+        rest = _with_bits(rng.choice(after, count, replace=False), after) if count else 0
+    return (rest << 1 | 1) << first
+
+
+def _with_bits(places: NDArray[np.int64], bits: int) -> int:
+    """The number with these bits set, of so many."""
+    if len(places) <= _FEW:
+        return sum(1 << place for place in places.tolist())
+    octets = np.zeros(bits // 8 + 1, np.uint8)
+    np.bitwise_or.at(octets, places >> 3, (1 << (places & 7)).astype(np.uint8))
+    return int.from_bytes(octets.tobytes(), "little")
+
+
+def _no_jitter(scores: Sequence[float]) -> list[int]:
+    return [0] * len(scores)
 
 
 def _hits(stream: Stream, probability: float, count: int) -> list[int]:
@@ -266,7 +325,7 @@ class RandomImpairments:
         # The order says which child serves which purpose, so it is part of what a seed means.
         steps, losses, hold, duplicate, jitter, copy, *bits = rng.spawn(10)
         self._loss = LossProcess(steps, losses)
-        self._hold = Stream(hold.random)
+        self._hold = CorrelatedHits(hold)
         self._duplicate = Stream(duplicate.random)
         self._jitter = JitterProcess(jitter)
         self._copy = JitterProcess(copy)
@@ -277,11 +336,13 @@ class RandomImpairments:
         """Use `config` from the next frame on."""
         self._config = config
         self._loss.configure(config.loss)
+        reorder = config.reorder
+        self._hold.configure(*((reorder.share, reorder.correlation) if reorder else (0.0, 0.0)))
 
     def draw(self, frames: Sequence[Frame]) -> Draw:
         """What happens to the next frames, in order of hand-over."""
         if not frames:
-            return Draw([], {})
+            return NOTHING_DRAWN
         config, count = self._config, len(frames)
         found: defaultdict[int, Impairment] = defaultdict(Impairment)
         for index in self._loss.draw(count):
@@ -298,11 +359,8 @@ class RandomImpairments:
 
     def _hold_back(self, found: defaultdict[int, Impairment], count: int) -> None:
         reorder = self._config.reorder
-        if reorder is None:
-            self._hold.skip(count)
-            return
-        hold_ns = to_ns(reorder.hold_s)
-        for index in _hits(self._hold, reorder.share, count):
+        hold_ns = to_ns(reorder.hold_s) if reorder else 0
+        for index in self._hold.draw(count):
             found[index].hold_ns = hold_ns
 
     def _duplicate_some(self, found: defaultdict[int, Impairment], count: int) -> None:

@@ -5,9 +5,11 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import msgspec
+from numpy.random import Generator
 
-from farside.frames import Fate
+from farside.frames import Fate, OutageReason
 from farside.link.channel.chance import UNIMPAIRED, Draw, Impairment
+from farside.link.channel.slots import Slotted
 from farside.link.profile.config import DropPolicy, OneWay
 from farside.link.profile.rate import Rate, Unlimited, transmit_rate
 from farside.node import NEVER_NS, NS_PER_S, Frame, to_ns
@@ -22,6 +24,7 @@ class Transmission(msgspec.Struct, gc=False):
         priority, size_byte: the frame's priority, and the size of its payload.
         latest_ns: when its first bit must leave at the latest.
         start_ns, end_ns: when its first and last bit leave; the hand-over while it waits.
+        arrives_ns: when it arrives, of a frame that goes by way of other nodes.
     """
 
     frame: Frame
@@ -32,6 +35,25 @@ class Transmission(msgspec.Struct, gc=False):
     latest_ns: int
     start_ns: int
     end_ns: int
+    arrives_ns: int = 0
+
+
+def transmissions(frames: Sequence[Frame], draw: Draw, config: OneWay) -> list[Transmission]:
+    """Frames as they are handed over, with what they have drawn."""
+    impairments = [UNIMPAIRED] * len(frames)
+    for index, impairment in draw.impairments.items():
+        impairments[index] = impairment
+    priorities = [frame.priority for frame in frames]
+    sizes_byte = [len(frame.payload) for frame in frames]
+    times_ns = [frame.time_ns for frame in frames]
+    lifetime_s = config.lifetime_s
+    default_ns = NEVER_NS if lifetime_s is None else to_ns(lifetime_s)
+    latest_ns = [
+        frame.time_ns + (default_ns if frame.lifetime_ns is None else frame.lifetime_ns)
+        for frame in frames
+    ]
+    waiting = priorities, sizes_byte, latest_ns, times_ns, times_ns
+    return list(map(Transmission, frames, draw.jitters_ns, impairments, *waiting))
 
 
 class TransmitQueue:
@@ -84,23 +106,34 @@ def _age(transmission: Transmission) -> tuple[int, int]:
 
 
 class Dropped(NamedTuple):
-    """A frame that was never sent: why, and when that was decided."""
+    """A frame that was never sent, or dropped on its way: why, and when that was decided.
+
+    Attributes:
+        outage: the reason of the outage that it was lost to.
+    """
 
     transmission: Transmission
     fate: Fate
     time_ns: int
+    outage: OutageReason | None = None
 
 
 class Transmitter:
     """Sends one frame at a time; drops those that do not fit into the queue or have expired.
 
-    Without a rate limit it sends each frame at once, and none ever waits. A frame that is larger
-    than the queue needs no room in it if none waits and none is being sent when it is handed over.
+    Without a rate limit and slots it sends each frame at once, and none ever waits. A frame that is
+    larger than the queue needs no room in it if none waits and none is being sent when it is handed
+    over.
+
+    Args:
+        config: the direction.
+        rng: draws the waits for slots.
     """
 
-    def __init__(self, config: OneWay) -> None:
+    def __init__(self, config: OneWay, rng: Generator) -> None:
         self._config = config
-        self._rate = transmit_rate(config)
+        self._rng = rng
+        self._rate = self._rate_of(config)
         self._queue = TransmitQueue()
         self._sending: Transmission | None = None
         # Since when it sends at this rate, and how much work was then left of the frame.
@@ -138,7 +171,7 @@ class Transmitter:
 
     def run(self, until_ns: int, frames: Sequence[Frame], draw: Draw) -> None:
         """Take the frames handed over before `until_ns`, in order, and send what leaves by then."""
-        handed_over = self._transmissions(frames, draw)
+        handed_over = transmissions(frames, draw, self._config)
         if self._rate is None:
             self._sent += handed_over
             return
@@ -156,7 +189,7 @@ class Transmitter:
         if self._rate is not None:
             left = self._rate.remaining(*self._work, now_ns) if self._sending else 0
             self._work = now_ns, left
-        self._rate = transmit_rate(config)
+        self._rate = self._rate_of(config)
         if self._rate is None:
             self._flush(now_ns)
         elif self._sending:
@@ -164,21 +197,11 @@ class Transmitter:
         else:
             self._free_ns = max(self._free_ns, now_ns)
 
-    def _transmissions(self, frames: Sequence[Frame], draw: Draw) -> list[Transmission]:
-        impairments = [UNIMPAIRED] * len(frames)
-        for index, impairment in draw.impairments.items():
-            impairments[index] = impairment
-        priorities = [frame.priority for frame in frames]
-        sizes_byte = [len(frame.payload) for frame in frames]
-        times_ns = [frame.time_ns for frame in frames]
-        lifetime_s = self._config.lifetime_s
-        default_ns = NEVER_NS if lifetime_s is None else to_ns(lifetime_s)
-        latest_ns = [
-            frame.time_ns + (default_ns if frame.lifetime_ns is None else frame.lifetime_ns)
-            for frame in frames
-        ]
-        waiting = priorities, sizes_byte, latest_ns, times_ns, times_ns
-        return list(map(Transmission, frames, draw.jitters_ns, impairments, *waiting))
+    def _rate_of(self, config: OneWay) -> Rate | None:
+        rate = transmit_rate(config)
+        if config.slots is None:
+            return rate
+        return Slotted(rate or Unlimited(), config.slots, self._rng)
 
     def _serve(  # noqa: C901, PLR0912, PLR0915 - a call in this loop would double its time
         self, rate: Rate, until_ns: int, handed_over: Sequence[Transmission]
@@ -280,4 +303,4 @@ class Transmitter:
 
 
 def _rate_settings(config: OneWay) -> object:
-    return config.rate_bit_s, config.rate_table, config.rate_trace
+    return config.rate_bit_s, config.rate_table, config.rate_trace, config.slots

@@ -16,6 +16,8 @@ import msgspec
 import zenoh
 
 from farside.link.emulator import Emulator, Kind
+from farside.link.emulator.ahead.renewing import Renewal
+from farside.link.emulator.apart import refuse_one_network, watch_apart
 from farside.link.emulator.control import (
     CONTROL_KEY,
     COUNTERS_KEY,
@@ -33,7 +35,6 @@ from farside.link.emulator.crossing.samples import (
     subscribe,
 )
 from farside.link.emulator.crossing.tokens import Tokens
-from farside.link.emulator.renewing import Renewal
 from farside.node import Direction, Role, to_ns, to_s
 
 _IDLE_NS = to_ns(0.5)
@@ -82,21 +83,40 @@ class _Way:
         self.direction, self._emulator = direction, emulator
         self.later, self.notify = later, notify
 
-    def ask(self, time_ns: int, payload: bytes, question: Question) -> None:
-        """Send a query through the link."""
+    def ask(
+        self,
+        time_ns: int,
+        payload: bytes,
+        question: Question,
+        matters: Callable[[], bool] | None,
+    ) -> None:
+        """Send a query through the link, until it arrives if it `matters`."""
         self._emulator.send(
-            self.direction, time_ns, payload, question, priority=DEFAULT_PRIORITY, kind=Kind.QUERY
+            self.direction,
+            time_ns,
+            payload,
+            question,
+            priority=DEFAULT_PRIORITY,
+            kind=Kind.QUERY,
+            matters=matters,
         )
 
     def least_round_trip_ns(self) -> int:
         """How long a query and its reply take at least."""
         return self._emulator.least_round_trip_ns
 
-    def reply(self, time_ns: int, payload: bytes, answer: Answer) -> None:
-        """Send a reply back through the link."""
-        back = self.direction.opposite
+    def reply(
+        self, time_ns: int, payload: bytes, answer: Answer, matters: Callable[[], bool] | None
+    ) -> None:
+        """Send a reply back through the link, until it arrives if it `matters`."""
         self._emulator.send(
-            back, time_ns, payload, answer, priority=DEFAULT_PRIORITY, kind=Kind.REPLY
+            self.direction.opposite,
+            time_ns,
+            payload,
+            answer,
+            priority=DEFAULT_PRIORITY,
+            kind=Kind.REPLY,
+            matters=matters,
         )
 
     def end(self, time_ns: int, end: End, matters: Callable[[], bool]) -> None:
@@ -174,6 +194,7 @@ class Relay:
             self._tokens[direction].begin(self._tokens[direction.opposite])
         self._watch(self._rover)
         self._watch(self._ground)
+        self._mark = watch_apart(rover, ground, lambda: self._later(refuse_one_network))
 
     def _cross(
         self,
@@ -228,7 +249,11 @@ class Relay:
         side.session.info.declare_transport_events_listener(move, history=True)
 
     def run(self, duration_s: float | None = None) -> None:
-        """Pass messages on for `duration_s`, or for ever."""
+        """Pass messages on for `duration_s`, or for ever.
+
+        Raises:
+            ConnectionError: if both sides turn out to be one network.
+        """
         end_ns = None if duration_s is None else self._now_ns() + to_ns(duration_s)
         while end_ns is None or self._now_ns() < end_ns:
             until_ns = self._take(self._timeout_s(end_ns))

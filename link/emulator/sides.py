@@ -20,6 +20,9 @@ _RETRY_S = 1.0
 _PATIENCE_S = 2.0
 """After which an attempt without an answer is told of as waiting (project default)."""
 
+_GRACE_S = 1.0
+"""For an attempt under way at the end (project default); one takes milliseconds or many seconds."""
+
 _REFUSALS = (
     ("invalid peer certificate", "one whose certificate is not trusted"),
     ("received fatal alert", "one that does not trust the certificate of this side, or misses it"),
@@ -76,12 +79,15 @@ def open_sides(
     waited_for: set[Domain] = set()
     outcomes: _Outcomes = SimpleQueue()
     over = threading.Event()
+    # Daemons, since nothing ends an attempt of Zenoh's before its time.
+    threads = [
+        threading.Thread(target=_attempt, args=(domain, outcomes, over), daemon=True)
+        for domain in domains
+    ]
     with ExitStack() as stack:
-        stack.callback(_close_rest, outcomes)
-        stack.callback(over.set)
-        for domain in domains:
-            # A daemon, since nothing ends an attempt of Zenoh's before its time.
-            threading.Thread(target=_attempt, args=(domain, outcomes, over), daemon=True).start()
+        stack.callback(_leave, threads, outcomes, over)
+        for thread in threads:
+            thread.start()
         while len(opened) < len(domains):
             for domain, outcome in _next(outcomes, [one for one in domains if one not in opened]):
                 if isinstance(outcome, zenoh.Session):
@@ -119,6 +125,17 @@ def _attempt(domain: Domain, outcomes: _Outcomes, over: threading.Event) -> None
         over.wait(_RETRY_S)
     if over.is_set():
         _close_rest(outcomes)
+
+
+def _leave(threads: Sequence[threading.Thread], outcomes: _Outcomes, over: threading.Event) -> None:
+    """Begin no more attempts, and let those under way come to their end if that is soon.
+
+    A thread that came back from Zenoh while the interpreter is being taken down would abort it.
+    """
+    over.set()
+    for thread in threads:
+        thread.join(_GRACE_S)
+    _close_rest(outcomes)
 
 
 def _close_rest(outcomes: _Outcomes) -> None:

@@ -4,21 +4,21 @@ Some tables name a file or an ephemeris. `farside.link.profile.resolve` replaces
 tables, so that whatever simulates reads no files.
 """
 
-from collections.abc import Sequence
 from enum import StrEnum
-from itertools import pairwise
 from typing import Annotated
 
 import msgspec
 from msgspec import Meta
 
 from farside.frames import OutageReason
-from farside.link.profile.impairments import Jitter, LossModel, Reorder
+from farside.link.profile.ephemeris import Ephemeris
+from farside.link.profile.hops.routing import Routing
+from farside.link.profile.impairments import Jitter, LossModel, Reorder, Slots
 from farside.node import Direction, to_ns
-from farside.settings import Count, Fraction, NonNegative, Positive, Section
+from farside.settings import Count, Fraction, NonNegative, Positive, Section, expect_growing
 from farside.validation import MEASURED
 
-DELAY_KEYS = ("delay_s", "delay_table")
+DELAY_KEYS = ("delay_s", "delay_table", "delay_trace")
 """The keys of a direction that give its delay, of which one at most may be there."""
 
 RATE_KEYS = ("rate_bit_s", "rate_table", "rate_trace")
@@ -50,6 +50,13 @@ class AtEnd(StrEnum):
     END = "end"
 
 
+class AfterLast(StrEnum):
+    """What follows the last point of a measured delay: it stays, or the first one comes again."""
+
+    HOLD = "hold"
+    WRAP = "wrap"
+
+
 class DelayPoint(Section, frozen=True):
     """The propagation delay of what is sent at a time; linear between the points.
 
@@ -60,6 +67,30 @@ class DelayPoint(Section, frozen=True):
 
     t_s: NonNegative
     delay_s: NonNegative
+
+
+class DelayTrace(Section, frozen=True):
+    """A measured propagation delay; linear between the points, and before the first as there.
+
+    Attributes:
+        file: path of the measurement, a time and a one-way delay per line; see
+            `farside.link.profile.plans.delays`.
+        points: its lines.
+        at_end: what follows the last point. If it wraps, that point stands at the time 0 of the
+            next round.
+
+    Raises:
+        ValueError: if the times do not grow, or a round has no length.
+    """
+
+    file: str | None = None
+    points: Annotated[tuple[DelayPoint, ...], MEASURED] = ()
+    at_end: AfterLast = AfterLast.HOLD
+
+    def __post_init__(self) -> None:
+        expect_growing("points", [point.t_s for point in self.points])
+        if self.at_end is AfterLast.WRAP and self.points and not self.points[-1].t_s:
+            raise ValueError("points: expected a last t_s above 0 for what wraps, found 0")
 
 
 class RateStep(Section, frozen=True):
@@ -91,10 +122,7 @@ class Trace(Section, frozen=True):
     at_end: AtEnd = AtEnd.WRAP
 
     def __post_init__(self) -> None:
-        for index, (earlier, later) in enumerate(pairwise(self.times_ms), start=1):
-            if later < earlier:
-                found = _between(self.times_ms, index)
-                raise ValueError(f"times_ms: expected times that do not fall, found {found}")
+        expect_growing("times_ms", self.times_ms, may_repeat=True)
         if self.times_ms and not self.times_ms[-1]:
             raise ValueError("times_ms: expected a last time above 0 ms, found 0")
 
@@ -105,6 +133,7 @@ class OneWay(Section, frozen=True):
     Attributes:
         delay_s: propagation delay, the light time one way.
         delay_table: the same over time, in place of `delay_s`.
+        delay_trace: the same as measured, in place of either.
         rate_bit_s: rate cap in bit/s; unlimited where absent.
         rate_table: the same over time, in place of `rate_bit_s`; starts at 0 s.
         rate_trace: delivery opportunities, in place of either.
@@ -121,6 +150,7 @@ class OneWay(Section, frozen=True):
         jitter: delay on top of the propagation.
         reorder: frames held back, so that later ones overtake them.
         duplicate: probability that a frame arrives twice.
+        slots: when frames are let through, in bursts; at any time where absent.
 
     Raises:
         ValueError: if delay or rate is given in two ways, or a table is out of order.
@@ -128,6 +158,7 @@ class OneWay(Section, frozen=True):
 
     delay_s: NonNegative | None = None
     delay_table: Annotated[tuple[DelayPoint, ...], MEASURED] = ()
+    delay_trace: DelayTrace | None = None
     rate_bit_s: Count | None = None
     rate_table: Annotated[tuple[RateStep, ...], MEASURED] = ()
     rate_trace: Trace | None = None
@@ -143,16 +174,13 @@ class OneWay(Section, frozen=True):
     jitter: Jitter | None = None
     reorder: Reorder | None = None
     duplicate: Fraction = 0.0
+    slots: Slots | None = None
 
     def __post_init__(self) -> None:
         _expect_one(self, *DELAY_KEYS)
         _expect_one(self, *RATE_KEYS)
         for name in ("delay_table", "rate_table"):
-            times_s = [point.t_s for point in getattr(self, name)]
-            for index, (earlier, later) in enumerate(pairwise(times_s), start=1):
-                if later <= earlier:
-                    found = _between(times_s, index)
-                    raise ValueError(f"{name}: expected t_s that grows, found {found}")
+            expect_growing(name, [point.t_s for point in getattr(self, name)])
         if self.rate_table and self.rate_table[0].t_s > 0:
             raise ValueError(f"rate_table: expected t_s = 0 first, found {self.rate_table[0].t_s}")
 
@@ -168,19 +196,18 @@ class OneWay(Section, frozen=True):
 
     @property
     def _delays_s(self) -> list[float]:
-        return [point.delay_s for point in self.delay_table] or [self.delay_s or 0.0]
+        return [point.delay_s for point in self.delay_points] or [self.delay_s or 0.0]
+
+    @property
+    def delay_points(self) -> tuple[DelayPoint, ...]:
+        """The points of the delay over time, of a table or a trace; none where it is constant."""
+        return self.delay_table if self.delay_trace is None else self.delay_trace.points
 
 
 def _expect_one(section: Section, *names: str) -> None:
     given = [name for name in names if getattr(section, name) not in (None, ())]
     if len(given) > 1:
         raise ValueError(f"expected one of {', '.join(names)}, found {' and '.join(given)}")
-
-
-def _between(values: Sequence[float], index: int) -> str:
-    """An entry that is out of order, with its neighbours."""
-    after = f" and before {values[index + 1]:.12g}" if index + 1 < len(values) else ""
-    return f"{values[index]:.12g} at index {index}, after {values[index - 1]:.12g}{after}"
 
 
 class Affected(StrEnum):
@@ -232,7 +259,7 @@ class Passes(Section, frozen=True):
     Attributes:
         first_s: when the first pass begins.
         length_s: length of a pass.
-        period_s: time from the start of one pass to the start of the next.
+        period_s: time from the start of one pass to the start of the next; a millisecond at least.
         direction: what is out between passes.
 
     Raises:
@@ -240,7 +267,7 @@ class Passes(Section, frozen=True):
     """
 
     length_s: Positive
-    period_s: Positive
+    period_s: Annotated[float, Meta(ge=0.001)]
     first_s: NonNegative = 0.0
     direction: Affected = Affected.BOTH
 
@@ -259,47 +286,26 @@ class ContactPlan(Section, frozen=True):
         file: path of the plan; `.json` for HDTN, anything else for ION.
         ground: node number of the ground.
         rover: node number of the rover.
+        store_byte: if the two have no direct contacts, bytes of frames that each node between them
+            may hold in each direction (project default: 64 MiB).
     """
 
     file: str
     ground: int
     rover: int
+    store_byte: Count | None = None
 
 
-class Ephemeris(Section, frozen=True):
-    """Where the other end is: gives both delays, and outages around solar conjunction.
-
-    Without `kernel` or `horizons` from astropy's built-in ephemeris, until the end of 2099.
-
-    Attributes:
-        body: the other end: `moon`, `mars` or another of `farside.link.profile.sky.sky.BODIES`;
-            with `kernel` a NAIF number such as `-74` or a name; absent with `horizons`.
-        epoch: the date at simulated time 0, in UTC, such as `2021-02-18T00:00:00Z`; in place of
-            `start` of the link. Absent, it is that of a contact plan with dates.
-        center: the body on which the ground is, likewise (project default: the Earth).
-        kernel: path of a SPICE kernel of positions (SPK), or several whose orbits form a chain; the
-            later ones count first. What they lack of Sun, Earth and planets is built in.
-        horizons: path of a vector table as JPL Horizons prints it.
-        conjunction_deg: no uplink while the angle between Sun and body, seen from `center`, is
-            below this; 0 for never. 2.2 gives the command moratoria of NASA's Mars missions.
-        conjunction_loss: probability that a downlink frame is lost in that time; a greater loss
-            of the link itself stays.
-
-    Raises:
-        ValueError: if both `kernel` and `horizons` are given.
-    """
-
-    body: int | str | None = None
-    epoch: str | None = None
-    center: int | str = "earth"
-    kernel: str | tuple[str, ...] = ()
-    horizons: str | None = None
-    conjunction_deg: NonNegative = 0.0
-    conjunction_loss: Fraction = 0.5
-
-    def __post_init__(self) -> None:
-        if self.kernel and self.horizons is not None:
-            raise ValueError("expected kernel or horizons, found both")
+_CHANGING = (
+    "rate_bit_s",
+    "loss",
+    "bit_error_rate",
+    "corrupt",
+    "jitter",
+    "reorder",
+    "duplicate",
+    "slots",
+)
 
 
 class LinkChange(Section, frozen=True):
@@ -311,7 +317,7 @@ class LinkChange(Section, frozen=True):
         at_s: when it changes.
         direction: what changes.
         rate_bit_s: as in `[link.up]`, in place of any rate there, table or trace.
-        loss, bit_error_rate, corrupt, jitter, reorder, duplicate: as in `[link.up]`.
+        loss, bit_error_rate, corrupt, jitter, reorder, duplicate, slots: as in `[link.up]`.
     """
 
     at_s: NonNegative
@@ -323,11 +329,11 @@ class LinkChange(Section, frozen=True):
     jitter: Jitter | None = None
     reorder: Reorder | None = None
     duplicate: Fraction | None = None
+    slots: Slots | None = None
 
     def applied_to(self, one_way: OneWay) -> OneWay:
         """`one_way` with the keys of this change replaced."""
-        keys = ("rate_bit_s", "loss", "bit_error_rate", "corrupt", "jitter", "reorder", "duplicate")
-        given = {key: value for key in keys if (value := getattr(self, key)) is not None}
+        given = {key: value for key in _CHANGING if (value := getattr(self, key)) is not None}
         if "rate_bit_s" in given:
             given |= {"rate_table": (), "rate_trace": None}
         return msgspec.structs.replace(one_way, **given)
@@ -346,6 +352,8 @@ class LinkConfig(Section, frozen=True):
         blackouts: outages at given times, at the rover's end of the path.
         passes: periodic visibility.
         contacts: a contact plan.
+        routing: the contacts by way of other nodes, which `contacts` becomes if the two ends have
+            no direct ones; gives delays and rates.
         changes: what changes during the run, in order of time.
         mtu_byte: the longest frame; longer messages are cut (project default: 1024).
         store_byte: capacity of the store at each end (project default: 256 KiB).
@@ -360,6 +368,7 @@ class LinkConfig(Section, frozen=True):
     blackouts: tuple[Blackout, ...] = ()
     passes: Passes | None = None
     contacts: ContactPlan | None = None
+    routing: Routing | None = None
     changes: tuple[LinkChange, ...] = ()
     mtu_byte: Annotated[int, Meta(ge=128, le=65_535)] = 1024
     store_byte: Count = 256 * 1024
@@ -372,6 +381,8 @@ class LinkConfig(Section, frozen=True):
     @property
     def lookahead_ns(self) -> int:
         """The shortest propagation delay: how far the nodes may run ahead of each other."""
+        if self.routing is not None:
+            return self.routing.least_delay_ns
         return min(self.up.least_delay_ns, self.down.least_delay_ns)
 
     @property

@@ -5,7 +5,16 @@ from typing import Annotated
 
 from msgspec import Meta
 
-from farside.settings import Fraction, Positive, Section
+from farside.settings import Count, Fraction, NonNegative, Positive, Section
+
+Correlation = Annotated[float, Meta(gt=-1, lt=1)]
+"""Between what successive frames meet with."""
+
+Deviate = Annotated[int, Meta(ge=-(1 << 15), lt=1 << 15)]
+"""An entry of a distribution table: a standardised deviation times `TABLE_SCALE`."""
+
+TABLE_SCALE = 8192
+"""What stands for 1 in a distribution table (tc-netem's NETEM_DIST_SCALE)."""
 
 
 class GilbertElliott(Section, frozen=True, tag="gilbert-elliott", tag_field="model"):
@@ -58,30 +67,92 @@ class FourState(Section, frozen=True, tag="four-state", tag_field="model"):
                 raise ValueError(f"expected {names} of 1 at most, found {total:g}")
 
 
-LossModel = Fraction | GilbertElliott | FourState
+class CorrelatedLoss(Section, frozen=True, tag="correlated", tag_field="model"):
+    """Loss of a given probability and correlation: what tc-netem's `loss random` is meant to do.
+
+    A chain of two states, lost or not, in which the losses of frames n apart have the correlation
+    cⁿ. Source: Yajnik et al. (1999). In tc-netem the correlation changes the probability too.
+
+    Attributes:
+        probability: p, that a frame is lost.
+        correlation: c, between the losses of successive frames, counted as 0 and 1.
+
+    Raises:
+        ValueError: if no losses can be so anticorrelated.
+    """
+
+    probability: Fraction
+    correlation: Correlation = 0.0
+
+    def __post_init__(self) -> None:
+        _expect_chain(self.probability, self.correlation)
+
+
+LossModel = Fraction | GilbertElliott | FourState | CorrelatedLoss
 """The probability that each frame is lost independently, or a model with memory."""
 
 
 class JitterShape(StrEnum):
-    """Distribution of the delay: uniform from 0 to the spread, or exponential with it as mean."""
+    """Distribution of the delay on top; x is a deviation in spreads, the same as in tc-netem.
+
+    `UNIFORM`: from 0 to the spread. `EXPONENTIAL`: with the spread as mean.
+    `NORMAL`: x is normal. `PARETO`: x = 4/3 · (u^(−1/3) − 3/2) with u uniform, of mean 0 and least
+    −2/3, without the cut at 4 that the table of tc-netem makes. `PARETONORMAL`: a quarter of the
+    one and three quarters of the other, of the same u. `TABLE`: x is an entry of a table.
+    """
 
     UNIFORM = "uniform"
     EXPONENTIAL = "exponential"
+    NORMAL = "normal"
+    PARETO = "pareto"
+    PARETONORMAL = "paretonormal"
+    TABLE = "table"
+
+    @property
+    def is_centred(self) -> bool:
+        """Whether it is that of a deviation from a mean, which may be negative."""
+        return self not in {JitterShape.UNIFORM, JitterShape.EXPONENTIAL}
 
 
 class Jitter(Section, frozen=True):
     """Delay on top of the propagation, drawn for each frame; it never makes a frame overtake.
 
+    Nothing arrives before the propagation delay has passed: with the shapes of a deviation the
+    delay on top is `mean_s` + `spread_s` · x, and 0 where that is negative. So with a normal x and
+    a mean of 0, half of the frames have no jitter, and the mean delay on top is 0.4 spreads.
+
     Attributes:
-        spread_s: the longest delay if `uniform`, the mean one if `exponential`.
+        spread_s: the longest delay if `uniform`, the mean one if `exponential`, else what
+            multiplies x: the standard deviation if `normal`, 0.87 of it if `pareto`.
         shape: the distribution, which holds for any correlation (a Gaussian copula).
+        mean_s: the delay where x = 0; not with `uniform` and `exponential`.
         correlation: between the jitters of successive frames, of the underlying normal variables;
             −1 to 1 exclusive.
+        file: path of a distribution table in the format of tc-netem, such as `pareto.dist`.
+        table: its entries, each x as likely as any other, times 8192.
+
+    Raises:
+        ValueError: if there is a table without its shape, or the shape without one, or a mean with
+            a shape that has none.
     """
 
     spread_s: Positive
     shape: JitterShape = JitterShape.UNIFORM
-    correlation: Annotated[float, Meta(gt=-1, lt=1)] = 0.0
+    mean_s: NonNegative = 0.0
+    correlation: Correlation = 0.0
+    file: str | None = None
+    table: tuple[Deviate, ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.mean_s and not self.shape.is_centred:
+            centred = ", ".join(shape for shape in JitterShape if shape.is_centred)
+            raise ValueError(f"expected mean_s with one of {centred} only, found {self.shape}")
+        given = [name for name in ("file", "table") if getattr(self, name)]
+        if self.shape is JitterShape.TABLE and len(given) != 1:
+            found = "both" if given else "neither"
+            raise ValueError(f"expected a table by file or by table, found {found}")
+        if given and self.shape is not JitterShape.TABLE:
+            raise ValueError(f'expected {given[0]} with shape = "table" only, found {self.shape}')
 
 
 class Reorder(Section, frozen=True):
@@ -90,7 +161,70 @@ class Reorder(Section, frozen=True):
     Attributes:
         share: the probability that a frame is held back.
         hold_s: for how long.
+        correlation: between whether successive frames are held back, counted as 0 and 1, by a chain
+            of two states as for `CorrelatedLoss`.
+
+    Raises:
+        ValueError: if no frames can be so anticorrelated.
     """
 
     share: Fraction
     hold_s: Positive
+    correlation: Correlation = 0.0
+
+    def __post_init__(self) -> None:
+        _expect_chain(self.share, self.correlation)
+
+
+class Slots(Section, frozen=True):
+    """Frames let through in bursts, as by the medium access of WiFi, DOCSIS, LTE or satellites.
+
+    A transmitter with something to send asks for a slot and gets it `min_s` to `max_s` later, the
+    waits uniformly distributed; meanwhile frames gather in the queue. A slot ends when nothing
+    waits or it has carried `frames` or `bytes`; for what is left, the next one is asked for at
+    once. Source: tc-netem's `slot`.
+
+    Attributes:
+        min_s: the shortest wait for a slot.
+        max_s: the longest one; `min_s` where absent.
+        wait: a distribution of the waits in place of both limits; they are not correlated.
+        frames: how many frames pass in a slot at most; any number where absent.
+        bytes: a slot ends with the frame that brings it to this many bytes, overhead included.
+
+    Raises:
+        ValueError: if the longest wait is 0 or shorter than the shortest, or if waits are given in
+            two ways, or are correlated.
+    """
+
+    min_s: NonNegative = 0.0
+    max_s: NonNegative | None = None
+    wait: Jitter | None = None
+    frames: Count | None = None
+    bytes: Count | None = None
+
+    def __post_init__(self) -> None:
+        if self.wait is not None:
+            if self.min_s or self.max_s is not None:
+                raise ValueError("expected either min_s and max_s or wait, found both")
+            if self.wait.correlation:
+                found = f"{self.wait.correlation:g}"
+                raise ValueError(f"expected waits without correlation, found {found}")
+        elif self.greatest_s == 0 or self.greatest_s < self.min_s:
+            found = f"min_s = {self.min_s:g} and max_s = {self.greatest_s:g}"
+            raise ValueError(f"expected max_s above 0, and min_s or more, found {found}")
+
+    @property
+    def greatest_s(self) -> float:
+        """The longest wait for a slot by its limits."""
+        return self.min_s if self.max_s is None else self.max_s
+
+
+def _expect_chain(probability: float, correlation: float) -> None:
+    """Both states must be left with a probability of 1 at most."""
+    rarer = min(probability, 1 - probability)
+    least = 0.0 - rarer / (1 - rarer)
+    if correlation < least:
+        raise ValueError(
+            f"expected a correlation of {least:.6g} or more with a probability of {probability:g}, "
+            f"found {correlation:g}"
+        )

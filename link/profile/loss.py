@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from farside.link.profile.impairments import FourState, GilbertElliott, LossModel
+from farside.link.profile.impairments import CorrelatedLoss, FourState, GilbertElliott, LossModel
 
 
 class LossChain(NamedTuple):
@@ -30,5 +30,8 @@ class LossChain(NamedTuple):
                     (((p14, 3), (p13, 2)), ((p23, 2),), ((p32, 1), (p31, 0)), ((1.0, 0),)),
                     (0.0, 0.0, 1.0, 1.0),
                 )
+            case CorrelatedLoss(probability=p, correlation=c):
+                hit, spared = p * (1 - c), (1 - p) * (1 - c)
+                return cls((((min(1.0, hit), 1),), ((min(1.0, spared), 0),)), (0.0, 1.0))
             case probability:
                 return cls(((),), (probability,))

@@ -5,6 +5,7 @@ control query is laid over what was said before, then checked and resolved as a 
 """
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from itertools import islice
 from operator import itemgetter
 from pathlib import Path
@@ -120,19 +121,16 @@ class Profile:
             LinkConfigError: if something is invalid, or a file cannot be read. Nothing else is
                 raised.
         """
-        try:
+        config = self.checked()
+        with self._naming_the_source():
             return resolve_link(
-                self._checked(),
+                config,
                 folder=self._folder,
                 window=window,
                 texts=self._texts,
                 kernels=self._kernels,
                 may_lack_delay=self._may_lack_delay,
             )
-        except LinkConfigError as error:
-            raise LinkConfigError(*error.problems, source=self._source) from error
-        except RecursionError as error:
-            raise _too_deep() from error
 
     def light_end(self) -> LightEnd | None:
         """Where the light times of its ephemeris end; `None` if it has none.
@@ -140,27 +138,30 @@ class Profile:
         Raises:
             LinkConfigError: as by `resolved`.
         """
-        return light_end(
-            self._checked(), folder=self._folder, texts=self._texts, kernels=self._kernels
-        )
+        config, kernels = self.checked(), self._kernels
+        with self._naming_the_source():
+            return light_end(config, folder=self._folder, texts=self._texts, kernels=kernels)
 
-    @property
-    def is_endless(self) -> bool:
-        """Whether it has passes or an ephemeris, of which no window knows the whole."""
-        table = self.table
-        return bool(table.get("passes") or table.get("ephemeris"))
+    def checked(self) -> LinkConfig:
+        """The link as it is described, its preset included, with files and dates unread.
 
-    @property
-    def pass_period_s(self) -> float | None:
-        """The period of its passes; `None` if it has none."""
-        passes = self._checked().passes
-        return None if passes is None else passes.period_s
+        Raises:
+            LinkConfigError: if a key or a value is invalid.
+        """
+        with self._naming_the_source():
+            table = with_preset(self._table)
+            if problems := list(islice(mismatches(table, _SCHEMA), MAX_PROBLEMS + 1)):
+                raise LinkConfigError(*problems)
+            return msgspec.convert(table, LinkConfig)
 
-    def _checked(self) -> LinkConfig:
-        table = with_preset(self._table)
-        if problems := list(islice(mismatches(table, _SCHEMA), MAX_PROBLEMS + 1)):
-            raise LinkConfigError(*problems)
-        return msgspec.convert(table, LinkConfig)
+    @contextmanager
+    def _naming_the_source(self) -> Iterator[None]:
+        try:
+            yield
+        except LinkConfigError as error:
+            raise LinkConfigError(*error.problems, source=self._source) from error
+        except RecursionError as error:
+            raise _too_deep() from error
 
     def _with_overruled(self, layer: Mapping[str, Any], now_ns: int) -> dict[str, Any]:
         """The table in which `changes` before `now_ns` do not undo what `layer` says."""
@@ -217,6 +218,9 @@ def _strings(value: object) -> Iterator[str]:
             yield value
         case dict():
             for entry in value.values():
+                yield from _strings(entry)
+        case list():
+            for entry in value:
                 yield from _strings(entry)
 
 

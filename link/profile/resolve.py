@@ -1,15 +1,18 @@
 """Resolves a link to plain tables: presets, files and ephemerides are read here."""
 
-from collections.abc import MutableMapping, Sequence
+from collections.abc import MutableMapping
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import msgspec
 
+from farside.files import read_text
 from farside.frames import OutageReason
-from farside.link.profile.config import RATE_KEYS, Blackout, LinkConfig, OneWay
-from farside.link.profile.layers import refused, text_at
+from farside.link.profile.config import DELAY_KEYS, RATE_KEYS, Blackout, LinkConfig, OneWay
+from farside.link.profile.hops.planned import with_plans
+from farside.link.profile.layers import refused
+from farside.link.profile.measured import Files, Kernels, change_with_tables, with_tables
 from farside.link.profile.plans.contacts import (
     ContactPlanError,
     KnownLightTimes,
@@ -18,20 +21,19 @@ from farside.link.profile.plans.contacts import (
     WayTables,
     link_tables,
 )
-from farside.link.profile.plans.hdtn import parse_hdtn
-from farside.link.profile.plans.ion import parse_ion
+from farside.link.profile.plans.formats import is_hdtn, parse_plan
+from farside.link.profile.plans.relayed import has_direct, routing_of
 from farside.link.profile.plans.times import Window, count_of, gaps_between, placed
-from farside.link.profile.plans.traces import TraceError, parse_trace
 from farside.validation import shown
 
 if TYPE_CHECKING:
-    from farside.link.profile.sky.positions import Orbit
     from farside.link.profile.sky.sky import Sky
-
-    Kernels = MutableMapping[str, Sequence[Orbit]]
 
 MAX_PASSES = 1_000_000
 """The most periodic passes whose outages are in memory at a time (project default)."""
+
+MAX_PLAN_BYTE = 32 * 1024 * 1024
+"""The longest contact plan (project default): 100,000 contacts of HDTN, spaced out."""
 
 
 def resolve_link(
@@ -55,8 +57,8 @@ def resolve_link(
         may_lack_delay: whether a direction may be without a delay, which is then 0.
 
     Returns:
-        a link without `preset`, `start`, `ephemeris`, `passes`, `contacts` and `rate_trace.file`,
-        with a delay for each direction. Resolving it again changes nothing.
+        a link without `preset`, `start`, `ephemeris`, `passes`, `contacts` and files, with a
+        delay for each direction. Resolving it again changes nothing.
 
     Raises:
         LinkConfigError: if a file is invalid, or a direction has no delay or two.
@@ -64,16 +66,19 @@ def resolve_link(
     if config.preset is not None:
         raise refused(("preset",), f"expected none left to read, found {shown(config.preset)}")
     _expect_one_delay(config, least=0 if may_lack_delay else 1)
-    files = _Files(folder, {} if texts is None else texts, {} if kernels is None else kernels)
+    files = Files(folder, {} if texts is None else texts, {} if kernels is None else kernels)
     link = msgspec.structs.replace(
         config,
-        up=_with_trace(config.up, "up", files),
-        down=_with_trace(config.down, "down", files),
+        up=with_tables(config.up, ("up",), files),
+        down=with_tables(config.down, ("down",), files),
+        changes=tuple(
+            change_with_tables(change, ("changes", str(index)), files)
+            for index, change in enumerate(config.changes)
+        ),
     )
     start, plan = _begun(link, files)
-    sky = _sky_of(link, files, start)
-    link = _with_sky(link, sky, window)
-    link = _with_contacts(link, plan, files, window, sky)
+    link, sky = _with_ephemeris(link, files, start, window)
+    link = with_plans(_with_contacts(link, plan, files, window, sky))
     return msgspec.structs.replace(_with_passes(link, window), start=None)
 
 
@@ -94,64 +99,35 @@ def light_end(
     """
     if config.ephemeris is None:
         return None
-    files = _Files(folder, texts, kernels)
+    files = Files(folder, texts, kernels)
     start, _ = _begun(config, files)
     sky = _sky_of(config, files, start)
     return None if sky is None else LightEnd(sky.last_s, sky.last_date)
 
 
-class _Files(NamedTuple):
-    """The files that a link names: what of them was read so far, and the folder of the rest."""
+def _read_plan(path: Path) -> str:
+    """The text of a contact plan.
 
-    folder: Path
-    texts: MutableMapping[str, str]
-    kernels: "Kernels"
-
-    def orbits(self, name: str) -> "Sequence[Orbit]":
-        """The orbits of a kernel; raises `EphemerisError` if it is none."""
-        from farside.link.profile.sky.kernels import kernel_orbits  # noqa: PLC0415
-
-        if name not in self.kernels:
-            self.kernels[name] = kernel_orbits(self.folder / name)
-        return self.kernels[name]
-
-    def text(self, name: str, key: tuple[str, ...]) -> str:
-        if name not in self.texts:
-            self.texts[name] = text_at(self.folder / name, key)
-        return self.texts[name]
+    One of ION may be in Latin-1: its commands are in ASCII, and the encoding of its comments is
+    nobody's business. One of HDTN is JSON, which is in UTF-8.
+    """
+    return read_text(path, most_byte=MAX_PLAN_BYTE, is_old=not is_hdtn(path.name))
 
 
 def _expect_one_delay(config: LinkConfig, least: int) -> None:
     for way, one_way in (("up", config.up), ("down", config.down)):
         given = [f"{way}.delay_s"] if one_way.delay_s is not None else []
-        given += [f"{way}.delay_table"] if one_way.delay_table else []
+        given += [f"{way}.{key}" for key in DELAY_KEYS[1:] if getattr(one_way, key)]
         given += ["ephemeris"] if config.ephemeris else []
-        most_lacking = least if config.contacts is None else 0
+        most_lacking = least if config.contacts is None and config.routing is None else 0
         if not most_lacking <= len(given) <= 1:
             found = " and ".join(given) or "none of them"
-            text = f"expected one of delay_s, delay_table, ephemeris and contacts, found {found}"
+            expected = ", ".join((*DELAY_KEYS, "ephemeris"))
+            text = f"expected one of {expected} and contacts, found {found}"
             raise refused((way,), text)
 
 
-def _with_trace(one_way: OneWay, way: str, files: _Files) -> OneWay:
-    trace, key = one_way.rate_trace, (way, "rate_trace")
-    if trace is None:
-        return one_way
-    if (trace.file is None) == (not trace.times_ms):
-        found = "both" if trace.file else "neither"
-        raise refused(key, f"expected either file or times_ms, found {found}")
-    if trace.file is None:
-        return one_way
-    text = files.text(trace.file, (*key, "file"))
-    try:
-        times_ms = parse_trace(text, str(files.folder / trace.file))
-    except TraceError as error:
-        raise refused((*key, "file"), str(error)) from error
-    trace = msgspec.structs.replace(trace, file=None, times_ms=times_ms)
-    return msgspec.structs.replace(one_way, rate_trace=trace)
-
-
-def _begun(link: LinkConfig, files: _Files) -> tuple[datetime | None, Plan | None]:
+def _begun(link: LinkConfig, files: Files) -> tuple[datetime | None, Plan | None]:
     """The date at simulated time 0, and the contact plan counted from it, if there are any."""
     start = _start_of(link)
     plan = _plan_of(link, files, start)
@@ -175,7 +151,7 @@ def _start_of(link: LinkConfig) -> datetime | None:
         raise refused(key, str(error)) from error
 
 
-def _plan_of(link: LinkConfig, files: _Files, start: datetime | None) -> Plan | None:
+def _plan_of(link: LinkConfig, files: Files, start: datetime | None) -> Plan | None:
     """The contact plan that the link names, counted from its start."""
     contacts = link.contacts
     if contacts is None:
@@ -184,10 +160,9 @@ def _plan_of(link: LinkConfig, files: _Files, start: datetime | None) -> Plan | 
             raise refused(("start",), text)
         return None
     path = files.folder / contacts.file
-    text = files.text(contacts.file, ("contacts", "file"))
-    parse = parse_hdtn if path.suffix.lower() == ".json" else parse_ion
+    text = files.text(contacts.file, ("contacts", "file"), _read_plan)
     try:
-        plan = parse(text, str(path))
+        plan = parse_plan(text, str(path))
     except ContactPlanError as error:
         raise refused(("contacts", "file"), str(error)) from error
     if plan.zero is None and link.start is not None and link.ephemeris is None:
@@ -197,7 +172,7 @@ def _plan_of(link: LinkConfig, files: _Files, start: datetime | None) -> Plan | 
 
 
 def _with_contacts(
-    link: LinkConfig, plan: Plan | None, files: _Files, window: Window, sky: "Sky | None"
+    link: LinkConfig, plan: Plan | None, files: Files, window: Window, sky: "Sky | None"
 ) -> LinkConfig:
     contacts = link.contacts
     if contacts is None or plan is None:
@@ -207,11 +182,20 @@ def _with_contacts(
             text = f"expected the rate from contacts or from {given[0]}, found both"
             raise refused((way, given[0]), text)
     nodes = contacts.ground, contacts.rover
+    path = files.folder / contacts.file
     try:
+        if not has_direct(plan, *nodes):
+            if sky is not None:
+                text = "expected none, since the contacts by way of other nodes give light times"
+                raise refused(("ephemeris",), text)
+            routing = routing_of(plan, *nodes, contacts.store_byte)
+            return msgspec.structs.replace(link, routing=routing, contacts=None)
         tables = link_tables(plan, *nodes, window.plan_end_s, _known(link, plan, window, sky))
     except ContactPlanError as error:
-        path = files.folder / contacts.file
         raise refused(("contacts",), f"{path}: {error}") from error
+    if contacts.store_byte is not None:
+        text = "expected none, since the two have direct contacts and no node between them stores"
+        raise refused(("contacts", "store_byte"), text)
     return msgspec.structs.replace(
         link,
         up=_with_tables(link.up, tables.up),
@@ -241,7 +225,7 @@ def _with_tables(one_way: OneWay, tables: WayTables) -> OneWay:
     return msgspec.structs.replace(one_way, delay_table=tables.delay_table)
 
 
-def _sky_of(link: LinkConfig, files: _Files, start: datetime | None) -> "Sky | None":
+def _sky_of(link: LinkConfig, files: Files, start: datetime | None) -> "Sky | None":
     """Where the other end is, if the link has an ephemeris."""
     if link.ephemeris is None:
         return None
@@ -260,16 +244,32 @@ def _sky_of(link: LinkConfig, files: _Files, start: datetime | None) -> "Sky | N
         raise refused(("ephemeris",), str(error)) from error
 
 
-def _with_sky(link: LinkConfig, sky: "Sky | None", window: Window) -> LinkConfig:
-    if sky is None:
-        return link
-    from farside.link.profile.sky.orbiting import with_light_times  # noqa: PLC0415
+def _with_ephemeris(
+    link: LinkConfig, files: Files, start: datetime | None, window: Window
+) -> "tuple[LinkConfig, Sky | None]":
+    """The link with light times, and where they are from."""
+    ephemeris = link.ephemeris
+    if ephemeris is None:
+        return link, None
+    from farside.link.profile.sky.orbiting import Seen, seen_in, with_light_times  # noqa: PLC0415
     from farside.link.profile.sky.positions import EphemerisError  # noqa: PLC0415
 
+    # A kernel may be larger than a log. What a mission took of it stands for it among the texts.
+    described = msgspec.json.encode((msgspec.structs.replace(ephemeris, epoch=f"{start}"), window))
+    kept = f"light times of {described.decode()}" if ephemeris.kernel and window.is_whole else ""
+    if kept in files.texts:
+        seen = msgspec.json.decode(files.texts[kept], type=Seen)
+        return with_light_times(link, seen, ephemeris.conjunction_loss), None
+    sky = _sky_of(link, files, start)
+    if sky is None:
+        return link, None
     try:
-        return with_light_times(link, sky, window)
+        seen = seen_in(sky, window, ephemeris.conjunction_deg)
     except EphemerisError as error:
         raise refused(("ephemeris",), str(error)) from error
+    if kept:
+        files.texts[kept] = msgspec.json.encode(seen).decode()
+    return with_light_times(link, seen, ephemeris.conjunction_loss), sky
 
 
 def _with_passes(link: LinkConfig, window: Window) -> LinkConfig:

@@ -1,16 +1,19 @@
 """Long-run statistics of loss models and jitter."""
 
 import math
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from farside.link.profile.impairments import Jitter, JitterShape, LossModel
+from farside.link.profile.jitter import table_ns
 from farside.link.profile.loss import LossChain
+from farside.node import NS_PER_S
 
 Floats = NDArray[np.float64]
 
+_MOST_SCORE, _SCORES = 8.0, 20_001
 _NEVER = 1e-18
 """A transition that is less probable than this happens in no run."""
 
@@ -116,13 +119,66 @@ def transition_matrix(chain: LossChain) -> Floats:
 
 def jitter_cdf(jitter: Jitter, delay_s: Floats) -> Floats:
     """Probability that the jitter does not exceed `delay_s`."""
-    if jitter.shape is JitterShape.UNIFORM:
-        return np.clip(delay_s / jitter.spread_s, 0.0, 1.0)
-    return -np.expm1(-np.maximum(delay_s, 0.0) / jitter.spread_s)
+    match jitter.shape:
+        case JitterShape.UNIFORM:
+            return np.clip(delay_s / jitter.spread_s, 0.0, 1.0)
+        case JitterShape.EXPONENTIAL:
+            return -np.expm1(-np.maximum(delay_s, 0.0) / jitter.spread_s)
+        case JitterShape.TABLE:
+            return _share_of_table(jitter, delay_s, "right")
+    below = _deviation_cdf(jitter.shape, (delay_s - jitter.mean_s) / jitter.spread_s)
+    return np.where(delay_s < 0, 0.0, below)
+
+
+def jitter_below(jitter: Jitter, delay_s: Floats) -> Floats:
+    """Probability that the jitter is less than `delay_s`."""
+    if jitter.shape is JitterShape.TABLE:
+        return _share_of_table(jitter, delay_s, "left")
+    return np.where(delay_s > 0, jitter_cdf(jitter, delay_s), 0.0)
 
 
 def jitter_quantile(jitter: Jitter, probability: Floats) -> Floats:
     """The jitter in seconds that is not exceeded with this probability, 0 up to but not 1."""
-    if jitter.shape is JitterShape.UNIFORM:
-        return probability * jitter.spread_s
-    return -np.log1p(-probability) * jitter.spread_s
+    match jitter.shape:
+        case JitterShape.UNIFORM:
+            return probability * jitter.spread_s
+        case JitterShape.EXPONENTIAL:
+            return -np.log1p(-probability) * jitter.spread_s
+        case JitterShape.TABLE:
+            delays_s: Floats = np.array(table_ns(jitter)) / NS_PER_S
+            found: Floats = delays_s[(probability * len(delays_s)).astype(int)]
+            return found
+    deviations = _deviation_quantile(jitter.shape, probability)
+    return np.maximum(0.0, jitter.mean_s + jitter.spread_s * deviations)
+
+
+def _share_of_table(jitter: Jitter, delay_s: Floats, side: Literal["left", "right"]) -> Floats:
+    delays_ns = np.array(table_ns(jitter))
+    return np.searchsorted(delays_ns, np.rint(delay_s * NS_PER_S), side) / len(delays_ns)
+
+
+def _deviation_cdf(shape: JitterShape, deviations: Floats) -> Floats:
+    from scipy import special  # type: ignore[import-untyped] # noqa: PLC0415 - takes long
+
+    found: Floats
+    if shape is JitterShape.NORMAL:
+        found = special.ndtr(deviations)
+    elif shape is JitterShape.PARETO:
+        # The inverse of x = 4/3 · (u^(−1/3) − 3/2), which is 1 − u.
+        found = 1 - np.maximum(0.75 * deviations + 1.5, 1.0) ** -3
+    else:
+        scores = np.linspace(-_MOST_SCORE, _MOST_SCORE, _SCORES)
+        reached = _deviation_quantile(shape, special.ndtr(scores))
+        found = special.ndtr(np.interp(deviations, reached, scores))
+    return found
+
+
+def _deviation_quantile(shape: JitterShape, probability: Floats) -> Floats:
+    from scipy import special  # noqa: PLC0415 - takes long
+
+    # As in `farside.link.profile.jitter.deviation`.
+    pareto: Floats = (1 - probability) ** (-1 / 3) - 1.5
+    if shape is JitterShape.PARETO:
+        return 4 / 3 * pareto
+    scores: Floats = special.ndtri(probability)
+    return scores if shape is JitterShape.NORMAL else 0.25 * scores + pareto

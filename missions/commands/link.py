@@ -9,7 +9,7 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from farside.link.profile.config import Ephemeris
+from farside.link.profile.ephemeris import Ephemeris
 from farside.link.profile.layers import LinkConfigError, text_at
 from farside.link.profile.sky.dates import parsed_date
 from farside.link.profile.sky.kernels import kernel_orbits
@@ -54,9 +54,9 @@ def show_light_time(
     center: Annotated[str, typer.Option(metavar="BODY", help="Where the ground is.")] = "earth",
     json: Annotated[bool, typer.Option("--json", help="Print one JSON object.")] = False,
 ) -> None:
-    """Light time between the Earth and a body or spacecraft, up and down.
+    """Light time between the Earth and a body or spacecraft.
 
-    And its angle from the Sun.
+    Up and down, and its angle from the Sun.
 
     The uplink leaves the Earth at the epoch, the downlink arrives there. Between the centres,
     from astropy's built-in ephemeris (needs Farside's extra `astropy`), SPICE kernels (`spice`)

@@ -68,6 +68,14 @@ _NO_VALUE = {
     "string_array_value": [],
 }
 
+_SETTINGS = """{
+  mode: "router",
+  scouting: { multicast: { enabled: false } },
+  timestamping: { enabled: true },
+  routing: { router: { peers_failover_brokering: false } },
+}"""
+"""Of the router, as rmw_zenoh has them."""
+
 LATCHED = QosProfile(durability=QosDurability.TRANSIENT_LOCAL, history_depth=10)
 
 
@@ -160,12 +168,15 @@ class Computer:
     Args:
         definitions: the folder that `write_definitions` wrote.
         locator: the router of another computer, to do without one of its own.
+        settings: of its own router, in JSON5, but for the address.
     """
 
-    def __init__(self, definitions: Path, locator: str | None = None) -> None:
+    def __init__(
+        self, definitions: Path, locator: str | None = None, settings: str = _SETTINGS
+    ) -> None:
         with ExitStack() as stack:
             if locator is None:
-                router = stack.enter_context(zenoh.open(_router_settings()))
+                router = stack.enter_context(zenoh.open(_at_free_port(settings)))
                 [about] = [reply.ok for reply in router.get(f"@/{router.info.zid()}/router")]
                 assert about is not None
                 locator = json.loads(about.payload.to_bytes())["locators"][0]
@@ -252,9 +263,13 @@ class Computer:
         found = Subscription()
         with patch.object(ROS2Subscriber, "_query_historical_data"):
             one = self.make(ROS2Subscriber, topic, STRING, found.take, node_name=node, qos=LATCHED)
-        # It would ask once, but at first a session of Zenoh's knows nobody.
-        while found.is_empty():
+
+        def has_asked() -> bool:
             one._query_historical_data()
+            return not found.is_empty()
+
+        # It would ask once, but at first a session of Zenoh's knows nobody.
+        until(has_asked)
         return found
 
     def service(self, name: str, kind: str, node: str, answer: Callable[[Any], Any]) -> Any:
@@ -305,17 +320,9 @@ class Computer:
             return dict(get_service_names_and_types(timeout=PATIENCE_S))
 
 
-def _router_settings() -> zenoh.Config:
-    """Those of rmw_zenoh's router, on a free port of loopback."""
-    config = zenoh.Config()
-    settings = {
-        "mode": "router",
-        "listen/endpoints": ["tcp/127.0.0.1:0"],
-        "scouting/multicast/enabled": False,
-        "timestamping/enabled": {"router": True, "peer": True, "client": True},
-        "routing/router/peers_failover_brokering": False,
-        "adminspace/enabled": True,
-    }
-    for key, value in settings.items():
-        config.insert_json5(key, json.dumps(value))
+def _at_free_port(settings: str) -> zenoh.Config:
+    config = zenoh.Config.from_json5(settings)
+    config.insert_json5("listen/endpoints", '["tcp/127.0.0.1:0"]')
+    # To be asked for the port.
+    config.insert_json5("adminspace/enabled", "true")
     return config

@@ -1,6 +1,7 @@
 """Random impairments: each has its distribution, and none affects another."""
 
 import math
+import sys
 from collections.abc import Sequence
 from itertools import accumulate, groupby
 from typing import Any, NamedTuple
@@ -15,7 +16,15 @@ from farside.frames import Fate
 from farside.link import OneWay
 from farside.link.channel.chance import UNIMPAIRED, RandomImpairments
 from farside.link.profile.config import BitErrorEffect
-from farside.link.profile.impairments import FourState, GilbertElliott, Jitter, JitterShape, Reorder
+from farside.link.profile.impairments import (
+    CorrelatedLoss,
+    FourState,
+    GilbertElliott,
+    Jitter,
+    JitterShape,
+    Reorder,
+)
+from farside.link.profile.statistics import loss_statistics
 from farside.node import Direction, Frame
 
 COUNT = 20_000
@@ -49,13 +58,17 @@ class Drawn(NamedTuple):
     copy_ns: int | None
 
 
+def bits_of(number: int) -> tuple[int, ...]:
+    return tuple(bit for bit in range(number.bit_length()) if number >> bit & 1)
+
+
 def drawn(node: RandomImpairments, frames: Sequence[Frame]) -> list[Drawn]:
     """What each frame draws from `node`."""
     jitters_ns, others = node.draw(frames)
     assert len(jitters_ns) == len(frames)
     found = [others.get(index, UNIMPAIRED) for index in range(len(frames))]
     return [
-        Drawn(one.loss, one.flips, jitter_ns, one.hold_ns, one.copy_ns)
+        Drawn(one.loss, bits_of(one.flips), jitter_ns, one.hold_ns, one.copy_ns)
         for one, jitter_ns in zip(found, jitters_ns, strict=True)
     ]
 
@@ -117,8 +130,66 @@ def test_a_loss_alone_in_a_gap_is_never_followed_by_another() -> None:
     assert mean_burst(lost) == 1.0
 
 
+CORRELATED = [(0.1, 0.4), (0.3, -0.3), (0.9, -0.1), (0.02, 0.9)]
+
+
+def lag_correlation(hits: Sequence[bool]) -> float:
+    return float(np.corrcoef(hits[1:], hits[:-1])[0, 1])
+
+
+@pytest.mark.parametrize(("probability", "correlation"), CORRELATED)
+def test_losses_have_the_probability_and_the_correlation_asked_for(
+    probability: float, correlation: float
+) -> None:
+    # In tc-netem a correlation of 0.4 makes hardly any loss of 10 %.
+    model = CorrelatedLoss(probability=probability, correlation=correlation)
+    lost = losses(loss=model)
+    spread = math.sqrt(max(1.0, (1 + correlation) / (1 - correlation)))
+    assert near(np.mean(lost), probability, spread=spread)
+    assert lag_correlation(lost) == pytest.approx(correlation, abs=0.05)
+    asked = loss_statistics(model)
+    assert asked.rate == pytest.approx(probability)
+    assert asked.burst_length == pytest.approx(1 / (1 - probability) / (1 - correlation))
+
+
+@pytest.mark.parametrize(("share", "correlation"), CORRELATED)
+def test_frames_are_held_back_with_the_share_and_the_correlation_asked_for(
+    share: float, correlation: float
+) -> None:
+    reorder = Reorder(share=share, hold_s=1.0, correlation=correlation)
+    held = [one.hold_ns > 0 for one in draw(reorder=reorder)]
+    spread = math.sqrt(max(1.0, (1 + correlation) / (1 - correlation)))
+    assert near(np.mean(held), share, spread=spread)
+    assert lag_correlation(held) == pytest.approx(correlation, abs=0.05)
+
+
+@pytest.mark.parametrize("correlation", [0.4, -0.3])
+@given(st.lists(st.integers(0, 20), max_size=10))
+def test_correlation_goes_on_from_block_to_block(correlation: float, sizes: Sequence[int]) -> None:
+    impairments: dict[str, Any] = {
+        "reorder": Reorder(share=0.3, hold_s=1.0, correlation=correlation),
+        "loss": CorrelatedLoss(probability=0.3, correlation=correlation),
+        "jitter": Jitter(spread_s=0.01, shape=JitterShape.PARETO, correlation=correlation),
+    }
+    total, blocks, node = sum(sizes), [], chance(**impairments)
+    for begin, size in zip(accumulate(sizes, initial=0), sizes, strict=False):
+        blocks += drawn(node, frames(total)[begin : begin + size])
+    assert blocks == draw(total, **impairments)
+
+
+@pytest.mark.parametrize(
+    ("probability", "least"), [(0.1, "-0.111111"), (0.9, "-0.111111"), (0.0, "0")]
+)
+def test_more_anticorrelation_than_there_can_be_is_refused(probability: float, least: str) -> None:
+    words = f"expected a correlation of {least} or more with a probability of {probability:g}"
+    with pytest.raises(ValueError, match=words):
+        CorrelatedLoss(probability=probability, correlation=-0.2)
+    with pytest.raises(ValueError, match=words):
+        Reorder(share=probability, hold_s=1.0, correlation=-0.2)
+
+
 @pytest.mark.parametrize("correlation", [0.0, 0.7, -0.5])
-@pytest.mark.parametrize("shape", JitterShape)
+@pytest.mark.parametrize("shape", [JitterShape.UNIFORM, JitterShape.EXPONENTIAL])
 def test_jitter_has_its_distribution_for_any_correlation(
     shape: JitterShape, correlation: float
 ) -> None:
@@ -171,6 +242,22 @@ def test_bit_errors_lose_long_frames_more_often() -> None:
 def test_when_every_bit_is_wrong_all_are_flipped() -> None:
     (one,) = draw(1, 3, bit_error_rate=1.0, bit_errors=BitErrorEffect.FLIP)
     assert one.flips == tuple(range(24))
+
+
+@pytest.mark.parametrize("rate", [1e-4, 0.3])
+def test_the_wrong_bits_of_a_long_message_are_as_many_and_take_no_more_room_than_it(
+    rate: float,
+) -> None:
+    size_byte = 500_000
+    node = RandomImpairments(
+        np.random.default_rng(0), OneWay(bit_error_rate=rate, bit_errors=BitErrorEffect.FLIP)
+    )
+    [one] = node.draw([Frame(Direction.UP, 0, 0, bytes(size_byte))]).impairments.values()
+    bits = 8 * size_byte
+    assert abs(one.flips.bit_count() - bits * rate) < 5 * math.sqrt(bits * rate * (1 - rate))
+    half = one.flips & (1 << bits // 2) - 1
+    assert abs(half.bit_count() - bits * rate / 2) < 5 * math.sqrt(bits * rate * (1 - rate) / 2)
+    assert sys.getsizeof(one.flips) < 1.1 * size_byte
 
 
 def test_corruption_flips_one_bit_anywhere() -> None:

@@ -15,7 +15,7 @@ from farside.link.profile.impairments import FourState, Reorder
     [
         (
             {"delay_s": 0.0, "delay_table": (DelayPoint(t_s=0.0, delay_s=1.0),)},
-            "expected one of delay_s, delay_table, found delay_s and delay_table",
+            "expected one of delay_s, delay_table, delay_trace, found delay_s and delay_table",
         ),
         (
             {"rate_bit_s": 800, "rate_table": (RateStep(t_s=0.0, rate_bit_s=80),)},

@@ -10,8 +10,10 @@ from hypothesis import strategies as st
 from farside.link import Blackout
 from farside.link.profile.config import Affected, DelayPoint, LinkConfig, OneWay, RateStep
 from farside.link.profile.plans.contacts import (
+    UNLIMITED_BIT_S,
     ContactPlanError,
     Plan,
+    WayTables,
     gaps,
     link_tables,
 )
@@ -121,10 +123,31 @@ def test_for_nodes_without_contacts_the_error_lists_the_pairs_that_have_some() -
     )
 
 
-def test_a_contact_without_any_range_is_named() -> None:
-    plan = parse_ion(both_ways((7, 9)) + "\na range +0 +9 2 1 1", "plan")
-    with pytest.raises(ContactPlanError, match="the contact from 1 to 2 at 7 s, found none"):
-        link_tables(plan, 1, 2, 100)
+@pytest.mark.parametrize(("ranges", "up_s", "down_s"), [("", 0, 0), ("a range +0 +9 2 1 4", 0, 4)])
+def test_a_light_time_that_the_plan_does_not_tell_is_0(
+    ranges: str, up_s: float, down_s: float
+) -> None:
+    """As both tools take it. In ION a range from a higher number says nothing of the way back."""
+    tables = link_tables(parse_ion(f"{both_ways((7, 9))}\n{ranges}", "plan"), 1, 2, 100)
+    assert tables.up.delay_table == (DelayPoint(t_s=0, delay_s=up_s),)
+    assert tables.down.delay_table == (DelayPoint(t_s=0, delay_s=down_s),)
+
+
+def test_a_direction_without_contacts_is_out_all_the_time() -> None:
+    plan = parse_ion("a contact +0 +50 1 2 10\na range +0 +50 1 2 3", "plan")
+    assert outages(plan, Affected.UP, 100) == [(0, 3), (53, 100)]
+    assert outages(plan, Affected.DOWN, 100) == [(0, 100)]
+    assert link_tables(plan, 1, 2, 100).down == WayTables((DelayPoint(t_s=0, delay_s=3),), ())
+
+
+def test_an_unlimited_rate_is_no_cap() -> None:
+    entry = '{"source": 1, "dest": 2, "startTime": %d, "endTime": %d, "rateBitsPerSec": %s}'
+    free, capped = entry % (0, 10, 0), entry % (10, 20, 900)
+    plan = parse_hdtn(f'{{"contacts": [{free}]}}', "plan")
+    assert link_tables(plan, 1, 2, 100).up.rate_table == ()
+    plan = parse_hdtn(f'{{"contacts": [{free}, {capped}]}}', "plan")
+    rates = [step.rate_bit_s for step in link_tables(plan, 1, 2, 100).up.rate_table]
+    assert rates == [UNLIMITED_BIT_S, 900]
 
 
 @given(

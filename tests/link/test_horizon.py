@@ -8,6 +8,7 @@ import pytest
 
 from farside.frames import OutageReason
 from farside.link.emulator import Delivery, Emulator, look_ahead
+from farside.link.emulator.ahead.renewing import Renewal
 from farside.link.emulator.control import OutageState
 from farside.link.profile.plans.times import Window
 from farside.link.profile.profile import Profile
@@ -182,3 +183,56 @@ def test_what_was_looked_up_before_a_change_is_not_gone_back_to() -> None:
     link.control(b'{"down": {"loss": 0.25}}')
     link.renew(stale)
     assert link.state().down.settings.loss == 0.25
+
+
+# --- on a wall clock
+
+
+def test_the_next_window_is_looked_up_in_the_background_once_half_of_this_one_is_over() -> None:
+    link: Emulator[None] = Emulator(look_ahead(Profile.read("mars-relay")))
+    said: list[str] = []
+    renewal = Renewal(link, said.append)
+    first = link.ahead
+    renewal.step(first.renew_ns - 1)
+    assert renewal._coming is None
+    link.advance(first.renew_ns)
+    while link.ahead is first:
+        renewal.step(first.renew_ns)
+    assert link.ahead.renew_ns > first.latest_ns
+    assert said == []
+
+
+@pytest.mark.usefixtures("conjunction")
+def test_people_are_told_where_light_times_end_and_when_they_do() -> None:
+    table = {"ephemeris": {"body": "mars", "epoch": "2099-12-30"}}
+    link = emulator(table)
+    said: list[str] = []
+    renewal = Renewal(link, said.append)
+    foretold = "light times are known until 2100-01-01T00:00:00Z; from then on they stay"
+    for day in (0.5, 1.5, 2.5, 2.6):
+        link.advance(to_ns(day * DAY_S))
+        renewal.step(to_ns(day * DAY_S))
+    ended = "the ephemeris has ended, 2100-01-01T00:00:00Z: light times stay as they are"
+    assert said == [foretold, ended]
+    link.control(b'{"ephemeris": {"epoch": "2026-01-01"}}')
+    renewal.step(to_ns(3 * DAY_S))
+    assert said[2:] == [foretold]
+
+
+def test_a_failure_of_looking_ahead_is_raised_where_the_link_is_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "far.ionrc").write_text(RANGES + PLAN)
+    contacts = {"file": "far.ionrc", "ground": 1, "rover": 2}
+    link = emulator({"contacts": contacts, "passes": {"length_s": 1, "period_s": 9}}, tmp_path)
+    renewal = Renewal(link, print)
+
+    def fail(*_: object) -> None:
+        raise MemoryError
+
+    monkeypatch.setattr("farside.link.emulator.ahead.renewing.look_ahead", fail)
+    renewal.step(link.ahead.renew_ns)
+    while not renewal._coming.done():
+        pass
+    with pytest.raises(MemoryError):
+        renewal.step(link.ahead.renew_ns)

@@ -9,7 +9,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from farside.link.profile.config import DelayPoint, Ephemeris
+from farside.link.profile.config import DelayPoint
+from farside.link.profile.ephemeris import Ephemeris
 from farside.link.profile.sky import light
 from farside.link.profile.sky.dates import parsed_date
 from farside.link.profile.sky.light import LightTime
@@ -112,7 +113,7 @@ def test_with_outdated_leap_seconds_nothing_is_downloaded_and_nobody_is_warned()
 import sys
 from astropy.time import Time
 from astropy.utils import iers
-from farside.link.profile.config import Ephemeris
+from farside.link.profile.ephemeris import Ephemeris
 from farside.link.profile.sky.dates import parsed_date
 from farside.link.profile.sky.light import light_time
 from farside.link.profile.sky.sky import sky_of

@@ -154,7 +154,10 @@ def test_a_profile_may_be_the_name_of_a_preset_but_a_file_comes_first(
         ("up = ", ": expected TOML, found: "),
         ("[up]\ndelays = 3\nloss = 7", ": up.delays: expected one of the keys delay_s, "),
         ("[up]\ndelays = 3\nloss = 7", ": up.loss: expected "),
-        ("[up]\ndelay_s = 3", ": down: expected one of delay_s, delay_table, ephemeris and"),
+        (
+            "[up]\ndelay_s = 3",
+            ": down: expected one of delay_s, delay_table, delay_trace, ",
+        ),
         ('preset = "ton"', ": preset: expected the name of a preset (tin), found "),
         ("preset = 3", ": preset: expected "),
     ],

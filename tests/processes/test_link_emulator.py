@@ -6,6 +6,8 @@ import subprocess
 import sys
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
 from typing import Any, cast
 
 import pytest
@@ -169,10 +171,14 @@ class Link:
 
 @contextmanager
 def link(
-    *settings: str, up: Sequence[str] = ("cmd/**",), down: Sequence[str] = ("tlm/**",)
+    *settings: str,
+    up: Sequence[str] = ("cmd/**",),
+    down: Sequence[str] = ("tlm/**",),
+    start: str | None = None,
 ) -> Iterator[Link]:
     """Two programs with the emulator between them."""
     options = [f"--set={setting}" for setting in settings]
+    options += [] if start is None else [f"--start={start}"]
     options += [f"--up={key}" for key in up] + [f"--down={key}" for key in down]
     with program(*up) as rover, program(*down) as ground:
         process = subprocess.Popen(  # noqa: S603 - our own
@@ -264,7 +270,9 @@ def test_a_manual_outage_begins_and_ends_at_once() -> None:
 
 
 def test_settings_change_while_it_runs() -> None:
-    with link("up.delay_s=0.01") as between:
+    with link("preset=moon", "up.delay_s=0.01", "down.jitter.spread_s=0.1") as between:
+        settings = between.ground.get("farside/link/counters")["down"]["settings"]
+        assert (settings["rate_bit_s"], settings["jitter"]["spread_s"]) == (32_000, 0.1)
         state = between.control(both={"loss": 1.0}, up={"delay_s": 0.02})
         assert state["up"]["settings"] | {"loss": 1.0, "delay_s": 0.02} == state["up"]["settings"]
         assert state["down"]["settings"]["loss"] == 1.0
@@ -325,11 +333,38 @@ def test_one_network_on_both_sides_is_refused() -> None:
 
 @pytest.mark.parametrize(
     "options",
-    [["--up=/cmd"], [], ["--up=cmd", "--set=up.loss=2"], ["--up=cmd", "--preset=unheard-of"]],
+    [
+        ["--up=/cmd"],
+        [],
+        ["--up=cmd", "--set=up.loss=2"],
+        ["--up=cmd", "--preset=unheard-of"],
+        ["--up=cmd", "--start=tomorrow"],
+        ["--up=cmd", "--start=now"],  # of a link with nothing that has dates
+    ],
 )
 def test_bad_input_is_status_2_before_any_connection(options: list[str]) -> None:
     status, _ = ends_with(*command("tcp/127.0.0.1:1", "tcp/127.0.0.1:1", *options))
     assert status == 2
+
+
+def test_a_plan_with_dates_starts_at_the_wall_clock(tmp_path: Path) -> None:
+    def date(minutes: float) -> str:
+        return f"{datetime.now(UTC) + timedelta(minutes=minutes):%Y/%m/%d-%H:%M:%S}"
+
+    plan = tmp_path / "today.ionrc"
+    plan.write_text(
+        f"a contact {date(-60)} {date(60)} 1 2 125000\n"
+        f"a contact {date(60)} {date(120)} 2 1 125000\n"
+    )
+    contacts = f"contacts={{file='{plan}', ground=1, rover=2}}"
+    with link(contacts, start="now") as between:
+        between.ground.put("cmd/drive", "N")
+        assert between.rover.heard()["key"] == "cmd/drive"
+        between.rover.put("tlm/pose", "0,0")
+        assert between.counters("down")["outage"] == 1
+        outage = between.ground.get("farside/link/counters")["down"]["outage"]
+    assert outage["reason"] == "contact"
+    assert 0 < outage["left_s"] <= 3600
 
 
 def test_messages_to_a_side_without_programs_are_counted_and_reported() -> None:

@@ -314,3 +314,27 @@ def test_the_emulators_own_keys_never_cross() -> None:
         both.rover.put("after", "")
         until(lambda: heard.count("after") == 2)
         assert heard.count("farside/link/control") == 1
+
+
+def test_what_an_advanced_subscriber_missed_it_is_told_after_an_outage() -> None:
+    """It waits for the end of its query, and forgets no query by itself."""
+    with between(down=["tlm/**"]) as both:
+        key = "tlm/map/@adv/pub/1/2/_"
+
+        def recall(query: zenoh.Query) -> None:
+            with query:
+                for text in ("one", "two"):
+                    query.reply("tlm/map", text)
+
+        both.rover.declare_queryable(key, recall)
+        find(both.ground, both.rover)
+        both.control(both={"out": True})
+        replies = both.ground.get(
+            "tlm/map/@adv/**",
+            accept_replies=zenoh.ReplyKeyExpr.ANY,
+            consolidation=UNCONSOLIDATED,
+            timeout=60.0,
+        )
+        until(lambda: both.state().up.counters.outage > 0)
+        both.control(both={"out": False})
+        assert [reply.ok.payload.to_string() for reply in replies] == ["one", "two"]

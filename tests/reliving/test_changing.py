@@ -26,6 +26,7 @@ RULES = [{"rule": "probability", "above": 0.9}]
 _WAY: dict[str, Any] = {
     "delay_s": 1.5,
     "delay_table": [{"t_s": 0.0, "delay_s": 1.0}, {"t_s": 9.0, "delay_s": 2.0}],
+    "delay_trace": {"points": [{"t_s": 0.0, "delay_s": 1.0}, {"t_s": 9.0, "delay_s": 2.0}]},
     "rate_bit_s": 1234,
     "rate_table": [{"t_s": 0.0, "rate_bit_s": 900}],
     "rate_trace": {"times_ms": [10, 20]},
@@ -41,6 +42,7 @@ _WAY: dict[str, Any] = {
     "jitter": {"spread_s": 0.2},
     "reorder": {"share": 0.2, "hold_s": 0.3},
     "duplicate": 0.2,
+    "slots": {"min_s": 0.2, "max_s": 0.3},
 }
 _OTHERS: dict[str, Any] = {
     **{f"link.{way}.{key}": value for way in ("up", "down") for key, value in _WAY.items()},

@@ -1,6 +1,7 @@
 """Delay and jitter, from frames that do not affect each other."""
 
 import math
+from collections import Counter
 from collections.abc import Iterator
 from functools import partial
 from typing import NamedTuple
@@ -14,15 +15,21 @@ from farside.link.check.intervals import (
     kolmogorov_limit,
     normal_scores,
 )
-from farside.link.check.lines import CheckLine, Group, Observation, point, quantile, unmeasured
+from farside.link.check.lateness import Lateness
+from farside.link.check.lines import CheckLine, Group, Observation, point, share_line, unmeasured
+from farside.link.check.probes.memory import held_lines, threshold_line
 from farside.link.check.traffic.reference import Bools, Ints
 from farside.link.profile.config import OneWay
-from farside.link.profile.impairments import Jitter
-from farside.link.profile.statistics import Floats, jitter_cdf
+from farside.link.profile.impairments import Jitter, JitterShape
+from farside.link.profile.jitter import table_ns
+from farside.link.profile.statistics import jitter_cdf
 from farside.node import to_ns, to_s
 
-_NEGLIGIBLE = 0.01
-"""Correlation below which samples count as independent."""
+_TAIL = 0.005
+"""The share of frames that come latest, and are counted."""
+
+_HEAVY = 0.002
+"""Up to this share of equal values, each stands for one normal score."""
 
 _ROUNDING_NS = 2
 """Ends of frames, delays, jitter and holding back are each rounded to a nanosecond."""
@@ -50,15 +57,21 @@ class Late(NamedTuple):
 def delay_lines(seen: Observation, group: Group) -> Iterator[CheckLine]:
     """Delay, and jitter if there is any."""
     way, arrived = group.way, _to_be_timed(seen, group)
+    if way.slots is not None and way.rate_trace is not None:
+        yield unmeasured("delay", "s", math.nan, "slots hide which opportunity a frame uses")
+        return
     if not arrived.any():
         yield unmeasured("delay", "s", math.nan, "no frame arrived")
         return
     late = _late(seen, arrived)
-    yield (
-        _exact_line(late) if way.jitter is None and way.reorder is None else _least_line(way, late)
-    )
+    lateness = Lateness(way)
+    yield _exact_line(late) if lateness.is_none else _least_line(lateness, late)
+    if way.jitter is not None or way.slots is not None:
+        yield from _distribution_lines(way, lateness, late)
     if way.jitter is not None:
-        yield from _jitter_lines(way, way.jitter, late)
+        yield _correlation_line(way, way.jitter, lateness, late)
+    if way.reorder is not None:
+        yield from held_lines(seen, group, late.numbers, late.rest_ns, int(late.slack_ns.max()))
 
 
 def delay_line(seen: Observation, group: Group) -> CheckLine:
@@ -84,7 +97,8 @@ def _late(seen: Observation, arrived: Bools) -> Late:
         asked.append(seen.reference.delay_ns(left_ns))
         rest.append(seen.arrivals.time_ns[own] - left_ns - asked[-1])
         # The delay may be that of the first bit or of the last.
-        least, greatest = seen.reference.delay_range_ns(sent_ns, left_ns)
+        latest_ns = left_ns + phase.waits_ns(size)
+        least, greatest = seen.reference.delay_range_ns(sent_ns, latest_ns)
         slack.append(_ROUNDING_NS + greatest - least)
     return Late(
         np.flatnonzero(arrived),
@@ -113,45 +127,33 @@ def _exact_line(late: Late) -> CheckLine:
     )
 
 
-def _least_line(way: OneWay, late: Late) -> CheckLine:
-    """The delay below all jitter: from the frame with the least on top of it."""
+def _least_line(lateness: Lateness, late: Late) -> CheckLine:
+    """The delay below all that is random: from the frame that was the least late."""
     least = int(np.argmin(late.rest_ns))
-    least_s, slack_s = to_s(int(late.rest_ns[least])), to_s(int(late.slack_ns.max()))
-    spacing = 1 if way.jitter is None else _spacing(way.jitter)
-    effective = max(1, len(late.rest_ns) // spacing)
+    least_ns, slack_ns = int(late.rest_ns[least]), int(late.slack_ns.max())
+    effective = max(1, len(late.rest_ns) // lateness.spacing)
 
     def located(miss: float) -> Interval:
         # The least of the delays on top exceeds this quantile with probability `miss`.
-        reach_s = _quantile_on_top(way, -math.expm1(math.log(miss) / effective))
-        asked_s = late.asked_s + least_s
-        return asked_s - reach_s - slack_s, asked_s + slack_s
+        reach_ns = lateness.quantile_ns(-math.expm1(math.log(miss) / effective))
+        low_s = to_s(least_ns - reach_ns - slack_ns)
+        return late.asked_s + low_s, late.asked_s + to_s(least_ns + slack_ns)
 
     return CheckLine(
         "delay",
         "s",
         len(late.rest_ns),
         point(late.asked_s),
-        late.asked_s + least_s,
+        late.asked_s + to_s(least_ns),
         located,
     )
 
 
-def _quantile_on_top(way: OneWay, probability: float) -> float:
-    """What jitter and holding back add in seconds, at most, with this probability."""
-    share, hold_s = (way.reorder.share, way.reorder.hold_s) if way.reorder else (0.0, 0.0)
-
-    def of_jitter(part: float) -> float:
-        return 0.0 if way.jitter is None else quantile(way.jitter, part)
-
-    if probability <= 1 - share:
-        return of_jitter(probability / (1 - share)) if share < 1 else of_jitter(probability)
-    return hold_s + of_jitter((probability - (1 - share)) / share)
-
-
-def _jitter_lines(way: OneWay, jitter: Jitter, late: Late) -> Iterator[CheckLine]:
-    below = _on_top_cdf(way, jitter, late.rest_ns - late.slack_ns)
-    above = _on_top_cdf(way, jitter, late.rest_ns + late.slack_ns)
-    apart = late.numbers % _spacing(jitter) == late.numbers[0] % _spacing(jitter)
+def _distribution_lines(way: OneWay, lateness: Lateness, late: Late) -> Iterator[CheckLine]:
+    """Whether the delay on top has its distribution: by Kolmogorov and Smirnov, and in its tail."""
+    below = lateness.below(late.rest_ns - late.slack_ns)
+    above = lateness.cdf(late.rest_ns + late.slack_ns)
+    apart = late.numbers % lateness.spacing == late.numbers[0] % lateness.spacing
     count = int(apart.sum())
     distance = kolmogorov_distance(below[apart], above[apart])
 
@@ -159,37 +161,40 @@ def _jitter_lines(way: OneWay, jitter: Jitter, late: Late) -> Iterator[CheckLine
         limit = kolmogorov_limit(count, miss)
         return max(0.0, distance - limit), distance + limit
 
-    yield CheckLine("jitter, distance", "", count, point(0), distance, distances)
-    yield _correlation_line(way, jitter, late, (below + above) / 2)
+    parts = [("jitter", way.jitter), ("waits for slots", way.slots)]
+    name = " and ".join(part for part, there in parts if there is not None)
+    yield CheckLine(f"{name}, distance", "", count, point(0), distance, distances)
+    # The distance hardly tells of what is rare, however long.
+    edge_ns, slack_ns = lateness.quantile_ns(1 - _TAIL), int(late.slack_ns.max())
+    tail = share_line(f"{name}, tail", 0.0, late.rest_ns[apart] > edge_ns)
+    reach = 1 - lateness.cdf(np.array([edge_ns + slack_ns, edge_ns - slack_ns]))
+    yield tail._replace(asked=(float(reach[0]), float(reach[1])))
 
 
-def _correlation_line(way: OneWay, jitter: Jitter, late: Late, probabilities: Floats) -> CheckLine:
+def _correlation_line(way: OneWay, jitter: Jitter, lateness: Lateness, late: Late) -> CheckLine:
     name, asked = "jitter, correlation", jitter.correlation
     if way.reorder is not None:
         return unmeasured(name, "", asked, "frames that are held back hide it")
+    if way.slots is not None:
+        return unmeasured(name, "", asked, "waits for slots hide it")
     if to_ns(jitter.spread_s) < _FINEST * int(late.slack_ns.max()):
         why = f"jitter of {jitter.spread_s:g} s is hardly longer than what it is rounded to"
         return unmeasured(name, "", asked, why)
     before = np.flatnonzero(np.diff(late.numbers) == 1)
     if len(before) <= 10:
         return unmeasured(name, "", asked, "too few frames arrived one after the other")
-    scores = normal_scores(probabilities)
+    below, above = lateness.below(late.rest_ns - 1), lateness.cdf(late.rest_ns + 1)
+    if _heaviest(jitter) > _HEAVY:
+        return threshold_line(name, asked, below, before)
+    scores = normal_scores((below + above) / 2)
     first, second = scores[before], scores[before + 1]
     estimate = partial(correlation_interval, first, second, asked)
     measured = float(first @ second) / float(first @ first)
     return CheckLine(name, "", len(before), point(asked), measured, estimate)
 
 
-def _on_top_cdf(way: OneWay, jitter: Jitter, rest_ns: Ints) -> Floats:
-    """Probability that jitter and holding back add no more than this."""
-    free = jitter_cdf(jitter, rest_ns / 1e9)
-    if way.reorder is None:
-        return free
-    held = jitter_cdf(jitter, (rest_ns - to_ns(way.reorder.hold_s)) / 1e9)
-    return (1 - way.reorder.share) * free + way.reorder.share * held
-
-
-def _spacing(jitter: Jitter) -> int:
-    """How many frames apart jitter is practically independent."""
-    rho = abs(jitter.correlation)
-    return max(1, math.ceil(math.log(_NEGLIGIBLE) / math.log(rho))) if rho > _NEGLIGIBLE else 1
+def _heaviest(jitter: Jitter) -> float:
+    """The share of the frames that have the most frequent jitter."""
+    if jitter.shape is JitterShape.TABLE:
+        return max(Counter(table_ns(jitter)).values()) / len(jitter.table)
+    return float(jitter_cdf(jitter, np.zeros(1))[0])

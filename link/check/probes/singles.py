@@ -25,9 +25,11 @@ from farside.link.check.lines import (
     unmeasured,
 )
 from farside.link.check.probes.delays import delay_line, delay_lines
+from farside.link.check.probes.memory import repeats_line
 from farside.link.check.traffic.planning import Burst, Traffic, plan_bursts
 from farside.link.check.traffic.reference import MARGIN_NS, Phase, Reference
 from farside.link.profile.config import BitErrorEffect
+from farside.link.profile.impairments import CorrelatedLoss
 from farside.link.profile.statistics import loss_statistics
 from farside.node import NS_PER_S
 
@@ -99,6 +101,8 @@ def _loss_lines(seen: Observation, group: Group) -> Iterator[CheckLine]:
         1 / (1 - hits / trials),
         lengths,
     )
+    if isinstance(way.loss, CorrelatedLoss) and not other:
+        yield repeats_line("loss, correlation", way.loss, again, before, likelihood)
 
 
 def _copies_line(seen: Observation, group: Group) -> CheckLine:
@@ -160,7 +164,7 @@ def judge_long_singles(seen: Observation) -> Lines:
         rates = {phase.rate_bit_s for phase in group.phases}
         if rates != {None}:
             delay = delay_line(seen, group)
-            alone = group.phases[0].spread_ns and len(rates) == 1
+            alone = group.phases[0].spreads and len(rates) == 1
             line = (
                 _rate_line(group, delay)
                 if alone
@@ -170,7 +174,7 @@ def judge_long_singles(seen: Observation) -> Lines:
         if group.way.bit_error_rate:
             yield group.from_s, _bit_error_line(seen, group)
     for phases, why in seen.traffic.left_out:
-        if phases and phases[0].rate_bit_s is not None and phases[0].spread_ns:
+        if phases and phases[0].rate_bit_s is not None and phases[0].spreads:
             yield phases[0].begin_ns / 1e9, unmeasured("rate", "bit/s", phases[0].rate_bit_s, why)
 
 

@@ -8,9 +8,10 @@ import msgspec
 import numpy as np
 from numpy.typing import NDArray
 
+from farside.link.check.lateness import greatest_ns, greatest_wait_ns
 from farside.link.check.traffic.opportunities import TraceTimes
-from farside.link.profile.config import AtEnd, LinkConfig, OneWay
-from farside.link.profile.impairments import JitterShape
+from farside.link.profile.config import AfterLast, AtEnd, LinkConfig, OneWay
+from farside.link.profile.rate import OPPORTUNITY_BYTE
 from farside.link.profile.schedule import outages_of
 from farside.node import NS_PER_S, Direction, to_ns
 
@@ -25,9 +26,6 @@ MARGIN_NS = 1_000
 
 MOST_KINDS = 100
 """Of how many settings at most, spread evenly over all, each probe measures the effect."""
-
-_HEAVIEST_TAIL = 40.0
-"""In mean jitters: what an exponential jitter exceeds once in 10^17 frames."""
 
 
 class Phase(NamedTuple):
@@ -54,6 +52,28 @@ class Phase(NamedTuple):
 
     def busy_ns(self, size_byte: int, frames: int = 1) -> int:
         """The longest time that frames sent at once take until the last bit of all has left."""
+        return self.sending_ns(size_byte, frames) + self.waits_ns(size_byte, frames)
+
+    def waits_ns(self, size_byte: int, frames: int = 1) -> int:
+        """The longest time of it that they wait for slots."""
+        if self.way.slots is None:
+            return 0
+        one_ns = greatest_wait_ns(self.way.slots)
+        if self.trace is not None:
+            one_ns += self.trace.longest_ns(1)
+        return -(-frames // self.per_slot(size_byte)) * one_ns
+
+    def per_slot(self, size_byte: int) -> int:
+        """How many frames of this size a slot carries."""
+        most = 1 << 30
+        if self.way.slots is not None and self.way.slots.frames is not None:
+            most = self.way.slots.frames
+        if self.way.slots is not None and self.way.slots.bytes is not None:
+            most = min(most, -(-self.way.slots.bytes // max(1, self.frame_byte(size_byte))))
+        return most
+
+    def sending_ns(self, size_byte: int, frames: int = 1) -> int:
+        """The same without slots."""
         if self.trace is not None:
             return self.trace.longest_ns(frames * self.trace.needed(self.frame_byte(size_byte)))
         if self.rate_bit_s is None:
@@ -64,21 +84,29 @@ class Phase(NamedTuple):
         """What a frame of this size takes on the line."""
         return size_byte + self.way.overhead_byte
 
+    @property
+    def filling_byte(self) -> int:
+        """On a trace, the size of a frame that leaves nothing over of its opportunities."""
+        overhead = self.way.overhead_byte
+        return (overhead // OPPORTUNITY_BYTE + 1) * OPPORTUNITY_BYTE - overhead
+
     def departure_ns(self, time_ns: Ints, size_byte: int) -> Ints:
-        """When the last bit leaves of frames that do not have to queue."""
+        """When the last bit leaves of frames that wait neither in the queue nor for a slot."""
         if self.trace is None:
-            return time_ns + self.busy_ns(size_byte)
+            return time_ns + self.sending_ns(size_byte)
         needed = self.trace.needed(self.frame_byte(size_byte))
         return self.trace.time_ns(self.trace.first_from(time_ns) + needed - 1)
 
     @property
+    def spreads(self) -> bool:
+        """Whether some frames are later than others, by jitter, holding back or slots."""
+        return self.spread_ns > 0 or self.way.slots is not None
+
+    @property
     def spread_ns(self) -> int:
         """By how much a frame may arrive later than the propagation delay has it."""
-        jitter, hold_s = self.way.jitter, self.way.reorder.hold_s if self.way.reorder else 0.0
-        if jitter is None:
-            return to_ns(hold_s)
-        tail = _HEAVIEST_TAIL if jitter.shape is JitterShape.EXPONENTIAL else 1.0
-        return to_ns(hold_s + tail * jitter.spread_s)
+        hold_s = self.way.reorder.hold_s if self.way.reorder else 0.0
+        return to_ns(hold_s) + greatest_ns(self.way.jitter)
 
 
 class Windows(NamedTuple):
@@ -116,9 +144,15 @@ class Reference:
         outages = [(one.begin_ns, one.end_ns) for one in outages_of(config, direction)]
         self.outages_ns = _limited(outages)
         way = config.way(direction)
-        points = [(to_ns(one.t_s), to_ns(one.delay_s)) for one in way.delay_table]
-        points = points or [(0, to_ns(way.delay_s or 0.0))]
+        points = [(to_ns(one.t_s), to_ns(one.delay_s)) for one in way.delay_points]
+        # Of points within a nanosecond, the last one.
+        points = sorted(dict(points).items()) or [(0, to_ns(way.delay_s or 0.0))]
         self._times, self._delays = _limited(points).T
+        trace = way.delay_trace
+        wraps = trace is not None and trace.at_end is AfterLast.WRAP
+        # Of a delay that wraps, the length of a round.
+        self._round_ns = int(self._times[-1]) if wraps else 0
+        self._turns = _two_rounds(self._times, self._delays) if self._round_ns else None
         begins = [phase.begin_ns for phase in self.phases]
         self.settled_ns = max(int(self._times[-1]), *self.outages_ns[-1:, 1], 0, *begins[-1:])
         self.windows = self._windows()
@@ -128,6 +162,8 @@ class Reference:
     def delay_ns(self, time_ns: Ints) -> Ints:
         """Propagation delay of what is sent at these times."""
         times, delays = self._times, self._delays
+        if self._round_ns:
+            time_ns = time_ns % self._round_ns
         if len(times) < 2:
             return np.full(len(time_ns), delays[0])
         after = np.clip(np.searchsorted(times, time_ns, side="right"), 1, len(times) - 1)
@@ -142,17 +178,35 @@ class Reference:
         """The least and the greatest delay of what is sent between two moments."""
         ends = np.stack([self.delay_ns(first_ns), self.delay_ns(last_ns)])
         least, greatest = ends.min(axis=0), ends.max(axis=0)
-        first = np.searchsorted(self._times, first_ns, side="right")
-        after = np.searchsorted(self._times, last_ns, side="left")
+        times, delays, first_ns, last_ns = self._within(first_ns, last_ns)
+        first = np.searchsorted(times, first_ns, side="right")
+        after = np.searchsorted(times, last_ns, side="left")
         within = np.flatnonzero(first < after)
         if len(within):
             slices = np.stack([first[within], after[within]], axis=1).ravel()
-            delays = np.append(self._delays, self._delays[-1])
+            delays = np.append(delays, delays[-1])
             inner = np.minimum.reduceat(delays, slices)[::2]
             least[within] = np.minimum(least[within], inner)
             inner = np.maximum.reduceat(delays, slices)[::2]
             greatest[within] = np.maximum(greatest[within], inner)
         return least, greatest
+
+    def is_compressed(self, first_ns: Ints, last_ns: Ints) -> Bools:
+        """Whether what is sent later arrives no later somewhere between two moments."""
+        times, delays, first_ns, last_ns = self._within(first_ns, last_ns)
+        falling = np.append(0, np.cumsum(np.diff(delays) <= -np.diff(times)))
+        first = np.searchsorted(times, first_ns, side="right") - 1
+        after = np.searchsorted(times, last_ns, side="left")
+        last = len(falling) - 1
+        found: Bools = falling[np.clip(first, 0, last)] < falling[np.clip(after, 0, last)]
+        return found
+
+    def _within(self, first_ns: Ints, last_ns: Ints) -> tuple[Ints, Ints, Ints, Ints]:
+        """The points between which the delay is linear, and the same spans in their time."""
+        if self._turns is None:
+            return self._times, self._delays, first_ns, last_ns
+        begun_ns = first_ns % self._round_ns
+        return *self._turns, begun_ns, begun_ns + np.minimum(last_ns - first_ns, self._round_ns)
 
     @property
     def greatest_delay_ns(self) -> int:
@@ -233,6 +287,14 @@ class Reference:
         return [found[index] for index in chosen], len(found) - MOST_KINDS
 
 
+def _two_rounds(times: Ints, delays: Ints) -> tuple[Ints, Ints]:
+    """Two rounds of a delay that wraps, which hold any span no longer than one."""
+    return (
+        np.concatenate([times, times[-1:], times + times[-1]]),
+        np.concatenate([delays, delays[:1], delays]),
+    )
+
+
 def _limited(pairs: Sequence[tuple[int, int]]) -> Ints:
     limited = [(min(one, 2 * FOREVER_NS), min(other, 2 * FOREVER_NS)) for one, other in pairs]
     return np.array(limited, dtype=np.int64).reshape(-1, 2)
@@ -243,7 +305,7 @@ def _phases(config: LinkConfig, direction: Direction) -> Iterator[Phase]:
     rate_kinds: dict[tuple[int, object], int] = {}
     way, loss_start = config.way(direction), 0
     ways = [(0, way, loss_start)]
-    for change in sorted(config.changes, key=lambda one: one.at_s):
+    for change in sorted(config.changes, key=lambda one: to_ns(one.at_s)):
         if change.direction.includes(direction):
             changed = change.applied_to(way)
             loss_start += changed.loss != way.loss
@@ -274,6 +336,7 @@ def _rates(way: OneWay) -> Iterator[tuple[int, int, int | None]]:
 
 
 def _without_rate_and_delay(way: OneWay) -> OneWay:
-    return msgspec.structs.replace(
-        way, rate_bit_s=None, rate_table=(), rate_trace=None, delay_s=None, delay_table=()
-    )
+    free: dict[str, object] = {"rate_table": (), "delay_table": ()}
+    for key in ("rate_bit_s", "rate_trace", "delay_s", "delay_trace"):
+        free[key] = None
+    return msgspec.structs.replace(way, **free)

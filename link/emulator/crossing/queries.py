@@ -31,6 +31,9 @@ _DEFAULT_TIMEOUT_NS = to_ns(10.0)
 
 _REMOTE = zenoh.Locality.REMOTE
 
+_ADVANCED = "/@adv/"
+"""In the keys on which advanced subscribers ask advanced publishers for what they missed."""
+
 
 class Question(msgspec.Struct, frozen=True, gc=False):
     """A query on its way: its number, and everything of it but its payload."""
@@ -70,11 +73,19 @@ class End(msgspec.Struct, frozen=True, gc=False):
 class Post(Protocol):
     """The link and its loop, as queries see them."""
 
-    def ask(self, time_ns: int, payload: bytes, question: Question) -> None:
-        """Send a query through the link."""
+    def ask(
+        self,
+        time_ns: int,
+        payload: bytes,
+        question: Question,
+        matters: Callable[[], bool] | None,
+    ) -> None:
+        """Send a query through the link, until it arrives if it `matters`."""
 
-    def reply(self, time_ns: int, payload: bytes, answer: Answer) -> None:
-        """Send a reply back through the link."""
+    def reply(
+        self, time_ns: int, payload: bytes, answer: Answer, matters: Callable[[], bool] | None
+    ) -> None:
+        """Send a reply back through the link, until it arrives if it `matters`."""
 
     def end(self, time_ns: int, end: End, matters: Callable[[], bool]) -> None:
         """Send the end of the replies back through the link, until it arrives."""
@@ -145,7 +156,12 @@ class Queries:
             query.accepts_replies(),
             query.source_info,
         )
-        self._post.ask(time_ns, b"" if payload is None else payload.to_bytes(), question)
+        self._post.ask(
+            time_ns,
+            b"" if payload is None else payload.to_bytes(),
+            question,
+            self._assured(question.number, key),
+        )
         if question.number == 0:
             self._warn_of_patience(self._post.least_round_trip_ns())
         if (oldest := self._exchanges.overflow()) is not None:
@@ -165,7 +181,7 @@ class Queries:
         self._far.get(
             zenoh.Selector(question.key, question.parameters),
             _direct(
-                lambda reply: self._post.later(partial(self._reply, number, reply)),
+                lambda reply: self._post.later(partial(self._reply, question, reply)),
                 lambda: self._post.later(partial(self._end, number)),
             ),
             consolidation=zenoh.ConsolidationMode.NONE,
@@ -179,7 +195,9 @@ class Queries:
             cancellation_token=cancel,
         )
 
-    def _reply(self, number: int, reply: zenoh.Reply, time_ns: int) -> None:
+    def _reply(self, question: Question, reply: zenoh.Reply, time_ns: int) -> None:
+        number = question.number
+        assured = self._assured(number, question.key)
         index = self._exchanges.reply(number)
         if index is None:
             return
@@ -187,7 +205,7 @@ class Queries:
         if sample is None:
             error = reply.result
             answer = Answer(number, index, error.encoding)
-            self._post.reply(time_ns, error.payload.to_bytes(), answer)
+            self._post.reply(time_ns, error.payload.to_bytes(), answer, assured)
             return
         answer = Answer(
             number,
@@ -198,7 +216,15 @@ class Queries:
             sample.attachment,
             sample.timestamp,
         )
-        self._post.reply(time_ns, sample.payload.to_bytes(), answer)
+        self._post.reply(time_ns, sample.payload.to_bytes(), answer, assured)
+
+    def _assured(self, number: int, key: zenoh.KeyExpr) -> Callable[[], bool] | None:
+        """Whether what belongs to a query still has to arrive; `None` where it may be lost.
+
+        An advanced subscriber (a latched one in ROS 2) tells nothing new before its query for what
+        it missed has ended, and may wait for that for ever.
+        """
+        return partial(self._exchanges.is_open, number) if _ADVANCED in str(key) else None
 
     def _end(self, number: int, time_ns: int) -> None:
         self._cancel.pop(number, None)

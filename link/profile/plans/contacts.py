@@ -5,9 +5,8 @@ are those of sending.
 """
 
 from bisect import bisect_left, bisect_right
-from collections.abc import Iterable, Iterator
-from itertools import chain
-from typing import Generic, NamedTuple, Protocol, TypeVar
+from collections.abc import Iterable, Iterator, Sequence
+from typing import NamedTuple, Protocol
 
 from farside.frames import OutageReason
 from farside.link.profile.config import Affected, Blackout, DelayPoint, OneWay, RateStep
@@ -17,13 +16,19 @@ from farside.node import to_ns, to_s
 _STEP_S = 1e-6  # how long a step takes in a delay table, which is linear between its points
 _PAIRS_SHOWN = 20
 
+UNLIMITED_BIT_S = 10**18
+"""The rate of a contact for which a plan sets no limit."""
+
 
 class ContactPlanError(ValueError):
     """A contact plan is invalid, or has no link between these nodes. Says where and why."""
 
 
 class Contact(NamedTuple):
-    """`source` can send to `dest` from `begin_s` up to, not including, `end_s`."""
+    """`source` can send to `dest` from `begin_s` up to, not including, `end_s`.
+
+    The rate is `UNLIMITED_BIT_S` where the plan sets no limit.
+    """
 
     begin_s: float
     end_s: float
@@ -48,12 +53,17 @@ class PairProblem(NamedTuple):
     Attributes:
         source, dest: the nodes of the line; None where it does not say which, so that it may be
             about any.
-        text: which file and line, what was expected and what was found.
+        text: which line of the file, what was expected and what was found.
     """
 
     source: int | None
     dest: int | None
     text: str
+
+    def is_about(self, one: int, other: int) -> bool:
+        """Whether the line is about these two nodes, in either direction, or may be."""
+        ways = ((one, other), (other, one))
+        return any(self.source in {None, a} and self.dest in {None, b} for a, b in ways)
 
 
 class Plan(NamedTuple):
@@ -63,79 +73,39 @@ class Plan(NamedTuple):
         contacts, ranges: of all pairs of nodes.
         zero: the date of the plan's second 0, in POSIX seconds (UTC, without leap seconds); None
             where the plan has no dates.
-        problems: the lines that cannot be used, in the order of the file.
+        problems: the lines that cannot be used, in the order of the file. They refuse their own
+            pairs only.
+        untimed: likewise the contacts without times, which open nothing.
     """
 
     contacts: tuple[Contact, ...]
     ranges: tuple[Range, ...]
     zero: float | None = None
     problems: tuple[PairProblem, ...] = ()
-
-
-_Entry = TypeVar("_Entry", Contact, Range)
-
-
-class Book(Generic[_Entry]):
-    """The contacts or the ranges of all pairs of nodes; those of one pair do not overlap."""
-
-    def __init__(self) -> None:
-        self._by_pair: dict[tuple[int, int], list[_Entry]] = {}
-
-    def __iter__(self) -> Iterator[_Entry]:
-        return chain.from_iterable(self._by_pair.values())
-
-    def overlapping(self, new: _Entry) -> _Entry | None:
-        """An entry of the same pair that overlaps `new`, if there is one."""
-        entries = self._by_pair.get((new.source, new.dest), [])
-        at = bisect_left(entries, new)
-        near = entries[max(0, at - 1) : at + 1]
-        return next((e for e in near if e.begin_s < new.end_s and new.begin_s < e.end_s), None)
-
-    def add(self, new: _Entry) -> None:
-        """Add `new`.
-
-        Raises:
-            ContactPlanError: if it overlaps another entry of its pair.
-        """
-        if other := self.overlapping(new):
-            kind = type(new).__name__.lower()
-            raise ContactPlanError(
-                f"expected no {kind} from {new.source} to {new.dest} that overlaps another, "
-                f"found {_span(new)} beside {_span(other)}"
-            )
-        entries = self._by_pair.setdefault((new.source, new.dest), [])
-        entries.insert(bisect_left(entries, new), new)
-
-    def take(self, source: int, dest: int, begin_s: float | None) -> list[_Entry]:
-        """Remove and return the entry that begins at `begin_s`, or all entries of the pair.
-
-        Raises:
-            ContactPlanError: if there are none.
-        """
-        entries = self._by_pair.get((source, dest), [])
-        taken = [entry for entry in entries if begin_s in {None, entry.begin_s}]
-        if not taken:
-            when = "" if begin_s is None else f" that starts at {begin_s:.12g} s"
-            raise ContactPlanError(f"expected one from {source} to {dest}{when}, found none so far")
-        self._by_pair[source, dest] = [entry for entry in entries if entry not in taken]
-        return taken
-
-
-def _span(entry: Contact | Range) -> str:
-    return f"{entry.begin_s:.12g} s to {entry.end_s:.12g} s"
+    untimed: tuple[PairProblem, ...] = ()
 
 
 def plan_of(
-    contacts: Iterable[Contact], ranges: Iterable[Range], name: str, zero: float | None = None
+    name: str,
+    contacts: Iterable[Contact],
+    ranges: Iterable[Range],
+    *,
+    zero: float | None = None,
+    problems: Sequence[PairProblem] = (),
+    untimed: Sequence[PairProblem] = (),
 ) -> Plan:
-    """The plan with these contacts and ranges, from the file `name`, with second 0 at `zero`.
+    """The plan of the file `name`.
 
     Raises:
         ContactPlanError: if it has no contacts.
     """
-    plan = Plan(tuple(sorted(contacts)), tuple(sorted(ranges)), zero)
+    plan = Plan(
+        tuple(sorted(contacts)), tuple(sorted(ranges)), zero, tuple(problems), tuple(untimed)
+    )
     if not plan.contacts:
-        raise ContactPlanError(f"{name}: expected a contact at least, found none")
+        for one in (*problems, *untimed):
+            raise ContactPlanError(f"{name}, {one.text}")
+        raise ContactPlanError(f"{name}, line 1: expected a contact at least, found none")
     return plan
 
 
@@ -213,17 +183,19 @@ def link_tables(
 
     Where light times are `known`, up and down, those of the plan do not count.
 
-    Between ranges the light time is that of the last range; before the first, that of the first.
-    Between contacts the rate is that of the last contact: what is sent then is lost anyway.
-    Contacts have the times of sending, and outages are at the rover's end, so those of the uplink
-    begin and end one light time after the contacts.
+    Between ranges the light time is that of the last range; before the first, that of the first;
+    where the plan tells none for this direction it is 0, as ION and HDTN take it. Between contacts
+    the rate is that of the last contact: what is sent then is lost anyway. Contacts have the times
+    of sending, and outages are at the rover's end, so those of the uplink begin and end one light
+    time after the contacts. A direction without contacts is out all the time.
 
     Raises:
-        ContactPlanError: if the plan has no contacts between the two, one way or the other, or no
-            range for them.
+        ContactPlanError: if the plan has no contacts between the two, or a line about them that
+            cannot be used.
     """
-    up, down = _contacts(plan, ground, rover), _contacts(plan, rover, ground)
-    up_owlt, down_owlt = known[0] or _LightTime(plan, up[0]), known[1] or _LightTime(plan, down[0])
+    up, down = _contacts(plan, ground, rover)
+    up_owlt = known[0] or PlannedLightTimes(plan, (up or down)[0])
+    down_owlt = known[1] or PlannedLightTimes(plan, (down or up)[0])
     arrivals = sorted(
         (one.begin_s + up_owlt.from_s(one.begin_s), one.end_s + up_owlt.until_s(one.end_s))
         for one in up
@@ -253,31 +225,36 @@ def gaps(spans: Iterable[tuple[float, float]], duration_s: float) -> Iterator[tu
         yield closed_s, duration_s
 
 
-def _contacts(plan: Plan, source: int, dest: int) -> list[Contact]:
-    found = [one for one in plan.contacts if (one.source, one.dest) == (source, dest)]
-    if not found:
+def _contacts(plan: Plan, ground: int, rover: int) -> tuple[list[Contact], list[Contact]]:
+    """The contacts of either direction, of one at least."""
+    for problem in plan.problems:
+        if problem.is_about(ground, rover):
+            raise ContactPlanError(problem.text)
+    up = [one for one in plan.contacts if (one.source, one.dest) == (ground, rover)]
+    down = [one for one in plan.contacts if (one.source, one.dest) == (rover, ground)]
+    if not up and not down:
+        for untimed in plan.untimed:
+            if untimed.is_about(ground, rover):
+                raise ContactPlanError(untimed.text)
         pairs = sorted({(one.source, one.dest) for one in plan.contacts})
         names = [f"{one} to {other}" for one, other in pairs[:_PAIRS_SHOWN]]
         if len(pairs) > _PAIRS_SHOWN:
             names.append(f"{len(pairs) - _PAIRS_SHOWN} more")
         raise ContactPlanError(
-            f"expected contacts from {source} to {dest}, without a relay between them, "
+            f"expected contacts from {ground} to {rover}, without a relay between them, "
             f"found those from {', '.join(names)}"
         )
-    return found
+    return up, down
 
 
-class _LightTime:
+class PlannedLightTimes:
     """Light time over time of what one node sends to another, in steps, from ranges."""
 
     def __init__(self, plan: Plan, contact: Contact) -> None:
         pair = contact.source, contact.dest
         ranges: list[Range] = [one for one in plan.ranges if (one.source, one.dest) == pair]
         if not ranges:
-            raise ContactPlanError(
-                f"expected a range for the contact from {contact.source} to {contact.dest} "
-                f"at {contact.begin_s:.12g} s, found none for these nodes"
-            )
+            ranges = [Range(0.0, 0.0, *pair, owlt_s=0.0)]
         self._begins_s = [one.begin_s for one in ranges]
         self._owlts_s = [one.owlt_s for one in ranges]
 
@@ -288,6 +265,11 @@ class _LightTime:
     def until_s(self, time_s: float) -> float:
         """The light time up to `time_s`."""
         return self._owlts_s[max(0, bisect_left(self._begins_s, time_s) - 1)]
+
+    def changes_s(self, begin_s: float, end_s: float) -> list[float]:
+        """When it changes between two moments."""
+        inside = (one for one in self._begins_s if begin_s < one < end_s)
+        return [one for one in inside if self.from_s(one) != self.until_s(one)]
 
     def table(self, duration_s: float) -> tuple[DelayPoint, ...]:
         """The light times as a delay table for a run of `duration_s`."""
@@ -302,7 +284,10 @@ class _LightTime:
 
 
 def _rate_table(contacts: Iterable[Contact], duration_s: float) -> tuple[RateStep, ...]:
-    """The rates of contacts in order, each from its beginning on, the first from 0 on."""
+    """The rates of contacts in order, each from its beginning on, the first from 0 on.
+
+    No steps where there is no limit at any time.
+    """
     steps: list[RateStep] = []
     for one in contacts:
         step = RateStep(t_s=max(0.0, one.begin_s) if steps else 0.0, rate_bit_s=one.rate_bit_s)
@@ -310,4 +295,4 @@ def _rate_table(contacts: Iterable[Contact], duration_s: float) -> tuple[RateSte
             steps = [step]
         elif one.begin_s < duration_s and step.rate_bit_s != steps[-1].rate_bit_s:
             steps.append(step)
-    return tuple(steps)
+    return tuple(steps) if any(one.rate_bit_s < UNLIMITED_BIT_S for one in steps) else ()

@@ -1,34 +1,53 @@
-"""Contact plans of ION: commands for its program ionadmin. Source: the manual page ionrc(5)."""
+"""Contact plans of ION: commands for its program ionadmin.
 
-import calendar
+Sources: the manual pages ionrc(5) and ionadmin(1), and what ionadmin does (ION 4.1).
+"""
+
 import re
 from collections.abc import Sequence
+from typing import NamedTuple
 
+from farside.link.profile.plans.book import Book
 from farside.link.profile.plans.contacts import (
-    Book,
     Contact,
     ContactPlanError,
+    PairProblem,
     Plan,
     Range,
     plan_of,
 )
+from farside.link.profile.plans.ion_words import (
+    LAST_DATE_S,
+    NANO,
+    date_nano,
+    decimal_nano,
+    node,
+    sections,
+)
 from farside.validation import one_line
 
-_RELATIVE = re.compile(r"\+([0-9]{1,12}(?:\.[0-9]{1,9})?)")
-_DATE = re.compile(r"([0-9]{4})/([0-9]{1,2})/([0-9]{1,2})-([0-9]{1,2}):([0-9]{1,2}):([0-9]{1,2})")
-_WHOLE = re.compile(r"[0-9]{1,18}")
-_DECIMAL = re.compile(r"[0-9]{1,18}(?:\.[0-9]{1,9})?")
+_WITHOUT_EFFECT = frozenset("?hevxsri1^!")
+"""Commands that neither plan a contact, nor move the time, nor end ionadmin."""
 
-_WITHOUT_EFFECT = frozenset("?hqevxsril1^")
-"""Commands that neither plan a contact nor move the time."""
+_LAST = frozenset("qt")
+"""Commands after which ionadmin ends."""
 
 _MANAGED = frozenset(
     (
-        *("alarm", "clockerr", "clocksync", "consumption", "home", "horizon", "inbound"),
-        *("outbound", "outer", "production", "search", "usage", "utcdelta"),
+        *("alarm", "clockerr", "clocksync", "consum", "consumption", "home", "horizon", "in"),
+        *("inbound", "out", "outbound", "outer", "prod", "production", "search", "usage"),
+        "utcdelta",
     )
 )
 """What the command `m` may manage; none of it bears on the plan."""
+
+_VERBS = {"a": ("contact", "range"), "c": ("contact",), "d": ("contact", "range")}
+
+_TIMES = {"a": 2, "c": 1, "d": 1}
+"""How many times stand between `a contact` and the like and the two nodes."""
+
+_FEWEST = {"a": 5, "c": 4, "d": 3}
+"""The fewest words after `a contact` and the like."""
 
 
 def parse_ion(text: str, name: str) -> Plan:
@@ -36,29 +55,61 @@ def parse_ion(text: str, name: str) -> Plan:
 
     Rates are in bytes per second. A range from a lower to a higher node number holds for both
     directions, unless one in the opposite direction overlaps it. Time 0 is that of `+0` before any
-    `@`; in a plan with dates it is the first date. Commands that plan nothing are ignored, and so
-    are contacts that only register a node or have no time (a start of -1, a stop of 0).
+    `@`; in a plan with dates it is the first date. Commands that plan nothing are passed over, and
+    so are contacts without times: those that only register a node (a start of -1) and hypothetical
+    ones (a start or stop of 0). What is told twice counts once.
 
     Args:
-        text: the file.
+        text: the file; in one for ION's start script, the sections of ionadmin are read.
         name: what to call it in errors.
 
     Raises:
-        ContactPlanError: if a line is no such command, or contradicts another.
+        ContactPlanError: if a line is no command of ionadmin, or there is no contact at all. Lines
+            about contacts and ranges that cannot be used are kept in the plan's `problems`.
     """
+    text = text.removeprefix("\ufeff")
     if text.lstrip()[:1] in {"{", "["}:
         raise ContactPlanError(
             f"{name}, line 1: expected the commands of an ION contact plan, found JSON; "
             f"a plan of HDTN has a name that ends in .json"
         )
     reader = _IonReader()
-    for number, line in enumerate(text.split("\n"), start=1):
-        try:
-            reader.execute(line.partition("#")[0].split())
-        except ContactPlanError as error:
-            raise ContactPlanError(f"{name}, line {number}: {error}") from None
+    try:
+        runs = list(sections(text))
+    except ContactPlanError as error:
+        raise ContactPlanError(f"{name}, {error}") from None
+    for run in runs:
+        reader.begin()
+        for number, line in run:
+            words = line.partition("#")[0].split()
+            if words and words[0] in _LAST:
+                break
+            try:
+                reader.execute(words, number)
+            except ContactPlanError as error:
+                raise ContactPlanError(f"{name}, line {number}: {error}") from None
     reader.imply_ranges()
-    return plan_of(reader.contacts, reader.ranges, name, reader.zero_date)
+    return plan_of(
+        name,
+        reader.contacts,
+        reader.ranges,
+        zero=reader.zero,
+        problems=reader.problems,
+        untimed=reader.untimed,
+    )
+
+
+_FOR_EVER = "-1"
+"""As a stop of a contact: until ION's last date."""
+
+_LIKE_A_TIME = re.compile(r"[+*]|-1|0$|.*/")
+
+
+class _Time(NamedTuple):
+    """A time in nanoseconds: from 1970 for a date, else from the start of ionadmin."""
+
+    nano: int
+    is_date: bool
 
 
 class _IonReader:
@@ -67,21 +118,44 @@ class _IonReader:
     def __init__(self) -> None:
         self.contacts: Book[Contact] = Book()
         self.ranges: Book[Range] = Book()
-        self._reference_s = 0.0
-        self.zero_date: int | None = None
-        self._is_relative = False
+        self.problems: list[PairProblem] = []
+        self.untimed: list[PairProblem] = []
+        self._is_dated: bool | None = None  # None until a time is told
+        self._zero_nano = 0
+        self.begin()
 
-    def execute(self, words: Sequence[str]) -> None:
-        """Execute the command in the words of one line."""
+    def begin(self) -> None:
+        """Begin a run of ionadmin: relative times count from its start."""
+        self._reference = _Time(0, is_date=False)
+
+    @property
+    def zero(self) -> float | None:
+        """The first date of the plan in POSIX seconds, if it has dates."""
+        return self._zero_nano / NANO if self._is_dated else None
+
+    def execute(self, words: Sequence[str], number: int) -> None:
+        """Execute the command in the words of one line, whose number is given.
+
+        Raises:
+            ContactPlanError: if ionadmin knows no such command.
+        """
         match words:
             case []:
                 pass
+            case ["@", "0"]:
+                self.begin()
             case ["@", *fields]:
                 (time,) = _fields(fields, "@", "time")
-                self._reference_s = self._time_s(time)
-            case [("a" | "c" | "d") as verb, ("contact" | "range") as noun, *fields]:
-                self._plan(verb, noun, fields)
+                self._refer_to(self._time(time))
+            case [verb, noun, *fields] if noun in _VERBS.get(verb[0], ()):
+                try:
+                    self._plan(verb[0], noun, fields, number)
+                except ContactPlanError as error:
+                    pair = _pair(verb[0], fields)
+                    self.problems.append(PairProblem(*pair, f"line {number}: {error}"))
             case ["m", what, *_] if what in _MANAGED:
+                pass
+            case ["b" | "l", "contact" | "range"] | ["l"]:
                 pass
             case [command, *_] if command in _WITHOUT_EFFECT:
                 pass
@@ -98,82 +172,112 @@ class _IonReader:
             if one.source < one.dest and not self.ranges.overlapping(back):
                 self.ranges.add(back)
 
-    def _plan(self, verb: str, noun: str, fields: Sequence[str]) -> None:
+    def _plan(self, verb: str, noun: str, fields: Sequence[str], number: int) -> None:
         match verb, noun:
             case "a", "contact":
-                self._add_contact(fields)
-            case "a", "range":
+                self._add_contact(fields, number)
+            case "a", _:
                 self._add_range(fields)
-            case "c", "contact":
+            case "c", _:
                 self._change_contact(fields)
-            case "d", _:
-                self._delete(noun, fields)
             case _:
-                raise ContactPlanError(f"expected `a {noun}` or `d {noun}`, found {verb} {noun}")
+                self._delete(noun, fields)
 
-    def _add_contact(self, fields: Sequence[str]) -> None:
+    def _add_contact(self, fields: Sequence[str], number: int) -> None:
         names = ("start", "stop", "from", "to", "rate")
         start, stop, source, dest, rate, *rest = _fields(fields, "a contact", *names, confidence=1)
         _check_confidence(rest)
-        nodes = _node(source), _node(dest)
-        if start != "-1" and stop != "0":
-            self.contacts.add(Contact(*self._span_s(start, stop), *nodes, _rate_bit_s(rate)))
+        nodes = node(source), node(dest)
+        if _is_untimed(start, stop):
+            text = (
+                f"line {number}: expected a contact with times such as +0 and +60, found "
+                f"{one_line(start)} and {one_line(stop)}, which tell ION that it has none"
+            )
+            self.untimed.append(PairProblem(*nodes, text))
+            return
+        self.contacts.add(Contact(*self._span_s(start, stop), *nodes, _rate_bit_s(rate)))
 
     def _add_range(self, fields: Sequence[str]) -> None:
         names = ("start", "stop", "from", "to", "owlt")
         start, stop, source, dest, owlt = _fields(fields, "a range", *names)
-        owlt_s = _decimal(owlt, "a light time in seconds")
-        self.ranges.add(Range(*self._span_s(start, stop), _node(source), _node(dest), owlt_s))
+        owlt_s = decimal_nano(owlt, "a light time in seconds") / NANO
+        self.ranges.add(Range(*self._span_s(start, stop), node(source), node(dest), owlt_s))
 
     def _change_contact(self, fields: Sequence[str]) -> None:
         names = ("start", "from", "to", "rate")
         start, source, dest, rate, *rest = _fields(fields, "c contact", *names, confidence=1)
         _check_confidence(rest)
-        (contact,) = self.contacts.take(_node(source), _node(dest), self._time_s(start))
-        self.contacts.add(contact._replace(rate_bit_s=_rate_bit_s(rate)))
+        rate_bit_s = _rate_bit_s(rate)
+        contact = self.contacts.take(node(source), node(dest), self._time_s(start))
+        self.contacts.add(contact._replace(rate_bit_s=rate_bit_s))
 
     def _delete(self, noun: str, fields: Sequence[str]) -> None:
         start, source, dest = _fields(fields, f"d {noun}", "start", "from", "to")
-        if start in {"-1", "0"}:  # a contact that was ignored
-            return
-        begin_s = None if start == "*" else self._time_s(start)
         book = self.contacts if noun == "contact" else self.ranges
-        book.take(_node(source), _node(dest), begin_s)
+        if start.startswith("*"):
+            book.clear(node(source), node(dest))
+        elif start not in {"-1", "0"}:  # a contact that was passed over
+            book.take(node(source), node(dest), self._time_s(start))
 
     def _span_s(self, start: str, stop: str) -> tuple[float, float]:
-        begin_s, end_s = self._time_s(start), self._time_s(stop)
+        begin_s = self._time_s(start)
+        end_s = self._time_s(stop) if stop != _FOR_EVER else LAST_DATE_S - self._zero_nano / NANO
         if end_s <= begin_s:
-            raise ContactPlanError(f"expected a stop after the start {start}, found {stop}")
+            raise ContactPlanError(
+                f"expected a stop after the start {one_line(start)}, found {one_line(stop)}"
+            )
         return begin_s, end_s
 
+    def _refer_to(self, time: _Time) -> None:
+        self._reference = time
+        if time.is_date and self._is_dated is None:
+            self._is_dated, self._zero_nano = True, time.nano
+
     def _time_s(self, word: str) -> float:
-        if match := _RELATIVE.fullmatch(word):
-            self._is_relative = self.zero_date is None
-            return self._reference_s + float(match[1])
-        date = _date(word)
-        if self._is_relative:
+        """Seconds from the plan's second 0 to the time in `word`."""
+        time = self._time(word)
+        if self._is_dated is None:
+            self._is_dated, self._zero_nano = time.is_date, time.nano if time.is_date else 0
+        if time.is_date is not self._is_dated:
+            before, now = (
+                ("a date", "a time") if self._is_dated else ("a time such as +60", "a date")
+            )
             raise ContactPlanError(
-                f"expected a time such as +60, as before, found the date {word}; "
+                f"expected {before}, as before, found {now}, {one_line(word)}; "
                 f"to use both, start the plan with an `@` and a date"
             )
-        if self.zero_date is None:
-            self.zero_date = date
-        return float(date - self.zero_date)
+        return (time.nano - self._zero_nano) / NANO
+
+    def _time(self, word: str) -> _Time:
+        if not word.startswith("+"):
+            return _Time(date_nano(word), is_date=True)
+        sign = -1 if word.startswith("+-") else 1
+        what = "a time in seconds such as +60"
+        offset_nano = sign * decimal_nano(word[1:].removeprefix("-"), what)
+        return self._reference._replace(nano=self._reference.nano + offset_nano)
 
 
-def _date(word: str) -> int:
-    """Seconds from 1970 to a date in ION's format, in UTC and without leap seconds."""
-    if match := _DATE.fullmatch(word):
-        year, month, day, hour, minute, second = map(int, match.groups())
-        is_time = hour < 24 and minute < 60 and second < 60
-        is_month = year >= 1970 and 1 <= month <= 12
-        if is_time and is_month and 1 <= day <= calendar.monthrange(year, month)[1]:
-            return calendar.timegm((year, month, day, hour, minute, second))
-    hint = f"; did you mean +{word}?" if _DECIMAL.fullmatch(word) else ""
-    raise ContactPlanError(
-        f"expected a time in seconds such as +60, or a date as yyyy/mm/dd-hh:mm:ss, "
-        f"found {one_line(word)}{hint}"
-    )
+def _is_untimed(start: str, stop: str) -> bool:
+    """Whether a contact only registers a node, or is hypothetical: nobody knows when it will be."""
+    if start == "-1" or "0" in {start, stop}:
+        return True
+    return not start.startswith("+") and date_nano(start) // NANO in {0, LAST_DATE_S}
+
+
+def _pair(verb: str, fields: Sequence[str]) -> tuple[int | None, int | None]:
+    """The two nodes that a line is about; None for what it does not say."""
+    times = _TIMES[verb]
+    if len(fields) < _FEWEST[verb] and not all(map(_LIKE_A_TIME.match, fields[:times])):
+        return None, None
+    first, second = (*fields[times:], "", "")[:2]
+    return _node_or_none(first), _node_or_none(second)
+
+
+def _node_or_none(word: str) -> int | None:
+    try:
+        return node(word)
+    except ContactPlanError:
+        return None
 
 
 def _fields(fields: Sequence[str], command: str, *names: str, confidence: int = 0) -> Sequence[str]:
@@ -186,25 +290,13 @@ def _fields(fields: Sequence[str], command: str, *names: str, confidence: int = 
 
 def _check_confidence(rest: Sequence[str]) -> None:
     """Check a confidence; contacts count whatever it is, for outages are up to the mission."""
-    if rest and not 0 < _decimal(rest[0], "a confidence") <= 1:
-        raise ContactPlanError(f"expected a confidence above 0, 1 at most, found {rest[0]}")
-
-
-def _node(word: str) -> int:
-    if not _WHOLE.fullmatch(word):
-        raise ContactPlanError(f"expected a node number, found {one_line(word)}")
-    return int(word)
-
-
-def _decimal(word: str, what: str) -> float:
-    if not _DECIMAL.fullmatch(word):
-        raise ContactPlanError(f"expected {what}, found {one_line(word)}")
-    return float(word)
+    if rest and decimal_nano(rest[0], "a confidence") > NANO:
+        raise ContactPlanError(f"expected a confidence of 0 to 1, found {one_line(rest[0])}")
 
 
 def _rate_bit_s(word: str) -> int:
-    if not _WHOLE.fullmatch(word) or int(word) == 0:
-        raise ContactPlanError(
-            f"expected a whole number of bytes per second above 0, found {one_line(word)}"
-        )
-    return 8 * int(word)
+    what = "a number of bytes per second above 0"
+    rate_bit_s = round(8 * decimal_nano(word, what) / NANO)
+    if rate_bit_s == 0:
+        raise ContactPlanError(f"expected {what}, found {one_line(word)}")
+    return rate_bit_s

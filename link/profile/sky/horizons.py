@@ -142,7 +142,7 @@ def _plain_rows(lines: Sequence[str], begin: int, end: int) -> Iterator[tuple[in
         if dated := _DATED.match(line):
             if found:
                 yield found
-            found = number + 1, dated[1], re.findall(rf"del_T=\s*({_NUMBER})", line)
+            found = number + 1, dated[1], []
         elif line.strip():
             values = _LABEL.sub(" ", line).split()
             found = found or (number + 1, "", [])
@@ -246,7 +246,7 @@ def _axes(header: _Header, name: str) -> Floats:
 
 def _number(header: _Header, key: str) -> int:
     found = _BODY.findall(header.fields.get(key, ""))
-    return int(found[0]) if found else _UNNUMBERED
+    return int(found[-1]) if found else _UNNUMBERED
 
 
 def _curve(

@@ -25,35 +25,51 @@ from farside.link.profile.statistics import loss_statistics
 _ROUNDING_S = 1e-3
 
 
-def with_light_times(link: LinkConfig, sky: Sky, window: Window) -> LinkConfig:
-    """A link with the delays of `sky`, and the outages and losses of conjunctions.
+class Seen(msgspec.Struct, frozen=True):
+    """What of an ephemeris bears on a link, over a window of time.
+
+    Attributes:
+        up, down: delay tables of both directions.
+        conjunctions: beginning and end of each, in seconds.
+    """
+
+    up: tuple[DelayPoint, ...]
+    down: tuple[DelayPoint, ...]
+    conjunctions: tuple[tuple[float, float], ...]
+
+
+def seen_in(sky: Sky, window: Window, conjunction_deg: float) -> Seen:
+    """What `sky` gives in a window.
 
     Raises:
         EphemerisError: if the light times end before a window that is whole, or a conjunction is
             asked for where only distances are known.
     """
-    if link.ephemeris is None:
-        return link
     if window.is_whole and sky.last_s < window.end_s - _ROUNDING_S:
         raise EphemerisError(
             f"expected light times for {window.end_s:g} s from the start, "
             f"found them for {sky.last_s:.0f} s, until {sky.last_date}"
         )
     up, down = delay_tables(sky, window.begin_s, window.end_s)
-    spans = conjunctions(sky, window.begin_s, window.end_s, link.ephemeris.conjunction_deg)
+    spans = conjunctions(sky, window.begin_s, window.end_s, conjunction_deg)
     if window.is_whole:
         spans = [(begin_s, min(end_s, window.end_s)) for begin_s, end_s in spans]
+    return Seen(up, down, tuple(spans))
+
+
+def with_light_times(link: LinkConfig, seen: Seen, conjunction_loss: float) -> LinkConfig:
+    """A link with delays, and the outages and losses of conjunctions, in place of an ephemeris."""
     conjunction = OutageReason.CONJUNCTION
     blackouts = (
         Blackout(start_s=begin_s, end_s=end_s, direction=Affected.UP, reason=conjunction)
-        for begin_s, end_s in spans
+        for begin_s, end_s in seen.conjunctions
     )
     return msgspec.structs.replace(
         link,
-        up=msgspec.structs.replace(link.up, delay_table=up),
-        down=msgspec.structs.replace(link.down, delay_table=down),
+        up=msgspec.structs.replace(link.up, delay_table=seen.up),
+        down=msgspec.structs.replace(link.down, delay_table=seen.down),
         blackouts=(*link.blackouts, *blackouts),
-        changes=_with_conjunctions(link, spans, link.ephemeris.conjunction_loss),
+        changes=_with_conjunctions(link, seen.conjunctions, conjunction_loss),
         ephemeris=None,
     )
 

@@ -152,25 +152,32 @@ class Positions:
         ]
         left: list[Orbit] = [*built_in, *orbits]
         self._orbits: dict[int, list[Orbit]] = {ORIGIN: []}
-        # An orbit counts if its center was reached in fewer steps than its target: no chain closes.
         while found := [one for one in left if one.center in self._orbits]:
-            reached = set(self._orbits)
+            left = [one for one in left if one.center not in self._orbits]
             for orbit in found:
-                left.remove(orbit)
-                if orbit.target not in reached:
-                    self._orbits.setdefault(orbit.target, []).append(orbit)
+                self._orbits.setdefault(orbit.target, []).append(orbit)
+        order = {id(one): number for number, one in enumerate((*built_in, *orbits))}
+        for some in self._orbits.values():
+            some.sort(key=lambda one: order[id(one)])
 
     def __contains__(self, body: int) -> bool:
         return body in self._orbits
 
-    def spans(self, body: int) -> list[Span]:
-        """When the position of `body` is known, in order and apart."""
+    def spans(self, body: int, below: frozenset[int] = frozenset()) -> list[Span]:
+        """When the position of `body` is known, in order and apart.
+
+        Args:
+            body: its number.
+            below: bodies that are not to be on the way to the barycentre: it would close.
+        """
         if body == ORIGIN:
             return [(-np.inf, np.inf)]
+        below |= {body}
         known = sorted(
             span
             for orbit in self._orbits[body]
-            for span in common([orbit.span], self.spans(orbit.center))
+            if orbit.center not in below
+            for span in common([orbit.span], self.spans(orbit.center, below))
         )
         spans: list[Span] = []
         for first_s, last_s in known:
@@ -180,8 +187,13 @@ class Positions:
                 spans.append((first_s, last_s))
         return spans
 
-    def at(self, body: int, moments: Moments) -> Floats:
+    def at(self, body: int, moments: Moments, below: frozenset[int] = frozenset()) -> Floats:
         """Positions of `body` in km about the barycentre of the Solar System, shape (3, times).
+
+        Args:
+            body: its number.
+            moments: the times.
+            below: as of `spans`.
 
         Raises:
             EphemerisError: if it is not known at one of these times.
@@ -190,12 +202,15 @@ class Positions:
         if body == ORIGIN:
             return positions
         left = np.ones(len(moments.times_s), dtype=np.bool_)
+        below |= {body}
         for orbit in reversed(self._orbits[body]):
+            if orbit.center in below:
+                continue
             first_s, last_s = orbit.span
             inside = left & (first_s <= moments.et_s) & (moments.et_s <= last_s)
             if inside.any():
                 part = moments if inside.all() else moments.at(moments.times_s[inside])
-                positions[:, inside] = orbit.position_km(part) + self.at(orbit.center, part)
+                positions[:, inside] = orbit.position_km(part) + self.at(orbit.center, part, below)
                 left &= ~inside
         if left.any():
             missing = date_of(float(moments.et_s[left][0]))

@@ -84,8 +84,7 @@ class Asked:
         for begin_ns, end_ns, link in self._in_force():
             way = link.way(direction)
             light = Delay(way)
-            between = (to_ns(point.t_s) for point in way.delay_table)
-            within = (time_ns for time_ns in between if begin_ns < time_ns < end_ns)
+            within = light.turns_ns(begin_ns, end_ns)
             points += [(at_ns, to_s(light.at(at_ns))) for at_ns in (begin_ns, *within, end_ns)]
         jitters = any(span.way.jitter is not None for span in self._spans(direction))
         name = "light time, before jitter" if jitters else "light time"

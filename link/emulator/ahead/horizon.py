@@ -8,6 +8,7 @@ known of the future stays so.
 from typing import NamedTuple
 
 from farside.link.profile.config import LinkConfig, OneWay
+from farside.link.profile.jitter import sampler
 from farside.link.profile.plans.times import Window
 from farside.link.profile.profile import Profile
 from farside.link.profile.resolve import LightEnd
@@ -18,7 +19,7 @@ LENGTH_S = 7 * 24 * 3600.0
 
 _PASSES = 500  # shorter windows where there are more passes: many are taken over in milliseconds
 _FLIGHTS = 4  # but as long as a message may be under way so many times
-_HEAVIEST_TAIL = 40.0  # in mean jitters: what an exponential jitter exceeds once in 10^17 messages
+_SCORE = 6.5  # a normal score that one message in 10^10 exceeds
 
 
 class Ahead(NamedTuple):
@@ -50,15 +51,15 @@ def look_ahead(profile: Profile, now_ns: int = 0) -> Ahead:
         LinkConfigError: if something is invalid, or a file cannot be read.
     """
     now_s = to_s(now_ns)
-    length_s = LENGTH_S
-    if period_s := profile.pass_period_s:
-        length_s = min(length_s, _PASSES * period_s)
+    described = profile.checked()
+    passes = described.passes
+    length_s = LENGTH_S if passes is None else min(LENGTH_S, _PASSES * passes.period_s)
     config = profile.resolved(Window(now_s, now_s + length_s))
     flight_s = max(_flight_s(config.way(direction)) for direction in Direction)
     if length_s < _FLIGHTS * flight_s:
         length_s = _FLIGHTS * flight_s
         config = profile.resolved(Window(now_s, now_s + length_s))
-    if not profile.is_endless:
+    if passes is None and described.ephemeris is None:
         return Ahead(profile, config)
     renew_ns, latest_ns = to_ns(now_s + length_s / 2), to_ns(now_s + length_s - flight_s)
     return Ahead(profile, config, renew_ns, latest_ns, profile.light_end())
@@ -66,6 +67,6 @@ def look_ahead(profile: Profile, now_ns: int = 0) -> Ahead:
 
 def _flight_s(one_way: OneWay) -> float:
     """For how long a message can be under way, once it has left."""
-    tail_s = _HEAVIEST_TAIL * one_way.jitter.spread_s if one_way.jitter else 0.0
+    jitter_ns = max(sampler(one_way.jitter)([_SCORE])) if one_way.jitter else 0
     hold_s = one_way.reorder.hold_s if one_way.reorder else 0.0
-    return to_s(one_way.greatest_delay_ns) + tail_s + hold_s
+    return to_s(one_way.greatest_delay_ns + jitter_ns) + hold_s
