@@ -266,6 +266,8 @@ class Relay:
                     publish(far.session, payload, cargo)
                 else:
                     self._deliver(time_ns, direction, payload, cargo)
+            for tokens in self._tokens.values():
+                tokens.count(until_ns)
             for warning in self._emulator.take_warnings():
                 self._notify(warning)
             self._renewal.step(until_ns)
@@ -281,7 +283,7 @@ class Relay:
             case Question():
                 self._queries[direction].arrive(payload, cargo)
             case Announcement():
-                self._tokens[direction].arrive(cargo)
+                self._tokens[direction].arrive(cargo, time_ns)
             case _:
                 self._queries[direction.opposite].receive(payload, cargo, time_ns)
 
