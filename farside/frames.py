@@ -31,6 +31,8 @@ class Fate(StrEnum):
     QUEUE_FULL = "queue-full"
     EXPIRED = "expired"
     BIT_ERROR = "bit-error"
+    STORE_FULL = "store-full"
+    NO_ROUTE = "no-route"
 
 
 class FrameFate(msgspec.Struct, frozen=True, gc=False):
@@ -61,6 +63,38 @@ class FrameFate(msgspec.Struct, frozen=True, gc=False):
     copy: int = 0
     flipped_bits: int = 0
     outage: OutageReason | None = None
+
+
+class FrameHop(msgspec.Struct, frozen=True, omit_defaults=True, gc=False):
+    """What became of a frame at one node of its way, logged when it left there or was dropped.
+
+    Only links by way of other nodes have hops.
+
+    Attributes:
+        direction, sequence: the frame's id, as in `FrameFate`.
+        hop: which node of its way this is, from 1, the sender.
+        node: the node's number.
+        received_ns: when its last bit arrived there; at the sender, when it was handed over.
+        stored_byte: how much then waited there in this direction, this frame included.
+        to: the node that it was sent to; absent, with the times of that, if it was dropped.
+        sent_ns, sent_end_ns: when its first and last bit left.
+        arrival_ns: when its last bit is there.
+        dropped_ns: when it was dropped.
+        fate: why it was dropped.
+    """
+
+    direction: Direction
+    sequence: int
+    hop: int
+    node: int
+    received_ns: int
+    stored_byte: int
+    to: int | None = None
+    sent_ns: int | None = None
+    sent_end_ns: int | None = None
+    arrival_ns: int | None = None
+    dropped_ns: int | None = None
+    fate: Fate | None = None
 
 
 class FrameStage(StrEnum):

@@ -60,8 +60,7 @@ class DownlinkPlan:
 
     def is_closed(self, now_ns: int) -> bool:
         """Whether nothing can arrive now: by the plan, the rover did not send a light time ago."""
-        sent_ns = now_ns - self._schedule.delay_ns(Direction.DOWN, now_ns)
-        return self._schedule.opens_ns(Direction.DOWN, sent_ns) > sent_ns
+        return not self._schedule.is_heard(Direction.DOWN, now_ns)
 
     def interval_ns(self, now_ns: int) -> int:
         """In which interval the rover reports at `now_ns`, if the rate allows no more often."""

@@ -10,13 +10,13 @@ from typing import NamedTuple, cast
 
 import msgspec
 
-from farside.frames import Carried, Fate, FrameEvent, FrameFate, FrameStage
+from farside.frames import Carried, Fate, FrameEvent, FrameFate, FrameHop, FrameStage
 from farside.logs.events import OUTAGES, time_text
 from farside.logs.file.reading import LogFile, decode
 from farside.node import NEVER_NS, Direction
-from farside.topics import GROUND_FRAME, LINK_FRAME, ROVER_FRAME
+from farside.topics import GROUND_FRAME, LINK_FRAME, LINK_HOP, ROVER_FRAME
 
-_TOPICS = (ROVER_FRAME, LINK_FRAME, GROUND_FRAME)
+_TOPICS = (ROVER_FRAME, LINK_HOP, LINK_FRAME, GROUND_FRAME)
 _SENDS = {ROVER_FRAME.name: Direction.DOWN, GROUND_FRAME.name: Direction.UP}
 
 _NAMES = {
@@ -32,6 +32,8 @@ _LOST = {
     Fate.QUEUE_FULL: "dropped, since the transmit queue was full",
     Fate.EXPIRED: "dropped, since it waited too long in the transmit queue",
     Fate.BIT_ERROR: "lost to bit errors",
+    Fate.STORE_FULL: "dropped at a node on its way, since the store was full",
+    Fate.NO_ROUTE: "dropped, since no contact leads to the other end any more",
 }
 
 
@@ -53,6 +55,7 @@ class Word(NamedTuple):
             log does not say.
         stored: whether it is of the stored stream.
         fate: what the channel says of it; `None` where it says nothing.
+        hops: what became of it at each node, on a way by other nodes.
     """
 
     direction: Direction
@@ -65,6 +68,7 @@ class Word(NamedTuple):
     carries: Carried | None = None
     stored: bool = False
     fate: FrameFate | None = None
+    hops: tuple[FrameHop, ...] = ()
 
 
 def words(log: LogFile, start_ns: int = 0, end_ns: int = NEVER_NS) -> Iterator[Word]:
@@ -114,7 +118,9 @@ class UnderWay:
         """Take the next message of `topics`; gives the words whose end it tells."""
         settled = self.settle_used(now_ns) if self._used else []
         ended = None
-        if isinstance(message, FrameFate):
+        if isinstance(message, FrameHop):
+            self.hop(message)
+        elif isinstance(message, FrameFate):
             if message.queued_ns <= self._end_ns:
                 ended = self.fate(message)
         elif isinstance(message, FrameEvent) and not (
@@ -143,6 +149,12 @@ class UnderWay:
             self._used[key] = now_ns, word
             return None
         return word
+
+    def hop(self, hop: FrameHop) -> None:
+        """A node tells what became of a frame there."""
+        key = hop.direction, hop.sequence
+        if (word := self.words.get(key)) is not None:
+            self.words[key] = word._replace(hops=(*word.hops, hop))
 
     def fate(self, fate: FrameFate) -> Word | None:
         """The channel tells what became of a frame."""

@@ -203,11 +203,11 @@ class ShadowPrice(NamedTuple):
     in_step: bool
 
 
-class LinkCounters(msgspec.Struct, frozen=True):
+class LinkCounters(msgspec.Struct, frozen=True, omit_defaults=True):
     """Counts of the frames of one direction whose fate was decided within the run.
 
     Attributes:
-        sent: frames handed to the channel; the sum of the next six.
+        sent: frames handed to the channel; the sum of the next six, `store_full` and `no_route`.
         delivered, lost, outage, queue_full, expired, bit_error: frames with each `Fate`.
         duplicated: frames that arrived twice.
         damaged: frames that arrived with bit errors.
@@ -215,6 +215,7 @@ class LinkCounters(msgspec.Struct, frozen=True):
         shadowed: frames lost to terrain shadow, at the rover.
         bytes: total payload of the frames sent, in bytes.
         delay_s: mean time from sender to arrival, queueing included; `None` if none arrived.
+        store_full, no_route: frames with this `Fate`, by way of other nodes.
     """
 
     sent: int
@@ -230,6 +231,8 @@ class LinkCounters(msgspec.Struct, frozen=True):
     shadowed: int
     bytes: int
     delay_s: float | None
+    store_full: int = 0
+    no_route: int = 0
 
 
 class LinkTally:
@@ -274,6 +277,8 @@ class LinkTally:
             shadowed=self.stages[FrameStage.SHADOWED],
             bytes=self._bytes,
             delay_s=to_s(self._delay_ns) / delivered if delivered else None,
+            store_full=fates[Fate.STORE_FULL],
+            no_route=fates[Fate.NO_ROUTE],
         )
 
 

@@ -4,7 +4,7 @@ from typing import TypeVar, cast
 
 import msgspec
 
-from farside.frames import FrameEvent, FrameFate, LinkOutage
+from farside.frames import FrameEvent, FrameFate, FrameHop, LinkOutage
 from farside.messages import Proposal, Telemetry
 from farside.node import Topic
 from farside.topics.ground import (
@@ -74,6 +74,7 @@ ROVER_STORE = _topic("/rover/store", StoreEntry)
 ROVER_MODEL = _topic("/rover/model", ModelSent)
 
 LINK_FRAME = _topic("/link/frame", FrameFate)
+LINK_HOP = _topic("/link/hop", FrameHop)
 LINK_OUTAGE = _topic("/link/outage", LinkOutage)
 
 GROUND_CHART = _topic("/ground/chart", Yard)

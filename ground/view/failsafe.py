@@ -59,10 +59,8 @@ def _proven_ns(known: Knowledge) -> int:
 def _after(known: Knowledge, heard_ns: int, silence_ns: int) -> int | None:
     """When so much silence that the contact plan does not explain has passed on board."""
     schedule = known.sources.schedule
-    light_ns = schedule.delay_ns(Direction.UP, known.now_ns)
-    heard_ns = max(heard_ns, light_ns)
-    sent_ns = schedule.after_open_ns(Direction.UP, heard_ns - light_ns, silence_ns)
-    return None if sent_ns >= NEVER_NS else sent_ns + light_ns
+    until_ns = schedule.unheard_until_ns(Direction.UP, heard_ns, silence_ns, known.now_ns)
+    return None if until_ns >= NEVER_NS else until_ns
 
 
 def _stays(known: Knowledge) -> bool:

@@ -93,13 +93,13 @@ def _up(known: Knowledge, queued_until_ns: int) -> Way:
 def _down(known: Knowledge) -> Way:
     schedule, now_ns = known.sources.schedule, known.now_ns
     light_ns = schedule.delay_ns(Direction.DOWN, now_ns)
-    sent_ns = now_ns - light_ns
+    sent_ns = schedule.sent_by_ns(Direction.DOWN, now_ns)
     opens_ns = schedule.opens_ns(Direction.DOWN, sent_ns)
     changes_ns = opens_ns if opens_ns > sent_ns else schedule.closes_ns(Direction.DOWN, sent_ns)
     is_last = changes_ns >= NEVER_NS
     return Way(
         light_ns=light_ns,
-        is_open=opens_ns == sent_ns,
+        is_open=schedule.is_heard(Direction.DOWN, now_ns),
         changes_ns=None if is_last else changes_ns + schedule.delay_ns(Direction.DOWN, changes_ns),
         used=known.sources.memory.used(Direction.DOWN, now_ns),
         queued_until_ns=now_ns,
@@ -113,7 +113,7 @@ def _missing_s(known: Knowledge) -> float:
     belief, schedule, now_ns = known.sources.belief, known.sources.schedule, known.now_ns
     interval_ns = known.sources.plan.interval_ns(now_ns)
     usual_ns = _GAP * interval_ns + _GAP_MARGIN_NS
-    newest_ns = now_ns - schedule.delay_ns(Direction.DOWN, now_ns)  # that can be known
+    newest_ns = schedule.sent_by_ns(Direction.DOWN, now_ns)  # that can be known
     gaps = [*belief.gaps(usual_ns), (telemetry.time_ns, newest_ns)]
     return sum(
         to_s(after_ns - before_ns - interval_ns)

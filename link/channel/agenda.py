@@ -6,20 +6,23 @@ from operator import attrgetter
 
 import msgspec
 
-from farside.frames import FrameFate, LinkOutage
+from farside.frames import FrameFate, FrameHop, LinkOutage
 from farside.node import Direction
 
 _time = attrgetter("time_ns")
 
 
 class PendingRecord(msgspec.Struct, frozen=True, order=True, gc=False):
-    """A message, when it is to be recorded, and what orders it among others of that time."""
+    """A message, when it is to be recorded, and what orders it among others of that time.
+
+    Of the records of one frame at one time the `copy` is different; of hops it is negative.
+    """
 
     time_ns: int
     direction: Direction
     sequence: int
     copy: int
-    message: FrameFate | LinkOutage
+    message: FrameFate | FrameHop | LinkOutage
 
 
 class Agenda:

@@ -64,6 +64,10 @@ class Draw(NamedTuple):
     impairments: dict[int, Impairment]
 
 
+NOTHING_DRAWN = Draw([], {})
+"""What no frames draw."""
+
+
 class Stream:
     """The random numbers of one purpose, one per frame.
 
@@ -338,7 +342,7 @@ class RandomImpairments:
     def draw(self, frames: Sequence[Frame]) -> Draw:
         """What happens to the next frames, in order of hand-over."""
         if not frames:
-            return Draw([], {})
+            return NOTHING_DRAWN
         config, count = self._config, len(frames)
         found: defaultdict[int, Impairment] = defaultdict(Impairment)
         for index in self._loss.draw(count):

@@ -6,13 +6,13 @@ from operator import attrgetter
 
 from numpy.random import Generator
 
-from farside.frames import FrameFate, LinkOutage
+from farside.frames import FrameFate, FrameHop, LinkOutage
 from farside.link.channel.agenda import PendingRecord
 from farside.link.channel.one_way import OneWayChannel
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.link.profile.schedule import Outage
 from farside.node import Direction, Frame, Journal, Step
-from farside.topics import LINK_FRAME, LINK_OUTAGE
+from farside.topics import LINK_FRAME, LINK_HOP, LINK_OUTAGE
 
 _sequence = attrgetter("sequence")
 _time = attrgetter("time_ns")
@@ -29,6 +29,9 @@ class Channel:
 
     A frame is lost to an outage if it is at the rover's end during one: an uplink frame when it
     would arrive, a downlink frame while any of it is sent. What has already passed arrives.
+
+    On a way by other nodes (`LinkConfig.routing`) frames are stored and forwarded instead, see
+    `farside.link.channel.forwarding`; all else happens to them once, where they arrive.
 
     The fate of a frame is decided when its last bit leaves. Changes of rate, delay and outages
     before that apply to it.
@@ -82,6 +85,10 @@ class Channel:
             fates = [one.message for one in run if isinstance(one.message, FrameFate)]
             if fates:
                 self._journal.note_all(LINK_FRAME, fates, times_ns)
+                continue
+            hops = [one.message for one in run if isinstance(one.message, FrameHop)]
+            if hops:
+                self._journal.note_all(LINK_HOP, hops, times_ns)
                 continue
             outages = [one.message for one in run if isinstance(one.message, LinkOutage)]
             self._journal.note_all(LINK_OUTAGE, outages, times_ns)

@@ -11,18 +11,23 @@ from numpy.random import Generator
 
 from farside.frames import Fate, FrameFate, LinkOutage, OutageReason
 from farside.link.channel.agenda import Agenda, PendingRecord
-from farside.link.channel.chance import UNIMPAIRED, Impairment, RandomImpairments
+from farside.link.channel.chance import NOTHING_DRAWN, UNIMPAIRED, Impairment, RandomImpairments
+from farside.link.channel.lanes import Lane
 from farside.link.channel.outages import Outages
-from farside.link.channel.queueing import Transmission, Transmitter
-from farside.link.profile.config import DELAY_KEYS, LinkChange, LinkConfig, OneWay
-from farside.link.profile.schedule import Delay, Outage, outages_of
+from farside.link.channel.queueing import Dropped, Transmission
+from farside.link.profile.config import LinkChange, LinkConfig, OneWay
+from farside.link.profile.schedule import Outage, outages_of, told_outages_of
 from farside.node import Direction, Frame, to_ns
 
 _time = attrgetter("time_ns")
 
 
 class Departures(NamedTuple):
-    """Frames that will arrive, at their time of arrival, and when the last bit of each left."""
+    """Frames that will arrive, at their time of arrival, and from when on that is known.
+
+    On a direct link that is when the last bit left, on a way by other nodes a light time of the
+    whole way before it arrives.
+    """
 
     ends_ns: list[int]
     frames: list[Frame]
@@ -37,10 +42,11 @@ class _Outcomes(NamedTuple):
     outages: Sequence[OutageReason | None]
 
     @classmethod
-    def never(cls, fates: Sequence[Fate]) -> "_Outcomes":
-        """The outcomes of frames that were never sent."""
-        none = [None] * len(fates)
-        return cls(none, fates, [0] * len(fates), none)
+    def never(cls, dropped: Sequence[Dropped]) -> "_Outcomes":
+        """The outcomes of frames that were never sent, or dropped on their way."""
+        count = len(dropped)
+        outages = [drop.outage for drop in dropped]
+        return cls([None] * count, [drop.fate for drop in dropped], [0] * count, outages)
 
 
 class OneWayChannel:
@@ -60,16 +66,17 @@ class OneWayChannel:
         self._direction = direction
         self._changes = deque(_changes_of(link, direction))
         self.config = link.way(direction)
-        self._least_delay_ns = self.config.least_delay_ns
         self._impairments = RandomImpairments(rng, self.config)
-        self._transmitter = Transmitter(self.config, *rng.spawn(1))
-        self._delay = Delay(self.config)
-        self._latest_ns = 0
+        (self._rng,) = rng.spawn(1)
         self._delivered = Departures([], [])
-        self._outages = Outages(scheduled := outages_of(link, direction))
+        self._outages = Outages(outages_of(link, direction))
+        self._told = Outages(told_outages_of(link, direction))
         self._outages_noted = 0
         self.agenda = Agenda()
-        self._note_outages(scheduled)
+        self._routing = link.routing
+        self._lane = Lane(direction, link, self.config, self._outages, self._rng)
+        self._left: list[Lane] = []  # what has taken frames before the way changed
+        self._note_outages(told_outages_of(link, direction))
 
     def advance(self, until_ns: int, frames: Sequence[Frame]) -> Departures:
         """Take the frames handed over before `until_ns`, and apply the changes due by then.
@@ -91,29 +98,27 @@ class OneWayChannel:
     @property
     def next_ns(self) -> int | None:
         """See `Channel.next_ns`."""
-        leaves_ns = self._transmitter.next_ns
-        if leaves_ns is None:
-            return None
-        arrives_ns = leaves_ns + self._least_delay_ns
-        return min(arrives_ns, self._changes[0][0]) if self._changes else arrives_ns
+        lanes = (self._lane, *self._left)
+        moments = [
+            leaves_ns + lane.least_delay_ns
+            for lane in lanes
+            if (leaves_ns := lane.carrier.next_ns) is not None
+        ]
+        if moments and self._changes:
+            moments.append(self._changes[0][0])
+        return min(moments, default=None)
 
     def outage(self, now_ns: int) -> Outage | None:
         """See `Channel.outage`."""
-        return self._outages.at(now_ns)
+        return self._outages.at(now_ns) or self._told.at(now_ns)
 
     def change(self, now_ns: int, config: OneWay) -> None:
         """Use `config` from `now_ns` on; see `Channel.change`."""
-        before, self.config = self.config, config
-        self._least_delay_ns = config.least_delay_ns
+        self.config = config
         self._impairments.configure(config)
-        self._transmitter.change(now_ns, config)
+        self._lane.carrier.change(now_ns, config)
         self._settle()
-        if any(getattr(config, key) != getattr(before, key) for key in DELAY_KEYS):
-            delay = Delay(config)
-            if delay.at(now_ns) != self._delay.at(now_ns):
-                # What is sent from now on may overtake what was sent before.
-                self._latest_ns = 0
-            self._delay = delay
+        self._lane.agree(now_ns, config)
 
     def adopt(self, now_ns: int, link: LinkConfig) -> None:
         """Be this direction of `link` from `now_ns` on; see `Channel.adopt`."""
@@ -121,17 +126,27 @@ class OneWayChannel:
         self._changes = deque(change for change in changes if change[0] >= now_ns)
         for _, change in changes[: len(changes) - len(self._changes)]:
             config = change.applied_to(config)
-        if config != self.config:
+        if link.routing != self._routing:
+            # What is on its way goes on as it was.
+            self._left.append(self._lane)
+            self._routing, self.config = link.routing, config
+            self._impairments.configure(config)
+            self._lane = Lane(self._direction, link, config, self._outages, self._rng)
+        elif config != self.config:
             self.change(now_ns, config)
         self.agenda.drop_outages()
-        scheduled = outages_of(link, self._direction)
-        began_ns = self._transmitter.began_ns
-        self._note_outages(self._outages.reschedule(now_ns, scheduled, began_ns), since_ns=now_ns)
+        began_ns = [lane.carrier.began_ns for lane in (self._lane, *self._left)]
+        since_ns = min((ns for ns in began_ns if ns is not None), default=None)
+        self._outages.reschedule(now_ns, outages_of(link, self._direction), since_ns)
+        told = told_outages_of(link, self._direction)
+        self._note_outages(self._told.reschedule(now_ns, told), since_ns=now_ns)
 
     def reseed(self, rng: Generator) -> None:
         """Draw from other random streams; see `Channel.reseed`."""
         self._impairments = RandomImpairments(rng, self.config)
-        self._transmitter.reseed(*rng.spawn(1))
+        (other,) = rng.spawn(1)
+        # In place, for whatever draws from it already.
+        self._rng.bit_generator.state = other.bit_generator.state
 
     def set_out(self, now_ns: int, *, out: bool) -> None:
         """Be out, or as scheduled, from `now_ns` on; see `Channel.set_out`."""
@@ -140,34 +155,42 @@ class OneWayChannel:
             self.agenda.add([self._outage_record(now_ns, OutageReason.CONTROL, down=out)])
 
     def _run(self, until_ns: int, frames: Sequence[Frame]) -> None:
-        self._transmitter.run(until_ns, frames, self._impairments.draw(frames))
+        for lane in self._left:
+            lane.carrier.run(until_ns, (), NOTHING_DRAWN)
+        self._lane.carrier.run(until_ns, frames, self._impairments.draw(frames))
         self._settle()
 
     def _settle(self) -> None:
-        """Decide the fate of the frames that have left, or never will.
+        """Decide the fate of the frames that have left, or never will."""
+        for lane in self._left:
+            self._settle_lane(lane)
+        self._left = [lane for lane in self._left if lane.carrier.next_ns is not None]
+        self._settle_lane(self._lane)
 
-        Column by column, which is three times as fast as frame by frame.
-        """
-        sent, dropped = self._transmitter.take()
+    def _settle_lane(self, lane: Lane) -> None:
+        """Column by column, which is three times as fast as frame by frame."""
+        sent, dropped = lane.carrier.take()
+        if lane.forwarder is not None:
+            self.agenda.add(lane.forwarder.take_hops())
         if dropped:
             frames = [drop.transmission for drop in dropped]
-            fates = [drop.fate for drop in dropped]
-            self._note(frames, _Outcomes.never(fates), [drop.time_ns for drop in dropped], copy=0)
+            times_ns = [drop.time_ns for drop in dropped]
+            self._note(frames, _Outcomes.never(dropped), times_ns, copy=0)
         if sent:
-            self._propagate(sent)
+            self._propagate(lane, sent)
 
-    def _propagate(self, sent: Sequence[Transmission]) -> None:
-        propagated_ns = self._propagated_ns([one.end_ns for one in sent])
+    def _propagate(self, lane: Lane, sent: Sequence[Transmission]) -> None:
+        propagated_ns = lane.propagated_ns(sent)
         # For the order of arrival, lost and held-back frames count as if they were neither, and
         # duplicates do not count: so no impairment alters the effect of another.
         jittered_ns = map(add, propagated_ns, [one.jitter_ns for one in sent])
-        in_order_ns = list(accumulate(jittered_ns, max, initial=self._latest_ns))[1:]
-        self._latest_ns = in_order_ns[-1]
+        in_order_ns = list(accumulate(jittered_ns, max, initial=lane.latest_ns))[1:]
+        lane.latest_ns = in_order_ns[-1]
         arrivals_ns = in_order_ns.copy()
         impaired = _impaired(sent)
         for index, impairment in impaired:
             arrivals_ns[index] += impairment.hold_ns
-        fates = self._decide(sent, impaired, arrivals_ns, copy=0)
+        fates = self._decide(lane, sent, arrivals_ns, copy=0)
         duplicated: list[Transmission] = []
         copies_ns: list[int] = []
         for index, impairment in impaired:
@@ -176,28 +199,24 @@ class OneWayChannel:
                 copy_ns = max(propagated_ns[index] + impairment.copy_ns, in_order_ns[index])
                 copies_ns.append(copy_ns + impairment.hold_ns)
         if duplicated:
-            self._decide(duplicated, _impaired(duplicated), copies_ns, copy=1)
-
-    def _propagated_ns(self, ends_ns: Sequence[int]) -> list[int]:
-        if not self._delay.is_constant:
-            return [end_ns + self._delay.at(end_ns) for end_ns in ends_ns]
-        delay_ns = self._least_delay_ns
-        return [end_ns + delay_ns for end_ns in ends_ns]
+            self._decide(lane, duplicated, copies_ns, copy=1)
 
     def _decide(
         self,
+        lane: Lane,
         sent: Sequence[Transmission],
-        impaired: Sequence[tuple[int, Impairment]],
         arrivals_ns: Sequence[int],
         copy: int,
     ) -> Sequence[Fate]:
         """Decide and record the fates of frames that would arrive at these times."""
-        fates = [Fate.DELIVERED] * len(sent)
+        fates, impaired = [Fate.DELIVERED] * len(sent), _impaired(sent)
         for index, impairment in impaired:
             fates[index] = impairment.loss or Fate.DELIVERED
         known_ns, ends_ns = arrivals_ns, [one.end_ns for one in sent]
         if self._direction is Direction.UP:
             reasons = self._outages.reasons(arrivals_ns, arrivals_ns)
+        elif lane.forwarder is not None:
+            reasons = None  # what left during an outage has come no further
         else:
             reasons = self._outages.reasons([one.start_ns for one in sent], ends_ns)
             if reasons:
@@ -216,7 +235,7 @@ class OneWayChannel:
                 flipped[index] = impairment.flips.bit_count()
         sequences = [one.frame.sequence for one in sent]
         frames = map(Frame, repeat(self._direction), sequences, arrivals_ns, payloads)
-        self._delivered.ends_ns.extend(compress(ends_ns, delivered))
+        self._delivered.ends_ns.extend(compress(lane.known_ns(sent), delivered))
         self._delivered.frames.extend(compress(frames, delivered))
         outcomes = _Outcomes(
             [

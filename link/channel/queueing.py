@@ -7,7 +7,7 @@ from typing import NamedTuple
 import msgspec
 from numpy.random import Generator
 
-from farside.frames import Fate
+from farside.frames import Fate, OutageReason
 from farside.link.channel.chance import UNIMPAIRED, Draw, Impairment
 from farside.link.channel.slots import Slotted
 from farside.link.profile.config import DropPolicy, OneWay
@@ -24,6 +24,7 @@ class Transmission(msgspec.Struct, gc=False):
         priority, size_byte: the frame's priority, and the size of its payload.
         latest_ns: when its first bit must leave at the latest.
         start_ns, end_ns: when its first and last bit leave; the hand-over while it waits.
+        arrives_ns: when it arrives, of a frame that goes by way of other nodes.
     """
 
     frame: Frame
@@ -34,6 +35,25 @@ class Transmission(msgspec.Struct, gc=False):
     latest_ns: int
     start_ns: int
     end_ns: int
+    arrives_ns: int = 0
+
+
+def transmissions(frames: Sequence[Frame], draw: Draw, config: OneWay) -> list[Transmission]:
+    """Frames as they are handed over, with what they have drawn."""
+    impairments = [UNIMPAIRED] * len(frames)
+    for index, impairment in draw.impairments.items():
+        impairments[index] = impairment
+    priorities = [frame.priority for frame in frames]
+    sizes_byte = [len(frame.payload) for frame in frames]
+    times_ns = [frame.time_ns for frame in frames]
+    lifetime_s = config.lifetime_s
+    default_ns = NEVER_NS if lifetime_s is None else to_ns(lifetime_s)
+    latest_ns = [
+        frame.time_ns + (default_ns if frame.lifetime_ns is None else frame.lifetime_ns)
+        for frame in frames
+    ]
+    waiting = priorities, sizes_byte, latest_ns, times_ns, times_ns
+    return list(map(Transmission, frames, draw.jitters_ns, impairments, *waiting))
 
 
 class TransmitQueue:
@@ -86,11 +106,16 @@ def _age(transmission: Transmission) -> tuple[int, int]:
 
 
 class Dropped(NamedTuple):
-    """A frame that was never sent: why, and when that was decided."""
+    """A frame that was never sent, or dropped on its way: why, and when that was decided.
+
+    Attributes:
+        outage: the reason of the outage that it was lost to.
+    """
 
     transmission: Transmission
     fate: Fate
     time_ns: int
+    outage: OutageReason | None = None
 
 
 class Transmitter:
@@ -146,7 +171,7 @@ class Transmitter:
 
     def run(self, until_ns: int, frames: Sequence[Frame], draw: Draw) -> None:
         """Take the frames handed over before `until_ns`, in order, and send what leaves by then."""
-        handed_over = self._transmissions(frames, draw)
+        handed_over = transmissions(frames, draw, self._config)
         if self._rate is None:
             self._sent += handed_over
             return
@@ -172,32 +197,11 @@ class Transmitter:
         else:
             self._free_ns = max(self._free_ns, now_ns)
 
-    def reseed(self, rng: Generator) -> None:
-        """From now on, draw from another random stream."""
-        # In place, for whatever draws from it already.
-        self._rng.bit_generator.state = rng.bit_generator.state
-
     def _rate_of(self, config: OneWay) -> Rate | None:
         rate = transmit_rate(config)
         if config.slots is None:
             return rate
         return Slotted(rate or Unlimited(), config.slots, self._rng)
-
-    def _transmissions(self, frames: Sequence[Frame], draw: Draw) -> list[Transmission]:
-        impairments = [UNIMPAIRED] * len(frames)
-        for index, impairment in draw.impairments.items():
-            impairments[index] = impairment
-        priorities = [frame.priority for frame in frames]
-        sizes_byte = [len(frame.payload) for frame in frames]
-        times_ns = [frame.time_ns for frame in frames]
-        lifetime_s = self._config.lifetime_s
-        default_ns = NEVER_NS if lifetime_s is None else to_ns(lifetime_s)
-        latest_ns = [
-            frame.time_ns + (default_ns if frame.lifetime_ns is None else frame.lifetime_ns)
-            for frame in frames
-        ]
-        waiting = priorities, sizes_byte, latest_ns, times_ns, times_ns
-        return list(map(Transmission, frames, draw.jitters_ns, impairments, *waiting))
 
     def _serve(  # noqa: C901, PLR0912, PLR0915 - a call in this loop would double its time
         self, rate: Rate, until_ns: int, handed_over: Sequence[Transmission]

@@ -40,7 +40,7 @@ class WayCounters(msgspec.Struct, kw_only=True):
     """What one direction has done so far, in messages and in bytes of payload.
 
     Every message received is still `in_flight` or counts once, among `delivered`, `lost`, `outage`,
-    `queue_full`, `expired` and `bit_error`.
+    `queue_full`, `expired`, `bit_error`, `store_full` and `no_route`.
 
     Attributes:
         received, received_byte: from the sender's side.
@@ -48,6 +48,7 @@ class WayCounters(msgspec.Struct, kw_only=True):
         duplicated: delivered a second time.
         corrupted: delivered with wrong bits, duplicates included.
         lost, outage, queue_full, expired, bit_error: not delivered, by reason; see `Fate`.
+        store_full, no_route: likewise, by way of other nodes.
         in_flight: queued or on the way.
         queries, replies, announcements: how many of `received` were queries; replies and ends of
             replies; tokens that appeared or vanished; all others were samples. Ends and
@@ -65,6 +66,8 @@ class WayCounters(msgspec.Struct, kw_only=True):
     queue_full: int = 0
     expired: int = 0
     bit_error: int = 0
+    store_full: int = 0
+    no_route: int = 0
     in_flight: int = 0
     queries: int = 0
     replies: int = 0

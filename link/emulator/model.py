@@ -6,11 +6,11 @@ start.
 
 import heapq
 from bisect import bisect_left
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
 from itertools import count
 from operator import attrgetter, itemgetter
-from typing import Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import msgspec
 import numpy as np
@@ -26,11 +26,14 @@ from farside.link.emulator.control import (
     read_change,
 )
 from farside.link.profile.config import LinkConfig, OneWay
+from farside.link.profile.layers import LinkConfigError
 from farside.link.profile.profile import Profile
 from farside.node import NEVER_NS, Direction, Frame, to_ns, to_s
 
 _COUNT_NS = 20_000_000
 """How often the counters are updated with what does not arrive."""
+
+_NO_ROOM = {Fate.QUEUE_FULL, Fate.STORE_FULL}
 
 AGAIN_NS = to_ns(1.0)
 """How long after it was lost a message is sent again that must arrive (project default)."""
@@ -223,9 +226,13 @@ class Emulator(Generic[_Cargo]):
     def _settle(self, outcome: _Outcome) -> None:
         way = self._ways[outcome.direction]
         way.settle(outcome)
-        if outcome.fate is Fate.QUEUE_FULL and way.counters.queue_full == 1:
-            config = self._channel.settings(outcome.direction)
-            self._warnings.append(_too_small(outcome, config))
+        counters, config = way.counters, self._ahead.config
+        if config.routing is not None:
+            if outcome.fate in _NO_ROOM and counters.queue_full + counters.store_full == 1:
+                self._warnings.append(_store_too_small(outcome, config.routing.store_byte))
+        elif outcome.fate is Fate.QUEUE_FULL and counters.queue_full == 1:
+            settings = self._channel.settings(outcome.direction)
+            self._warnings.append(_too_small(outcome, settings))
 
     def take_warnings(self) -> list[str]:
         """What its user should know and has not been told, one line each."""
@@ -279,11 +286,18 @@ class Emulator(Generic[_Cargo]):
         """
         change = read_change(payload)
         if change.layer:
-            profile = self._ahead.profile.changed(change.layer, now_ns=self._now_ns)
-            self._adopt(look_ahead(profile, self._now_ns))
+            self._adopt(self._changed(change.layer))
         for direction, out in change.out.items():
             self._channel.set_out(direction, out)
         return self.state()
+
+    def _changed(self, layer: Mapping[str, Any]) -> Ahead:
+        try:
+            profile = self._ahead.profile.changed(layer, now_ns=self._now_ns)
+            return look_ahead(profile, self._now_ns)
+        except LinkConfigError as error:
+            # What is wrong is in the change, not in the profile that it lies over.
+            raise LinkConfigError(*error.problems) from error
 
     @property
     def ahead(self) -> Ahead:
@@ -324,6 +338,14 @@ class Emulator(Generic[_Cargo]):
             return None
         left_s = to_s(outage.end_ns - self._now_ns) if outage.end_ns < NEVER_NS else None
         return OutageState(outage.reason, left_s)
+
+
+def _store_too_small(outcome: _Outcome, store_byte: int) -> str:
+    """The warning that a node has dropped a message."""
+    return (
+        f"{outcome.direction}: a message of {outcome.size_byte:,} bytes was dropped, since no more "
+        f"than {store_byte:,} bytes may wait at a node; contacts.store_byte sets how much"
+    )
 
 
 def _too_small(outcome: _Outcome, config: OneWay) -> str:

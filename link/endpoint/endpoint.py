@@ -155,7 +155,7 @@ class Endpoint(Generic[_Out, _In]):
         self._schedule = terms.schedule
         self._journal, self._topic = journal, topic
         self._sealer = Sealer(terms.key, outgoing)
-        self._opener = Opener(terms.key, incoming)
+        self._opener = Opener(terms.key, incoming, relayed=not terms.schedule.is_direct)
         self._fragmenter = Fragmenter(terms.mtu_byte)
         self._reassembler = Reassembler(_REASSEMBLY_NS)
         self._sender = ReliableSender(outgoing, terms.schedule, transfer)

@@ -48,6 +48,10 @@ REPLAY_WINDOW = 1024
 Stored frames and all others are counted apart, so that a frame is overtaken only by those of higher
 priority that have a lifetime of seconds, or must arrive in order."""
 
+RELAYED_WINDOW = 1 << 16
+"""The same on a way by other nodes, where frames wait for contacts, and those of higher priority
+overtake them there: what is sent in 18 hours at one frame a second (project default)."""
+
 _LEAST_BYTE = 23
 _CRC_OF_WHOLE = 0x2144DF1C  # the CRC-32 of anything that ends in its own CRC-32
 
@@ -235,6 +239,7 @@ class Opener:
         numbers: the sequence numbers not yet received; by default all, as in simulation. Frames
             below the first are refused, so after a restart nothing older can be replayed.
         window: how far behind the newest frame an older one may arrive.
+        relayed: whether frames come by way of other nodes; the window is then the wider one.
 
     Attributes:
         refused: how many frames were refused, by reason.
@@ -249,11 +254,14 @@ class Opener:
         direction: Direction,
         numbers: Numbers | None = None,
         window: int = REPLAY_WINDOW,
+        *,
+        relayed: bool = False,
     ) -> None:
         self._cipher = _Cipher(key, direction)
         self._numbers = numbers or FromZero()
         self._first = self._reserved = self._numbers.first
         # Stored frames wait below all others, and any number of those may overtake them.
+        window = max(window, RELAYED_WINDOW) if relayed else window
         self._windows = {stored: _ReplayWindow(self._first, window) for stored in (False, True)}
         self.refused: Counter[Refusal] = Counter()
 

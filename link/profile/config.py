@@ -12,6 +12,7 @@ from msgspec import Meta
 
 from farside.frames import OutageReason
 from farside.link.profile.ephemeris import Ephemeris
+from farside.link.profile.hops.routing import Routing
 from farside.link.profile.impairments import Jitter, LossModel, Reorder, Slots
 from farside.node import Direction, to_ns
 from farside.settings import Count, Fraction, NonNegative, Positive, Section, expect_growing
@@ -258,7 +259,7 @@ class Passes(Section, frozen=True):
     Attributes:
         first_s: when the first pass begins.
         length_s: length of a pass.
-        period_s: time from the start of one pass to the start of the next.
+        period_s: time from the start of one pass to the start of the next; a millisecond at least.
         direction: what is out between passes.
 
     Raises:
@@ -266,7 +267,7 @@ class Passes(Section, frozen=True):
     """
 
     length_s: Positive
-    period_s: Positive
+    period_s: Annotated[float, Meta(ge=0.001)]
     first_s: NonNegative = 0.0
     direction: Affected = Affected.BOTH
 
@@ -285,11 +286,14 @@ class ContactPlan(Section, frozen=True):
         file: path of the plan; `.json` for HDTN, anything else for ION.
         ground: node number of the ground.
         rover: node number of the rover.
+        store_byte: if the two have no direct contacts, bytes of frames that each node between them
+            may hold in each direction (project default: 64 MiB).
     """
 
     file: str
     ground: int
     rover: int
+    store_byte: Count | None = None
 
 
 _CHANGING = (
@@ -348,6 +352,8 @@ class LinkConfig(Section, frozen=True):
         blackouts: outages at given times, at the rover's end of the path.
         passes: periodic visibility.
         contacts: a contact plan.
+        routing: the contacts by way of other nodes, which `contacts` becomes if the two ends have
+            no direct ones; gives delays and rates.
         changes: what changes during the run, in order of time.
         mtu_byte: the longest frame; longer messages are cut (project default: 1024).
         store_byte: capacity of the store at each end (project default: 256 KiB).
@@ -362,6 +368,7 @@ class LinkConfig(Section, frozen=True):
     blackouts: tuple[Blackout, ...] = ()
     passes: Passes | None = None
     contacts: ContactPlan | None = None
+    routing: Routing | None = None
     changes: tuple[LinkChange, ...] = ()
     mtu_byte: Annotated[int, Meta(ge=128, le=65_535)] = 1024
     store_byte: Count = 256 * 1024
@@ -374,6 +381,8 @@ class LinkConfig(Section, frozen=True):
     @property
     def lookahead_ns(self) -> int:
         """The shortest propagation delay: how far the nodes may run ahead of each other."""
+        if self.routing is not None:
+            return self.routing.least_delay_ns
         return min(self.up.least_delay_ns, self.down.least_delay_ns)
 
     @property

@@ -7,8 +7,10 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import msgspec
 
+from farside.files import read_text
 from farside.frames import OutageReason
 from farside.link.profile.config import DELAY_KEYS, RATE_KEYS, Blackout, LinkConfig, OneWay
+from farside.link.profile.hops.planned import with_plans
 from farside.link.profile.layers import refused
 from farside.link.profile.measured import Files, Kernels, change_with_tables, with_tables
 from farside.link.profile.plans.contacts import (
@@ -19,7 +21,8 @@ from farside.link.profile.plans.contacts import (
     WayTables,
     link_tables,
 )
-from farside.link.profile.plans.files import parse_plan, read_plan
+from farside.link.profile.plans.formats import is_hdtn, parse_plan
+from farside.link.profile.plans.relayed import has_direct, routing_of
 from farside.link.profile.plans.times import Window, count_of, gaps_between, placed
 from farside.validation import shown
 
@@ -28,6 +31,9 @@ if TYPE_CHECKING:
 
 MAX_PASSES = 1_000_000
 """The most periodic passes whose outages are in memory at a time (project default)."""
+
+MAX_PLAN_BYTE = 32 * 1024 * 1024
+"""The longest contact plan (project default): 100,000 contacts of HDTN, spaced out."""
 
 
 def resolve_link(
@@ -72,7 +78,7 @@ def resolve_link(
     )
     start, plan = _begun(link, files)
     link, sky = _with_ephemeris(link, files, start, window)
-    link = _with_contacts(link, plan, files, window, sky)
+    link = with_plans(_with_contacts(link, plan, files, window, sky))
     return msgspec.structs.replace(_with_passes(link, window), start=None)
 
 
@@ -99,12 +105,21 @@ def light_end(
     return None if sky is None else LightEnd(sky.last_s, sky.last_date)
 
 
+def _read_plan(path: Path) -> str:
+    """The text of a contact plan.
+
+    One of ION may be in Latin-1: its commands are in ASCII, and the encoding of its comments is
+    nobody's business. One of HDTN is JSON, which is in UTF-8.
+    """
+    return read_text(path, most_byte=MAX_PLAN_BYTE, is_old=not is_hdtn(path.name))
+
+
 def _expect_one_delay(config: LinkConfig, least: int) -> None:
     for way, one_way in (("up", config.up), ("down", config.down)):
         given = [f"{way}.delay_s"] if one_way.delay_s is not None else []
         given += [f"{way}.{key}" for key in DELAY_KEYS[1:] if getattr(one_way, key)]
         given += ["ephemeris"] if config.ephemeris else []
-        most_lacking = least if config.contacts is None else 0
+        most_lacking = least if config.contacts is None and config.routing is None else 0
         if not most_lacking <= len(given) <= 1:
             found = " and ".join(given) or "none of them"
             expected = ", ".join((*DELAY_KEYS, "ephemeris"))
@@ -145,9 +160,9 @@ def _plan_of(link: LinkConfig, files: Files, start: datetime | None) -> Plan | N
             raise refused(("start",), text)
         return None
     path = files.folder / contacts.file
-    text = files.text(contacts.file, ("contacts", "file"), read_plan)
+    text = files.text(contacts.file, ("contacts", "file"), _read_plan)
     try:
-        plan = parse_plan(text, path)
+        plan = parse_plan(text, str(path))
     except ContactPlanError as error:
         raise refused(("contacts", "file"), str(error)) from error
     if plan.zero is None and link.start is not None and link.ephemeris is None:
@@ -167,11 +182,20 @@ def _with_contacts(
             text = f"expected the rate from contacts or from {given[0]}, found both"
             raise refused((way, given[0]), text)
     nodes = contacts.ground, contacts.rover
+    path = files.folder / contacts.file
     try:
+        if not has_direct(plan, *nodes):
+            if sky is not None:
+                text = "expected none, since the contacts by way of other nodes give light times"
+                raise refused(("ephemeris",), text)
+            routing = routing_of(plan, *nodes, contacts.store_byte)
+            return msgspec.structs.replace(link, routing=routing, contacts=None)
         tables = link_tables(plan, *nodes, window.plan_end_s, _known(link, plan, window, sky))
     except ContactPlanError as error:
-        path = files.folder / contacts.file
         raise refused(("contacts",), f"{path}: {error}") from error
+    if contacts.store_byte is not None:
+        text = "expected none, since the two have direct contacts and no node between them stores"
+        raise refused(("contacts", "store_byte"), text)
     return msgspec.structs.replace(
         link,
         up=_with_tables(link.up, tables.up),

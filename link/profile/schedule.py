@@ -3,6 +3,7 @@
 from bisect import bisect_right
 from collections.abc import Iterable, Iterator
 from itertools import accumulate, pairwise
+from operator import add
 from typing import NamedTuple
 
 from farside.frames import OutageReason
@@ -28,11 +29,29 @@ def outages_of(config: LinkConfig, direction: Direction) -> tuple[Outage, ...]:
     Where two overlap, the earlier one gives the reason. Adjacent ones stay separate if their
     reasons differ. Passes and contacts must have been resolved to blackouts.
     """
+    return _merged(_blackouts(config, direction))
+
+
+def told_outages_of(config: LinkConfig, direction: Direction) -> tuple[Outage, ...]:
+    """`outages_of`, and when the sender waits for its first contact on a way by other nodes.
+
+    Nothing is lost to the latter.
+    """
+    rate = None if config.routing is None else planning_rate(config.way(direction))
+    if rate is None:
+        return outages_of(config, direction)
+    waits = [Outage(*span, OutageReason.CONTACT) for span in rate.idle()]
+    return _merged([*_blackouts(config, direction), *waits])
+
+
+def _blackouts(config: LinkConfig, direction: Direction) -> list[Outage]:
+    own = (one for one in config.blackouts if one.direction.includes(direction))
+    return [Outage(*one.span_ns, one.reason) for one in own]
+
+
+def _merged(outages: Iterable[Outage]) -> tuple[Outage, ...]:
     found: list[Outage] = []
-    blackouts = sorted(
-        (*one.span_ns, one.reason) for one in config.blackouts if one.direction.includes(direction)
-    )
-    for begin_ns, end_ns, reason in blackouts:
+    for begin_ns, end_ns, reason in sorted(outages):
         start_ns = max(begin_ns, found[-1].end_ns) if found else begin_ns
         if start_ns >= end_ns:
             continue
@@ -55,6 +74,7 @@ class Delay:
         self._round_ns = to_ns(points[-1].t_s) if wraps and points else None
         self._times_ns = [to_ns(point.t_s) for point in points]
         self._delays_ns = [to_ns(point.delay_s) for point in points]
+        self._arrivals_ns: list[int] = list(map(add, self._times_ns, self._delays_ns))
         self._constant_ns = one_way.least_delay_ns if len(points) < 2 else None
 
     @property
@@ -82,6 +102,21 @@ class Delay:
         begin, end = times[after - 1], times[after]
         gained = (delays[after] - delays[after - 1]) * (time_ns - begin)
         return delays[after - 1] + gained // (end - begin)
+
+    def sent_by_ns(self, now_ns: int) -> int:
+        """Up to when what was sent has arrived by `now_ns`, if nothing overtakes."""
+        if self._constant_ns is not None:
+            return now_ns - self._constant_ns
+        times, delays = self._times_ns, self._delays_ns
+        arrivals = self._arrivals_ns
+        after = bisect_right(arrivals, now_ns)
+        if not after:
+            return times[0] - 1  # nothing has arrived
+        if after == len(arrivals):
+            return now_ns - delays[-1]
+        begin, end = arrivals[after - 1], arrivals[after]
+        gained = (times[after] - times[after - 1]) * (now_ns - begin)
+        return times[after - 1] + gained // (end - begin)
 
     def sent_ns(self, arrival_ns: int) -> int:
         """The earliest time of sending from which a frame arrives at `arrival_ns` or later."""
@@ -158,9 +193,13 @@ class Schedule:
 
     Args:
         config: the resolved link.
+
+    Attributes:
+        is_direct: whether frames go from end to end, not by way of other nodes.
     """
 
     def __init__(self, config: LinkConfig) -> None:
+        self.is_direct = config.routing is None
         self._contacts: dict[Direction, _Contacts] = {}
         for direction in Direction:
             delay = Delay(config.way(direction))
@@ -177,6 +216,52 @@ class Schedule:
     def delay_ns(self, direction: Direction, time_ns: int) -> int:
         """Light time of what is sent at `time_ns`, in nanoseconds."""
         return self._contacts[direction].delay.at(time_ns)
+
+    def sent_by_ns(self, direction: Direction, now_ns: int) -> int:
+        """Up to when what was sent has arrived by `now_ns`.
+
+        On a direct link by the light time of now, which changes little in the time of one; on a way
+        by other nodes, where frames wait and then arrive all at once, exactly.
+        """
+        if self.is_direct:
+            return now_ns - self.delay_ns(direction, now_ns)
+        return self._contacts[direction].delay.sent_by_ns(now_ns)
+
+    def is_heard(self, direction: Direction, now_ns: int) -> bool:
+        """Whether by plan anything can arrive now."""
+        sent_ns = self.sent_by_ns(direction, now_ns)
+        if self.opens_ns(direction, sent_ns) > sent_ns:
+            return False
+        return self.is_direct or sent_ns + self.delay_ns(direction, sent_ns) >= now_ns - 1
+
+    def unheard_ns(self, direction: Direction, heard_ns: int, now_ns: int) -> int:
+        """For how long something could have arrived between two moments, by plan."""
+        if self.is_direct:
+            # By the light time of now: it changes too little during a silence to matter here.
+            light_ns = self.delay_ns(direction, now_ns)
+            return self.open_ns_between(direction, heard_ns - light_ns, now_ns - light_ns)
+        sent_ns = self.sent_by_ns(direction, heard_ns), self.sent_by_ns(direction, now_ns)
+        due_ns = self._due_ns(direction, heard_ns)
+        return max(0, min(self.open_ns_between(direction, *sent_ns), now_ns - due_ns))
+
+    def unheard_until_ns(
+        self, direction: Direction, heard_ns: int, silence_ns: int, now_ns: int
+    ) -> int:
+        """When something could have arrived for `silence_ns` since `heard_ns`, as known now.
+
+        `NEVER_NS` or later if never.
+        """
+        if not self.is_direct:
+            return self._due_ns(direction, heard_ns) + silence_ns
+        light_ns = self.delay_ns(direction, now_ns)
+        heard_ns = max(heard_ns, light_ns)
+        sent_ns = self.after_open_ns(direction, heard_ns - light_ns, silence_ns)
+        return NEVER_NS if sent_ns >= NEVER_NS else sent_ns + light_ns
+
+    def _due_ns(self, direction: Direction, heard_ns: int) -> int:
+        """When by plan something arrives next after `heard_ns`."""
+        opens_ns = self.opens_ns(direction, self.sent_by_ns(direction, heard_ns) + 1)
+        return min(NEVER_NS, opens_ns + self.delay_ns(direction, opens_ns))
 
     def opens_ns(self, direction: Direction, time_ns: int) -> int:
         """The first moment from `time_ns` on at which `direction` is open."""

@@ -3,14 +3,14 @@
 What `farside.logs.events` has a line for is told in the same words; the rest is told here.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import msgspec
 
 from farside.acts import Act, Discard, Planned
 from farside.control import CommandStage
-from farside.frames import FrameEvent, FrameFate, FrameStage
+from farside.frames import FrameEvent, FrameFate, FrameHop, FrameStage
 from farside.logs.events import event_line, order_text, sign_text, time_text, when_text
 from farside.logs.file.reading import LogEntry
 from farside.logs.spacetime import cargo_text, lost_to
@@ -128,22 +128,34 @@ def arc_text(arc: Arc) -> str:
     return f"{text} (C_m {arc.cm:.2f}{to_go})"
 
 
-def fate_text(fate: FrameFate, what: str = "") -> str:
-    """What became of a frame in the channel, and how long each part of its way took."""
+def fate_text(fate: FrameFate, what: str = "", hops: Sequence[FrameHop] = ()) -> str:
+    """What became of a frame in the channel, and how long each part of its way took.
+
+    Args:
+        fate: what became of it.
+        what: what was in it.
+        hops: what became of it at each node, on a way by other nodes.
+    """
     name = frame_text(fate.direction, fate.sequence) + (f" with {what}" if what else "")
     if fate.arrival_ns is None:
-        return f"{name} was {lost_to(fate)}, sent at {time_text(fate.queued_ns)}"
-    return f"{name} arrives after {seconds(fate.arrival_ns - fate.queued_ns)}: {legs_text(fate)}"
+        where = f" at node {hops[-1].node}" if hops and hops[-1].fate is not None else ""
+        return f"{name} was {lost_to(fate)}{where}, sent at {time_text(fate.queued_ns)}"
+    legs = legs_text(fate, hops)
+    return f"{name} arrives after {seconds(fate.arrival_ns - fate.queued_ns)}: {legs}"
 
 
-def legs_text(fate: FrameFate) -> str:
+def legs_text(fate: FrameFate, hops: Sequence[FrameHop] = ()) -> str:
     """How long a frame waited in the transmit queue, took to send, and was under way."""
     legs = []
     if fate.sent_ns > fate.queued_ns:
         legs.append(f"{seconds(fate.sent_ns - fate.queued_ns)} in the transmit queue")
     legs.append(f"{seconds(fate.sent_end_ns - fate.sent_ns)} to send")
     if fate.arrival_ns is not None:
-        legs.append(f"{seconds(fate.arrival_ns - fate.sent_end_ns)} of light time")
+        how = "of light time"
+        if len(hops) > 1:
+            nodes = [str(hop.node) for hop in hops[1:]]
+            how = f"by way of {'node' if len(nodes) == 1 else 'nodes'} {', '.join(nodes)}"
+        legs.append(f"{seconds(fate.arrival_ns - fate.sent_end_ns)} {how}")
     return ", ".join(legs)
 
 

@@ -60,14 +60,9 @@ class Silence:
         if elapsed_ns < self.grace_ns:
             self.quiet_ns, self.silent, self.lost = elapsed_ns, False, False
             return
-        # By the light time of now: it changes too little during a silence to matter here.
-        light_ns = self._schedule.delay_ns(Direction.UP, now_ns)
-        sent_ns = now_ns - light_ns
-        self.quiet_ns = self._schedule.open_ns_between(
-            Direction.UP, self.heard_ns - light_ns, sent_ns
-        )
+        self.quiet_ns = self._schedule.unheard_ns(Direction.UP, self.heard_ns, now_ns)
         self.silent = self.quiet_ns >= self.grace_ns
-        self.expected = not self.silent or self._schedule.opens_ns(Direction.UP, sent_ns) > sent_ns
+        self.expected = not self.silent or not self._schedule.is_heard(Direction.UP, now_ns)
         self.lost = self.silent and self._used_now_ns >= self._budget_ns
 
     @property

@@ -259,7 +259,7 @@ def test_a_file_that_is_no_kernel_is_refused(
 
 def test_a_kernel_that_would_never_end_to_be_read_is_refused(tmp_path: Path) -> None:
     os.mkfifo(pipe := tmp_path / "pipe.bsp")
-    with pytest.raises(EphemerisError, match="expected a kernel, found no regular file"):
+    with pytest.raises(EphemerisError, match="expected a regular file, found a pipe"):
         kernel_orbits(pipe)
 
 

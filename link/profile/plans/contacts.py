@@ -194,8 +194,8 @@ def link_tables(
             cannot be used.
     """
     up, down = _contacts(plan, ground, rover)
-    up_owlt = known[0] or _LightTime(plan, (up or down)[0])
-    down_owlt = known[1] or _LightTime(plan, (down or up)[0])
+    up_owlt = known[0] or PlannedLightTimes(plan, (up or down)[0])
+    down_owlt = known[1] or PlannedLightTimes(plan, (down or up)[0])
     arrivals = sorted(
         (one.begin_s + up_owlt.from_s(one.begin_s), one.end_s + up_owlt.until_s(one.end_s))
         for one in up
@@ -247,7 +247,7 @@ def _contacts(plan: Plan, ground: int, rover: int) -> tuple[list[Contact], list[
     return up, down
 
 
-class _LightTime:
+class PlannedLightTimes:
     """Light time over time of what one node sends to another, in steps, from ranges."""
 
     def __init__(self, plan: Plan, contact: Contact) -> None:
@@ -265,6 +265,11 @@ class _LightTime:
     def until_s(self, time_s: float) -> float:
         """The light time up to `time_s`."""
         return self._owlts_s[max(0, bisect_left(self._begins_s, time_s) - 1)]
+
+    def changes_s(self, begin_s: float, end_s: float) -> list[float]:
+        """When it changes between two moments."""
+        inside = (one for one in self._begins_s if begin_s < one < end_s)
+        return [one for one in inside if self.from_s(one) != self.until_s(one)]
 
     def table(self, duration_s: float) -> tuple[DelayPoint, ...]:
         """The light times as a delay table for a run of `duration_s`."""

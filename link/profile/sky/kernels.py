@@ -8,19 +8,19 @@ equal (8, 12) or unequal steps (9, 13). Source: NAIF, "SPK Required Reading".
 import struct
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, BinaryIO, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from farside.files import open_regular
 from farside.link.profile.sky.axes import FRAMES
 from farside.link.profile.sky.differences import modified_differences
 from farside.link.profile.sky.positions import DAY_S, J2000_DAY, EphemerisError, Moments, Span
 from farside.link.profile.statistics import Floats
-from farside.validation import one_line
+from farside.validation import one_line, shown_path
 
 _STATE = 6
-_NAME_LENGTH = 200
 _DAMAGE = (ArithmeticError, LookupError, TypeError, ValueError, struct.error)
 """What jplephem and numpy raise at a file that is not as it says."""
 
@@ -53,9 +53,15 @@ def kernel_orbits(path: Path) -> list[Segment]:
         raise EphemerisError(
             f"expected jplephem for kernels, found no {error.name}: pip install 'farside[spice]'"
         ) from error
-    name = one_line(str(path), _NAME_LENGTH)
+    name = shown_path(str(path))
     try:
-        with _opened(path, name) as file:
+        file = open_regular(path)
+    except OSError as error:
+        raise EphemerisError(f"expected a kernel, found: {name}: {error.strerror}") from error
+    except ValueError as error:
+        raise EphemerisError(f"{error}: {name}") from error
+    try:
+        with file:
             kernel = SPK(DAF(file))
             kernel.daf.map_array(1, 1)  # all of it, which stays when the file is closed
             segments = [_segment(one, name) for one in kernel.segments]
@@ -69,12 +75,6 @@ def kernel_orbits(path: Path) -> list[Segment]:
     if not segments:
         raise EphemerisError(f"{name}: expected a segment at least, found none")
     return segments
-
-
-def _opened(path: Path, name: str) -> BinaryIO:
-    if path.exists() and not path.is_file():
-        raise EphemerisError(f"expected a kernel, found no regular file: {name}")
-    return path.open("rb")
 
 
 def _segment(read: Any, name: str) -> Segment:

@@ -182,7 +182,7 @@ function drawLinkTable() {
   const rows = data.so?.link ?? [];
   if (!rows.length) return;
   const names = { sent: "sent", delivered: "delivered", lost: "lost", outage: "in outage", shadowed: "in shadow",
-    queue_full: "queue full", expired: "expired", bit_error: "bit error", duplicated: "twice", damaged: "damaged",
+    queue_full: "queue full", expired: "expired", bit_error: "bit error", store_full: "store full", no_route: "no route", duplicated: "twice", damaged: "damaged",
     refused: "refused" };
   const used = Object.keys(names).filter((name) => ["sent", "delivered", "lost"].includes(name) || rows.some((row) => row.counters[name]));
   byId("link-table").replaceChildren(html("table", {},

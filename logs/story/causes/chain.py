@@ -15,7 +15,7 @@ from farside.frames import FrameFate
 from farside.logs.file.reading import LogFile
 from farside.logs.spacetime import cargo_text
 from farside.logs.story.causes.authority import Given
-from farside.logs.story.causes.crossing import made_of
+from farside.logs.story.causes.crossing import hops_of, made_of
 from farside.logs.story.causes.parents import parents_of
 from farside.logs.story.search import Found, Search
 from farside.logs.story.sentences import fate_text, sentence
@@ -79,8 +79,8 @@ def _sentence(search: Search, found: Found[msgspec.Struct]) -> str:
     """The record's sentence; of a frame's fate, which does not say what was in it, with that."""
     if isinstance(found.message, FrameFate):
         made = made_of(search, found.message)
-        if made is not None:
-            return fate_text(found.message, cargo_text(made.message))
+        what = "" if made is None else cargo_text(made.message)
+        return fate_text(found.message, what, hops_of(search, found.message, found.t_ns))
     return sentence(found.entry)
 
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from farside.control import CommandStage
-from farside.frames import Carried, Fate, FrameEvent, FrameFate, FrameStage
+from farside.frames import Carried, Fate, FrameEvent, FrameFate, FrameHop, FrameStage
 from farside.logs.story.search import Found, Search
 from farside.logs.story.silence import RECEIVER, SENDER, is_used
 from farside.messages import (
@@ -25,6 +25,7 @@ from farside.topics import (
     GROUND_EVENT,
     GROUND_PROPOSAL,
     LINK_FRAME,
+    LINK_HOP,
     LINK_OUTAGE,
     ROVER_ACTION_STARTED,
     ROVER_BATTERY,
@@ -93,6 +94,16 @@ def made_of(search: Search, one: FrameFate) -> Found[FrameEvent] | None:
         ),
     )
     return made[0] if made else None
+
+
+def hops_of(search: Search, one: FrameFate, t_ns: int) -> list[FrameHop]:
+    """What nodes on its way say of a frame whose fate was known at `t_ns`."""
+    hops = search.each(LINK_HOP, start_ns=one.queued_ns, end_ns=t_ns)
+    return [
+        found.message
+        for found in hops
+        if (found.message.direction, found.message.sequence) == (one.direction, one.sequence)
+    ]
 
 
 def fate_of(search: Search, event: FrameEvent, t_ns: int) -> Found[FrameFate] | None:

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 from farside.frames import Carried
@@ -119,17 +120,36 @@ def word_lines(word: Word, name: str, *, is_needless: bool = False) -> Iterator[
     frame = frame_text(word.direction, word.frame)
     if word.arrives_ns is None or word.fate is not None or word.direction is Direction.UP:
         text = f"{name} leaves in {frame}{_again(word.carries)}{_transmitter(word)}"
+        if word.hops and word.hops[0].to is not None:
+            text += f" for node {word.hops[0].to}"
         yield Line(word.sent_ns, sender, text, is_sending=True)
+    yield from _hops(word, frame)
     if word.lost is not None:
         lost_ns, where = word.sent_ns, Role.LINK
         if word.fate is not None:
             lost_ns = word.fate.sent_end_ns
+        if word.hops and word.hops[-1].dropped_ns is not None:
+            lost_ns = word.hops[-1].dropped_ns
         if word.arrives_ns is not None:
             lost_ns, where = word.arrives_ns, receiver
         at_once = lost_ns == word.sent_ns
         yield Line(lost_ns, where, f"{frame} is {word.lost}", is_sending=at_once)
     elif word.arrives_ns is not None:
         yield Line(word.arrives_ns, receiver, _arrives(word, frame, is_needless=is_needless))
+
+
+def _hops(word: Word, frame: str) -> Iterator[Line]:
+    """What became of it at the nodes on its way; that it was dropped is told as its end."""
+    for before, hop in pairwise(word.hops):
+        light = seconds(hop.received_ns - (before.sent_end_ns or hop.received_ns))
+        text = f"{frame} is at node {hop.node} after {light} of light time"
+        if hop.sent_ns is not None and hop.sent_end_ns is not None:
+            waits = []
+            if hop.sent_ns - hop.received_ns >= _WORTH_TELLING_NS:
+                waits.append(f"{seconds(hop.sent_ns - hop.received_ns)} in its store")
+            waits.append(f"{seconds(hop.sent_end_ns - hop.sent_ns)} to send")
+            text += f", and leaves for node {hop.to} ({', '.join(waits)})"
+        yield Line(hop.received_ns, Role.LINK, text)
 
 
 def _again(carried: Carried | None) -> str:
@@ -158,7 +178,11 @@ def _arrives(word: Word, frame: str, *, is_needless: bool) -> str:
     if fate is None or word.arrives_ns is None:
         text = f"{frame} arrives"
     else:
-        text = f"{frame} arrives after {seconds(word.arrives_ns - fate.sent_end_ns)} of light time"
+        left_ns = word.hops[-1].sent_end_ns if word.hops else None
+        light_ns = word.arrives_ns - (fate.sent_end_ns if left_ns is None else left_ns)
+        text = f"{frame} arrives after {seconds(light_ns)} of light time"
+        if len(word.hops) > 1:
+            text += f" from node {word.hops[-1].node}"
     if word.fate is not None and word.fate.flipped_bits:
         text += f", with {word.fate.flipped_bits} bit errors"
     return f"{text}, with what had arrived before" if is_needless else text

@@ -104,6 +104,8 @@ def _link(told: Told) -> Rows:
     rare = {
         "expired": [counters.expired for counters in directions.values()],
         "bit errors": [counters.bit_error for counters in directions.values()],
+        "store full": [counters.store_full for counters in directions.values()],
+        "no route": [counters.no_route for counters in directions.values()],
         "damaged": [counters.damaged for counters in directions.values()],
         "twice": [counters.duplicated for counters in directions.values()],
         "refused": [counters.refused for counters in directions.values()],
