@@ -11,11 +11,11 @@ from pathlib import Path
 
 import pytest
 
+from farside.control import CommandStage
 from farside.frames import Fate, FrameHop
 from farside.logs.file.reading import LogFile
 from farside.logs.story.subjects import subject_of
 from farside.logs.story.telling import story
-from farside.messages import CommandStage
 from farside.missions import FinishedRun, Rehearsal
 from farside.node import Direction, to_ns, to_s
 from farside.topics import (
