@@ -1,18 +1,23 @@
 """Text files that people write, read with limits: missions, link profiles, plans and traces."""
 
 import codecs
+import os
 import re
 import stat
 import tomllib
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any
+from typing import Any, BinaryIO
+
+from farside.validation import one_line
 
 MAX_FILE_BYTE = 4 * 1024 * 1024
 """The longest file that is read (project default)."""
 
 MAX_KEY_PARTS = 32
 """The most parts of a dotted key, such as three in `link.up.loss` (project default)."""
+
+_MOST_WORDS = 200
 
 _PART = r"""(?:[\w-]++|"(?:[^"\\\n]|\\.)*+"|'[^'\n]*+')"""
 _LONG_KEY = re.compile(
@@ -35,12 +40,8 @@ def read_text(
         ValueError: if it is no regular file, is longer than `most_byte`, or is not in UTF-8.
             The message says what was expected and what was found.
     """
-    if "\0" in str(path):
-        raise ValueError("expected a path, found one with a null character")
-    if isinstance(path, Path) and not stat.S_ISREG(mode := path.stat().st_mode):
-        raise ValueError(f"expected a regular file, found {_kind(mode)}")
-    with path.open("rb") as file:
-        content = file.read(most_byte + 1)
+    with open_regular(path) if isinstance(path, Path) else path.open("rb") as file:
+        content = file.read(most_byte + 1) or b""
     if len(content) > most_byte:
         raise ValueError(f"expected a file of at most {most_byte} bytes, found a longer one")
     try:
@@ -52,6 +53,20 @@ def read_text(
         raise ValueError(
             f"expected text in UTF-8, found byte 0x{content[error.start]:02x} in line {line}"
         ) from error
+
+
+def open_regular(path: Path) -> BinaryIO:
+    """A regular file opened for reading, never waiting for what some of /proc and /sys may bring.
+
+    Raises:
+        OSError: if it cannot be opened.
+        ValueError: if it is no regular file.
+    """
+    if "\0" in str(path):
+        raise ValueError("expected a path, found one with a null character")
+    if not stat.S_ISREG(mode := path.stat().st_mode):
+        raise ValueError(f"expected a regular file, found {_kind(mode)}")
+    return os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb")
 
 
 def parse_toml(text: str) -> dict[str, Any]:
@@ -68,6 +83,10 @@ def parse_toml(text: str) -> dict[str, Any]:
         return tomllib.loads(text)
     except RecursionError as error:
         raise ValueError("values nested too deeply") from error
+    except tomllib.TOMLDecodeError as error:
+        # It may tell of a key of any length.
+        words, at, where = str(error).partition(" (at ")
+        raise ValueError(one_line(words, _MOST_WORDS) + at + where) from error
 
 
 def _kind(mode: int) -> str:

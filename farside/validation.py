@@ -18,6 +18,7 @@ Key = tuple[str, ...]
 _GREATEST = 1e9  # in s, m, J, …: no mission needs more, and 1e9 s in nanoseconds fit 64 bits
 _GREATEST_WHOLE = 2**63 - 1  # the greatest that TOML promises
 _SHOWN_LENGTH = 60
+_PATH_LENGTH = 300
 
 MAX_ENTRIES = 10_000
 """The most entries of an array in a mission file or link profile (project default)."""
@@ -75,6 +76,11 @@ def shown(value: object) -> str:
             return f"a whole number of {value.bit_length()} bits"
         case _:
             return one_line(str(value))
+
+
+def shown_path(path: str) -> str:
+    """A path in quotes; longer than other values, for its end tells the most."""
+    return one_line(json.dumps(path, ensure_ascii=False), _PATH_LENGTH)
 
 
 def did_you_mean(found: str, known: Iterable[str]) -> str:

@@ -7,8 +7,7 @@ import pytest
 
 from farside.dem.memory import MAX_RATIO, MAX_UNPACKED
 from farside.files import MAX_FILE_BYTE, MAX_KEY_PARTS
-from farside.link.profile.plans.files import MAX_PLAN_BYTE
-from farside.link.profile.resolve import MAX_PASSES
+from farside.link.profile.resolve import MAX_PASSES, MAX_PLAN_BYTE
 from farside.logs.file.mcap_bytes import GREATEST_RECORD_BYTE
 from farside.missions.commands.dem_stream import MAX_LINE_BYTE
 from farside.missions.schema import MAX_TICKS

@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 
 from farside.link.profile.impairments import Jitter
-from farside.link.profile.statistics import Floats, jitter_quantile
+from farside.link.profile.statistics import Floats, jitter_below, jitter_quantile
 
-_FEW_LEADS = 20
 _HALVINGS = 60
+_POINTS = 2000
 
 Interval = tuple[float, float]
 """Lower and upper bound."""
@@ -58,7 +58,7 @@ def clustered_interval(
     """
     total, found = float(trials.sum()), float(hits.sum())
     share = found / total if total else 0.0
-    if math.isinf(clustering):
+    if math.isinf(clustering) or len(hits) < 2:
         return 0.0, 1.0
     if not 0 < share < 1:
         return share_interval(found / clustering, total / clustering, miss)
@@ -142,16 +142,14 @@ def overtaking_probabilities(jitter: Jitter | None, leads_s: Floats) -> Floats:
     """Probabilities that a frame's jitter exceeds that of the frame before by less than a lead."""
     if jitter is None:
         return (leads_s > 0).astype(np.float64)
-    middle = (np.arange(1000) + 0.5) / 1000
-    rho = jitter.correlation
-    before = _special().ndtri(middle)[:, None]
-    then = rho * before + math.sqrt(1 - rho**2) * _special().ndtri(middle)[None, :]
-    gained = (
-        jitter_quantile(jitter, _special().ndtr(then)) - jitter_quantile(jitter, middle)[:, None]
-    )
     leads, of_lead = np.unique(leads_s, return_inverse=True)
-    if len(leads) > _FEW_LEADS:
-        found: Floats = np.searchsorted(np.sort(gained.ravel()), leads) / gained.size
-    else:
-        found = np.array([(gained < lead).mean() for lead in leads])
+    rho, middle = jitter.correlation, (np.arange(_POINTS) + 0.5) / _POINTS
+    before, before_s = _special().ndtri(middle), jitter_quantile(jitter, middle)
+
+    def overtaking(lead_s: float) -> float:
+        # Given the jitter before, the score of the next one is normal around ρ times that one's.
+        score = _special().ndtri(jitter_below(jitter, before_s + lead_s))
+        return float(_special().ndtr((score - rho * before) / math.sqrt(1 - rho**2)).mean())
+
+    found = np.array([overtaking(lead_s) for lead_s in leads.tolist()])
     return found[of_lead]

@@ -50,6 +50,15 @@ def greatest_wait_ns(slots: Slots | None) -> int:
     return greatest_ns(slots.wait) if slots.wait is not None else to_ns(slots.greatest_s)
 
 
+def hurry(slots: Slots | None, within_ns: int) -> float:
+    """Probability that a slot opens so soon after it was asked for."""
+    wait, least_ns = _wait(slots)
+    late_ns = within_ns - least_ns
+    if slots is None or late_ns < 0:
+        return 0.0
+    return 1.0 if wait is None else float(jitter_cdf(wait, np.array([late_ns / 1e9]))[0])
+
+
 def spacing(correlation: float) -> int:
     """How many frames apart what has this correlation is practically independent."""
     rho = abs(correlation)

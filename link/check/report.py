@@ -20,11 +20,11 @@ from numpy.random import Generator
 
 from farside.link.channel.node import Channel
 from farside.link.check.lines import CheckLine, Lines, Observation, exact_line
-from farside.link.check.probes import outages, pairs, queues, rates, singles, slots
+from farside.link.check.probes import large, outages, pairs, queues, rates, singles, slots
 from farside.link.check.relayed import check_relayed
 from farside.link.check.traffic.planning import Traffic
 from farside.link.check.traffic.reference import FOREVER_NS, Reference
-from farside.link.check.traffic.run import ChannelFactory, run_probe, seeds
+from farside.link.check.traffic.run import ChannelFactory, Idle, run_probe, seeds
 from farside.link.profile.config import LinkConfig
 from farside.node import Direction
 
@@ -129,9 +129,8 @@ def check_link(
             done += count
             on_progress((number + done / total) / len(_PROBES))
 
-        seen = run_probe(
-            channel_factory(config, streams), traffic, advance, lifetime_ns=probe.lifetime_ns
-        )
+        channel = channel_factory(config, streams) if total else Idle()
+        seen = run_probe(channel, traffic, advance, lifetime_ns=probe.lifetime_ns)
         for way, arrivals in seen.items():
             sent[way] += len(traffic[way].time_ns)
             disagreeing[way] += arrivals.disagreeing
@@ -152,9 +151,15 @@ def _report(
         tuple(
             _judged(direction, from_s, line, miss)
             for direction, lines in found.items()
-            for from_s, line in lines
+            for from_s, line in _sorted(lines)
         ),
     )
+
+
+def _sorted(lines: Sequence[tuple[float, CheckLine]]) -> list[tuple[float, CheckLine]]:
+    """The lines with those of one name together, in order of time."""
+    names = list(dict.fromkeys(line.impairment for _, line in lines))
+    return sorted(lines, key=lambda one: (names.index(one[1].impairment), one[0]))
 
 
 def _judged(direction: Direction, from_s: float, line: CheckLine, miss: float) -> Measurement:
@@ -205,5 +210,6 @@ _PROBES = (
     _Probe(queues.plan_crowds, queues.judge_crowds),
     _Probe(slots.plan_slots, slots.judge_slots),
     _Probe(queues.plan_lifetimes, queues.judge_lifetimes, lifetime_ns=None),
+    _Probe(large.plan_large, large.judge_large),
     _Probe(outages.plan_edges, outages.judge_edges),
 )

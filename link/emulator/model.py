@@ -6,17 +6,18 @@ start.
 
 import heapq
 from bisect import bisect_left
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
 from itertools import count
 from operator import attrgetter, itemgetter
-from typing import Generic, NamedTuple, TypeVar
+from typing import Any, Generic, NamedTuple, TypeVar
 
 import msgspec
 import numpy as np
 
 from farside.frames import Fate
 from farside.link.channel.node import Channel
+from farside.link.emulator.ahead.horizon import Ahead, look_ahead
 from farside.link.emulator.control import (
     EmulatorState,
     OutageState,
@@ -24,8 +25,8 @@ from farside.link.emulator.control import (
     WayState,
     read_change,
 )
-from farside.link.emulator.horizon import Ahead, look_ahead
 from farside.link.profile.config import LinkConfig, OneWay
+from farside.link.profile.layers import LinkConfigError
 from farside.link.profile.profile import Profile
 from farside.node import NEVER_NS, Direction, Frame, to_ns, to_s
 
@@ -194,7 +195,7 @@ class Emulator(Generic[_Cargo]):
         self._send_again()
         until_ns = max(until_ns, self._now_ns, *(frame.time_ns + 1 for frame in self._sent[-1:]))
         arrived: list[Delivery[_Cargo]] = []
-        while self._ahead.latest_ns < until_ns:
+        while self._ahead.latest_ns < min(until_ns, NEVER_NS):
             arrived += self._advance(max(self._ahead.latest_ns, self._now_ns))
             self.renew(look_ahead(self._ahead.profile, self._now_ns))
         return arrived + self._advance(until_ns)
@@ -277,11 +278,18 @@ class Emulator(Generic[_Cargo]):
         """
         change = read_change(payload)
         if change.layer:
-            profile = self._ahead.profile.changed(change.layer, now_ns=self._now_ns)
-            self._adopt(look_ahead(profile, self._now_ns))
+            self._adopt(self._changed(change.layer))
         for direction, out in change.out.items():
             self._channel.set_out(direction, out)
         return self.state()
+
+    def _changed(self, layer: Mapping[str, Any]) -> Ahead:
+        try:
+            profile = self._ahead.profile.changed(layer, now_ns=self._now_ns)
+            return look_ahead(profile, self._now_ns)
+        except LinkConfigError as error:
+            # What is wrong is in the change, not in the profile that it lies over.
+            raise LinkConfigError(*error.problems) from error
 
     @property
     def ahead(self) -> Ahead:

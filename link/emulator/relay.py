@@ -16,6 +16,8 @@ import msgspec
 import zenoh
 
 from farside.link.emulator import Emulator, Kind
+from farside.link.emulator.ahead.renewing import Renewal
+from farside.link.emulator.apart import refuse_one_network, watch_apart
 from farside.link.emulator.control import (
     CONTROL_KEY,
     COUNTERS_KEY,
@@ -33,7 +35,6 @@ from farside.link.emulator.crossing.samples import (
     subscribe,
 )
 from farside.link.emulator.crossing.tokens import Tokens
-from farside.link.emulator.renewing import Renewal
 from farside.node import Direction, Role, to_ns, to_s
 
 _IDLE_NS = to_ns(0.5)
@@ -193,6 +194,7 @@ class Relay:
             self._tokens[direction].begin(self._tokens[direction.opposite])
         self._watch(self._rover)
         self._watch(self._ground)
+        self._mark = watch_apart(rover, ground, lambda: self._later(refuse_one_network))
 
     def _cross(
         self,
@@ -247,7 +249,11 @@ class Relay:
         side.session.info.declare_transport_events_listener(move, history=True)
 
     def run(self, duration_s: float | None = None) -> None:
-        """Pass messages on for `duration_s`, or for ever."""
+        """Pass messages on for `duration_s`, or for ever.
+
+        Raises:
+            ConnectionError: if both sides turn out to be one network.
+        """
         end_ns = None if duration_s is None else self._now_ns() + to_ns(duration_s)
         while end_ns is None or self._now_ns() < end_ns:
             until_ns = self._take(self._timeout_s(end_ns))

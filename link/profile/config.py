@@ -259,7 +259,7 @@ class Passes(Section, frozen=True):
     Attributes:
         first_s: when the first pass begins.
         length_s: length of a pass.
-        period_s: time from the start of one pass to the start of the next.
+        period_s: time from the start of one pass to the start of the next; a millisecond at least.
         direction: what is out between passes.
 
     Raises:
@@ -267,7 +267,7 @@ class Passes(Section, frozen=True):
     """
 
     length_s: Positive
-    period_s: Positive
+    period_s: Annotated[float, Meta(ge=0.001)]
     first_s: NonNegative = 0.0
     direction: Affected = Affected.BOTH
 

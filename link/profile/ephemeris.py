@@ -1,6 +1,13 @@
 """The table of a profile that says where the other end is."""
 
+from typing import Annotated
+
+from msgspec import Meta
+
 from farside.settings import Fraction, NonNegative, Section
+
+BodyNumber = Annotated[int, Meta(ge=-1_000_000_000, le=1_000_000_000)]
+"""A body's number in SPICE."""
 
 
 class Ephemeris(Section, frozen=True):
@@ -26,9 +33,9 @@ class Ephemeris(Section, frozen=True):
         ValueError: if both `kernel` and `horizons` are given.
     """
 
-    body: int | str | None = None
+    body: BodyNumber | str | None = None
     epoch: str | None = None
-    center: int | str = "earth"
+    center: BodyNumber | str = "earth"
     kernel: str | tuple[str, ...] = ()
     horizons: str | None = None
     conjunction_deg: NonNegative = 0.0

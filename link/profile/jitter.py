@@ -13,6 +13,9 @@ from farside.node import to_ns
 GREATEST_NS = to_ns(1e9)
 """No jitter is longer, however heavy its tail; beyond any run, and within 64 bits."""
 
+_FARTHEST_NS = 8 * GREATEST_NS  # with the greatest spread, exceeded once in 3,000 frames
+_HEAVIEST = 100  # spreads, more than any score there is stands for
+
 Sample = Callable[[Sequence[float]], list[int]]
 """Delays on top of the propagation, in nanoseconds, of frames with these scores."""
 
@@ -80,9 +83,13 @@ def _uniform(jitter: Jitter) -> Sample:
 def _exponential(jitter: Jitter) -> Sample:
     # −spread · ln(1 − Φ(x))
     spread_ns, erfc, log = to_ns(jitter.spread_s), math.erfc, math.log
-    return lambda scores: [
-        round(-spread_ns * log(0.5 * erfc(score * _SQRT_HALF))) for score in scores
-    ]
+
+    def sample(scores: Sequence[float]) -> list[int]:
+        return [round(-spread_ns * log(0.5 * erfc(score * _SQRT_HALF))) for score in scores]
+
+    if spread_ns * _HEAVIEST < _FARTHEST_NS:
+        return sample
+    return lambda scores: [min(delay_ns, _FARTHEST_NS) for delay_ns in sample(scores)]
 
 
 def _centred(jitter: Jitter) -> Sample:

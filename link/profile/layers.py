@@ -7,6 +7,7 @@ query says lie over one another in this order.
 """
 
 from collections.abc import Callable, Mapping
+from datetime import date
 from importlib import resources
 from importlib.resources.abc import Traversable
 from pathlib import Path
@@ -14,7 +15,15 @@ from typing import Any
 
 from farside.files import parse_toml, read_text
 from farside.link.profile.config import DELAY_KEYS, EPHEMERIS_FILES, RATE_KEYS
-from farside.validation import MAX_PROBLEMS, Problem, did_you_mean, dotted, one_line, shown
+from farside.validation import (
+    MAX_PROBLEMS,
+    Problem,
+    did_you_mean,
+    dotted,
+    one_line,
+    shown,
+    shown_path,
+)
 
 _SOURCE_LENGTH = 300
 
@@ -56,12 +65,12 @@ def with_preset(table: Mapping[str, Any]) -> dict[str, Any]:
     """
     name = table.get("preset")
     if not isinstance(name, str):
-        return _without_marks(table)
+        return _plain(table)
     preset = _presets().get(name)
     if preset is None:
         raise refused(("preset",), _no_such_preset(name, "the name of a preset"))
     own = {key: value for key, value in table.items() if key != "preset"}
-    return _without_marks(laid_over(_toml(preset.read_text("utf-8"), ("preset",)), own))
+    return _plain(laid_over(_toml(preset.read_text("utf-8"), ("preset",)), own))
 
 
 def laid_over(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]:
@@ -95,9 +104,14 @@ def merged(below: Mapping[str, Any], above: Mapping[str, Any]) -> dict[str, Any]
     return result
 
 
-def _without_marks(table: Mapping[str, Any]) -> dict[str, Any]:
+def _plain(table: Mapping[str, Any]) -> dict[str, Any]:
+    """`table` without marks, and dates as text, which TOML's own need not be."""
     return {
-        key: _without_marks(value) if isinstance(value, dict) else value
+        key: _plain(value)
+        if isinstance(value, dict)
+        else value.isoformat()
+        if isinstance(value, date)
+        else value
         for key, value in table.items()
         if value is not None
     }
@@ -150,10 +164,10 @@ def text_at(path: Path, key: tuple[str, ...], read: Callable[[Path], str] = read
     try:
         return read(path)
     except OSError as error:
-        why = f"expected a file, found: {shown(str(path))}: {error.strerror}"
+        why = f"expected a file, found: {shown_path(str(path))}: {error.strerror}"
         raise refused(key, why) from error
     except ValueError as error:  # what it holds, or a path that can be none
-        raise refused(key, f"{error}: {shown(str(path))}") from error
+        raise refused(key, f"{error}: {shown_path(str(path))}") from error
 
 
 def _toml(text: str, key: tuple[str, ...]) -> dict[str, Any]:

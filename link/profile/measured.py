@@ -43,7 +43,12 @@ class Files(NamedTuple):
         return self.kernels[name]
 
     def text(self, name: str, key: Key, read: Callable[[Path], str] = read_text) -> str:
-        """The text of the file that `key` names, as `read` gives it.
+        """The text of the file that `key` names.
+
+        Args:
+            name: the file.
+            key: what names it.
+            read: reads it.
 
         Raises:
             LinkConfigError: if it cannot be read.

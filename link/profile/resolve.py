@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import msgspec
 
+from farside.files import read_text
 from farside.frames import OutageReason
 from farside.link.profile.config import DELAY_KEYS, RATE_KEYS, Blackout, LinkConfig, OneWay
 from farside.link.profile.layers import refused
@@ -19,7 +20,7 @@ from farside.link.profile.plans.contacts import (
     WayTables,
     link_tables,
 )
-from farside.link.profile.plans.files import parse_plan, read_plan
+from farside.link.profile.plans.formats import is_hdtn, parse_plan
 from farside.link.profile.plans.planned import with_plans
 from farside.link.profile.plans.relayed import has_direct, routing_of
 from farside.link.profile.plans.times import Window, count_of, gaps_between, placed
@@ -30,6 +31,9 @@ if TYPE_CHECKING:
 
 MAX_PASSES = 1_000_000
 """The most periodic passes whose outages are in memory at a time (project default)."""
+
+MAX_PLAN_BYTE = 32 * 1024 * 1024
+"""The longest contact plan (project default): 100,000 contacts of HDTN, spaced out."""
 
 
 def resolve_link(
@@ -101,6 +105,15 @@ def light_end(
     return None if sky is None else LightEnd(sky.last_s, sky.last_date)
 
 
+def _read_plan(path: Path) -> str:
+    """The text of a contact plan.
+
+    One of ION may be in Latin-1: its commands are in ASCII, and the encoding of its comments is
+    nobody's business. One of HDTN is JSON, which is in UTF-8.
+    """
+    return read_text(path, most_byte=MAX_PLAN_BYTE, is_old=not is_hdtn(path.name))
+
+
 def _expect_one_delay(config: LinkConfig, least: int) -> None:
     for way, one_way in (("up", config.up), ("down", config.down)):
         given = [f"{way}.delay_s"] if one_way.delay_s is not None else []
@@ -147,9 +160,9 @@ def _plan_of(link: LinkConfig, files: Files, start: datetime | None) -> Plan | N
             raise refused(("start",), text)
         return None
     path = files.folder / contacts.file
-    text = files.text(contacts.file, ("contacts", "file"), read_plan)
+    text = files.text(contacts.file, ("contacts", "file"), _read_plan)
     try:
-        plan = parse_plan(text, path)
+        plan = parse_plan(text, str(path))
     except ContactPlanError as error:
         raise refused(("contacts", "file"), str(error)) from error
     if plan.zero is None and link.start is not None and link.ephemeris is None:

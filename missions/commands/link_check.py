@@ -1,6 +1,7 @@
 """`farside link check`: the proof that the link does what a profile asks for."""
 
 import math
+from collections.abc import Iterator, Sequence
 from time import monotonic
 from typing import Annotated
 
@@ -20,6 +21,7 @@ from farside.missions.commands.display.patience import PATIENCE_S, patience
 from farside.node import Direction
 
 _UNMET = 1
+_NAMED = 4
 _TITLES = {Direction.UP: "Up, from the ground to the rover", Direction.DOWN: "Down, from the rover"}
 _STYLES = {
     CheckVerdict.INSIDE: "green",
@@ -48,7 +50,9 @@ def check(
     """Measure whether a link does what its profile says.
 
     Traffic goes through the link in simulated time.
-    The exit status is 1 if a value asked for falls outside the interval measured.
+    What cannot be measured is said to be so, and why: a window too short, a delay too long.
+    The exit status is 1 if a value asked for falls outside the interval measured, 2 if the
+    profile is invalid, 3 if the check itself fails.
 
     \b
     farside link check moon
@@ -95,6 +99,8 @@ def _show(report: CheckReport, console: Console) -> None:
             if one.direction is direction:
                 table.add_row(*_row(one), style=_STYLES[one.verdict] if _is_notable(one) else "")
         console.print(table)
+        for text in _reasons([one for one in report.measurements if one.direction is direction]):
+            console.print(text, style="yellow", soft_wrap=True, markup=False)
     outside = sum(one.verdict is CheckVerdict.OUTSIDE for one in report.measurements)
     console.print(
         f"{report.frames:,} frames, seed {report.seed}: "
@@ -102,21 +108,34 @@ def _show(report: CheckReport, console: Console) -> None:
     )
 
 
+def _reasons(measurements: Sequence[Measurement]) -> Iterator[str]:
+    """For each reason for which something was not measured: what, and the reason."""
+    names: dict[str, list[str]] = {}
+    for one in measurements:
+        if one.why:
+            names.setdefault(one.why, []).append(_name(one))
+    for why, found in names.items():
+        more = f" and {len(found) - _NAMED:,} more" if len(found) > _NAMED else ""
+        yield f"not measured: {'; '.join(found[:_NAMED])}{more}: {why}"
+
+
+def _name(one: Measurement) -> str:
+    return f"{one.impairment}, from {one.from_s:g} s" if one.from_s else one.impairment
+
+
 def _is_notable(one: Measurement) -> bool:
     return one.verdict is not CheckVerdict.INSIDE
 
 
 def _row(one: Measurement) -> tuple[str, ...]:
-    name = f"{one.impairment}, from {one.from_s:g} s" if one.from_s else one.impairment
     scale, unit = _scale(one)
-    asked = _number(one.asked, one.unit, scale)
-    if one.asked_to != one.asked:
-        asked += f" to {_number(one.asked_to, one.unit, scale)}"
-    measured, interval = "", ""
+    asked, measured, interval = "", "", ""
+    if not math.isnan(one.asked):
+        asked = f"{_number(one.asked, one.unit, scale)} {unit}"
     if one.verdict is not CheckVerdict.UNKNOWN:
         measured = f"{_number(one.measured, one.unit, scale)} {unit}"
         interval = f"{_number(one.low, one.unit, scale)} to {_number(one.high, one.unit, scale)}"
-    return name, f"{asked} {unit}", measured, interval, f"{one.frames:,}", one.verdict
+    return _name(one), asked, measured, interval, f"{one.frames:,}", one.verdict
 
 
 def _scale(one: Measurement) -> tuple[float, str]:

@@ -28,7 +28,7 @@ from farside.link.profile.profile import Profile
 from farside.link.profile.sky.dates import parsed_date
 from farside.missions.assignments import as_layer, origin_of, read_assignments
 from farside.node import Direction, Role
-from farside.validation import Problem, shown
+from farside.validation import Problem, one_line, shown
 
 _REFRESH_HZ = 2
 _SWITCH_S = 0.001
@@ -47,14 +47,14 @@ def _key(text: str) -> zenoh.KeyExpr:
     try:
         return zenoh.KeyExpr.autocanonize(text)
     except zenoh.ZError as error:
-        reason = str(error).partition(" at /")[0]
+        reason = one_line(str(error).partition(" at /")[0])
         raise typer.BadParameter(f"expected a Zenoh key expression, found: {reason}") from error
 
 
 def _locator(text: str) -> str:
     if not _LOCATOR.fullmatch(text):
         raise typer.BadParameter(
-            f"expected a Zenoh locator such as tcp/localhost:7447, found {text!r}"
+            f"expected a Zenoh locator such as tcp/localhost:7447, found {shown(text)}"
         )
     return text
 
@@ -244,7 +244,9 @@ def _ahead(link: Profile, start: str | None, texts: Sequence[str]) -> Ahead:
         made = read_assignments(texts)
         told = [Problem(one.key, one.text + origin_of(one, made)) for one in error.problems]
         words = str(LinkConfigError(*told, source=error.source))
-        raise typer.BadParameter(words, param_hint="--preset, --profile or --set") from error
+        is_set = any(origin_of(one, made) for one in error.problems)
+        hint = "--set" if is_set else "--preset or --profile"
+        raise typer.BadParameter(words, param_hint=hint) from error
 
 
 def _run(relay: Relay, duration_s: float | None, title: str, console: Console) -> None:

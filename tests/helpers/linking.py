@@ -2,11 +2,20 @@
 
 import json
 import signal
+import socket
 import subprocess
 import sys
 from typing import Any, Self
 
 _PATIENCE_S = 30.0
+
+
+def unused_port() -> int:
+    """A port of this machine that nobody uses at the moment."""
+    with socket.socket() as one:
+        one.bind(("127.0.0.1", 0))
+        port: int = one.getsockname()[1]
+    return port
 
 
 class LinkProcess:

@@ -5,8 +5,6 @@ from typing import Any
 
 import msgspec
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 from farside.link import Channel, LinkConfig, OneWay
 from farside.link.check import CheckReport, CheckVerdict, check_link
@@ -234,56 +232,3 @@ WRONG: dict[str, tuple[LinkConfig, dict[str, Any], str]] = {
 def test_a_wrong_emulator_is_caught(name: str) -> None:
     asked, keys, impairment = WRONG[name]
     assert impairment in outside(check_link(asked, wrongly(**keys), frames=6000))
-
-
-shapes = st.sampled_from(JitterShape).flatmap(
-    lambda shape: st.builds(
-        jitter,
-        shape=st.just(shape),
-        spread_s=st.sampled_from([1e-9, 1e-6, 0.02, 3.0, 1e4]),
-        mean_s=st.sampled_from([0.0, 1e-9, 0.05]) if shape.is_centred else st.just(0.0),
-        correlation=st.sampled_from([0.0, 0.5, -0.9, 0.999]),
-        table=st.sampled_from([(0,), FEW, MANY]) if shape is JitterShape.TABLE else st.just(()),
-    )
-)
-waits = st.one_of(
-    st.builds(
-        lambda low, more, frames, size: Slots(
-            min_s=low, max_s=low + more, frames=frames, bytes=size
-        ),
-        st.sampled_from([0.0, 1e-6, 0.3]),
-        st.sampled_from([1e-9, 1e-5, 0.2, 600.0]),
-        st.sampled_from([None, 1, 2, 300]),
-        st.sampled_from([None, 1, 100, 10**6]),
-    ),
-    shapes.map(lambda law: Slots(wait=msgspec.structs.replace(law, correlation=0.0))),
-)
-ways = st.fixed_dictionaries(
-    {"delay_s": st.sampled_from([0.0, 0.1, 1200.0])},
-    optional={
-        "jitter": shapes,
-        "slots": waits,
-        "reorder": st.builds(
-            Reorder,
-            share=st.sampled_from([0.0, 1e-6, 0.5, 1.0]),
-            hold_s=st.sampled_from([1e-9, 0.1, 100.0]),
-            correlation=st.sampled_from([0.0, 0.5, 0.999]),
-        ),
-        "loss": st.builds(
-            CorrelatedLoss,
-            probability=st.sampled_from([0.0, 1e-9, 0.5, 1.0]),
-            correlation=st.sampled_from([0.0, 0.3, 0.9999]),
-        ),
-        "rate_bit_s": st.sampled_from([1, 9600, 10**11]),
-        "queue_frame": st.sampled_from([1, 3]),
-        "lifetime_s": st.sampled_from([1e-3, 5.0]),
-        "bit_error_rate": st.sampled_from([1e-9, 1e-3, 1.0]),
-        "duplicate": st.sampled_from([0.0, 0.1, 1.0]),
-    },
-)
-
-
-@settings(max_examples=12)
-@given(ways)
-def test_no_right_link_is_refused(keys: dict[str, Any]) -> None:
-    assert outside(check_link(one_way(**keys), frames=60)) == set()

@@ -1,26 +1,24 @@
 """The control query: changes while messages pass, all of it or nothing."""
 
 import json
-from contextlib import suppress
+import os
 from pathlib import Path
 from typing import Any
 
 import pytest
-from any_link import any_tables
+from changing_links import DELAYED, ChangeStep, changes, live_through
 from hypothesis import given
-from hypothesis import strategies as st
 
 from farside.frames import OutageReason
 from farside.link.emulator import Emulator
+from farside.link.emulator.ahead.horizon import look_ahead
 from farside.link.emulator.control import EmulatorState
-from farside.link.emulator.horizon import look_ahead
 from farside.link.profile.config import LinkChange, LinkConfig, OneWay
 from farside.link.profile.profile import Profile
-from farside.node import Direction, to_ns
+from farside.node import NEVER_NS, Direction, to_ns
 
 UP, DOWN = Direction.UP, Direction.DOWN
 S = 1_000_000_000
-DELAYED = LinkConfig(up=OneWay(delay_s=1.0), down=OneWay(delay_s=1.0))
 
 
 def control(subject: Emulator[int], **change: object) -> EmulatorState:
@@ -92,6 +90,29 @@ def test_a_table_is_laid_over_the_profile_with_its_files(tmp_path: Path) -> None
     assert state.down.settings.rate_trace is not None
     assert state.down.settings.rate_trace.times_ms == (0, 4)
     assert state.up.settings.delay_s == 0.25
+
+
+def test_the_changes_in_the_documents_are_taken() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "link.md").read_text()
+    payloads = page.partition("```json\n")[2].partition("```")[0].splitlines()
+    assert len(payloads) == 4
+    for payload in payloads:
+        Emulator[int](DELAYED).control(payload.encode())
+
+
+def test_a_change_never_waits_for_a_file(tmp_path: Path) -> None:
+    """For a pipe to which nobody writes, or for what the kernel has yet to tell."""
+    os.mkfifo(pipe := tmp_path / "pipe")
+    subject: Emulator[int] = Emulator(DELAYED)
+    for path in (str(pipe), "/proc/kmsg", "/dev/zero"):
+        for change in (
+            {"down": {"rate_trace": {"file": path}}},
+            {"contacts": {"file": path, "ground": 1, "rover": 2}},
+            {"ephemeris": {"body": -74, "epoch": "2026-01-01", "kernel": path}},
+            {"ephemeris": {"epoch": "2026-01-01", "horizons": path}},
+        ):
+            with pytest.raises(ValueError, match="expected"):
+                control(subject, **change)
 
 
 def test_times_in_a_change_count_from_the_start() -> None:
@@ -176,45 +197,14 @@ def test_the_greatest_values_do_no_harm(absent: str | None) -> None:
         subject.advance(subject.next_ns or number + 1)
     control(subject, both={"rate_bit_s": None, "bit_error_rate": 1.0, "bit_errors": "flip"})
     subject.send(UP, 0, bytes(3000), 20)
-    subject.advance(2**63 - 1)
+    subject.advance(NEVER_NS)
     counters = subject.state().up.counters
     assert counters.received == counters.delivered + counters.queue_full + counters.bit_error == 21
     assert counters.delivered > 0
 
 
-steps = st.one_of(
-    st.tuples(st.just("control"), any_tables(fitting=True)),
-    st.tuples(st.just("both"), any_tables(fitting=True)),
-    st.tuples(st.just("control"), any_tables(fitting=False)),
-    st.tuples(st.sampled_from(Direction), st.sampled_from([0, 1, 100, 5000])),
-    st.tuples(st.just("advance"), st.sampled_from([0, 1, 10**6, 10**9, 10**12, 10**18])),
-    st.tuples(st.just("out"), st.booleans()),
-)
-
-
-@given(st.lists(steps, max_size=12))
+@given(changes)
 def test_no_change_harms_the_link_neither_at_once_nor_at_the_next_message(
-    taken: list[tuple[str, Any]],
+    steps: list[ChangeStep],
 ) -> None:
-    subject: Emulator[int] = Emulator(DELAYED)
-    now_ns = 0
-    for step, what in [*taken, ("up", 100), ("down", 100), ("advance", 10**18)]:
-        match step:
-            case "control" | "both" | "out":
-                change = {"control": what, "out": {"both": {"out": what}}}.get(step)
-                if change is None:
-                    change = {"both": what.get("up", {})}
-                before = subject.state()
-                with suppress(ValueError):
-                    subject.control(json.dumps(change).encode())
-                    continue
-                assert subject.state() == before
-            case "advance":
-                now_ns = min(now_ns + what, 2 * 10**18)
-                subject.advance(now_ns)
-            case _:
-                subject.send(Direction(step), now_ns, bytes(what), 0)
-    for direction in Direction:
-        counters = subject.state().way(direction).counters
-        fates = ("delivered", "lost", "outage", "queue_full", "expired", "bit_error", "in_flight")
-        assert counters.received == sum(getattr(counters, fate) for fate in fates)
+    live_through(steps)

@@ -1,5 +1,7 @@
 """Contact plans of HDTN: what is read, and what is refused."""
 
+from datetime import UTC, datetime
+
 import pytest
 
 from farside.link.profile.plans.contacts import (
@@ -61,6 +63,22 @@ def test_a_contact_is_read_as_hdtn_reads_it(
 def test_a_contact_told_twice_counts_once() -> None:
     again = CONTACT.replace('"contact": 0', '"contact": 7')
     assert parse_hdtn(hdtn(CONTACT, again), "plan.json") == parse_hdtn(hdtn(CONTACT), "plan.json")
+
+
+def test_a_contact_may_have_begun_before_second_0() -> None:
+    plan = parse_hdtn(hdtn(CONTACT.replace('"startTime": 0', '"startTime": "-30"')), "plan.json")
+    assert plan.contacts[0][:2] == (-30, 60)
+
+
+def test_times_may_be_dates_in_posix_seconds() -> None:
+    later = CONTACT.replace('"startTime": 0', '"startTime": 1767225660').replace(
+        '"endTime": 60', '"endTime": 1767225700.5'
+    )
+    first = later.replace("1767225660", "1767225600").replace("1767225700.5", "1767225660")
+    plan = parse_hdtn(hdtn(later, first), "plan.json")
+    assert plan.zero == datetime(2026, 1, 1, tzinfo=UTC).timestamp()
+    assert [one[:2] for one in plan.contacts] == [(0, 60), (60, 100.5)]
+    assert [one[:2] for one in plan.ranges] == [(0, 60), (60, 100.5)]
 
 
 @pytest.mark.parametrize(

@@ -117,3 +117,9 @@ def test_keys_that_do_not_belong_to_a_shape_are_refused(
     shape = JitterShape(str(keys.pop("shape", "uniform")))
     with pytest.raises(ValueError, match=words):
         Jitter(spread_s=1.0, shape=shape, **keys)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("shape", [JitterShape.EXPONENTIAL, JitterShape.PARETO])
+def test_no_jitter_is_longer_than_a_time_can_be_recorded(shape: JitterShape) -> None:
+    [delay_ns] = sampler(Jitter(spread_s=1e9, shape=shape))([12.0])
+    assert 10**18 <= delay_ns < 2**63

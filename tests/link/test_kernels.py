@@ -1,6 +1,7 @@
 """SPICE kernels of positions, written here, against orbits that are known by a formula."""
 
 import math
+import os
 import sys
 from pathlib import Path
 from typing import Any
@@ -254,6 +255,19 @@ def test_a_file_that_is_no_kernel_is_refused(
         kernel_orbits(path)
     assert words in str(refusal.value)
     assert "x.bsp" in str(refusal.value)
+
+
+def test_a_kernel_that_would_never_end_to_be_read_is_refused(tmp_path: Path) -> None:
+    os.mkfifo(pipe := tmp_path / "pipe.bsp")
+    with pytest.raises(EphemerisError, match="expected a regular file, found a pipe"):
+        kernel_orbits(pipe)
+
+
+def test_a_body_seen_from_itself_is_refused(orbiter: Path) -> None:
+    with pytest.raises(
+        EphemerisError, match=r"expected two bodies, found -74 \(mro\) at both ends"
+    ):
+        sky(orbiter, body=CRAFT, center="mro")
 
 
 def test_a_segment_of_another_type_or_in_other_axes_is_refused(tmp_path: Path) -> None:

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Callable, Sequence
+from datetime import UTC, datetime
 from functools import partial
 from typing import Any
 
@@ -109,6 +110,7 @@ def expect_a_plan_or_words(parse: Callable[[str, str], Plan], text: str) -> None
         assert is_in_words(words)
         return
     plan = parse(text, "plan")
+    assert plan.zero is None or datetime.fromtimestamp(plan.zero, UTC)
     assert all(one.begin_s < one.end_s and one.rate_bit_s > 0 for one in plan.contacts)
     for problem in (*plan.problems, *plan.untimed):
         assert is_in_words(problem.text)
@@ -159,6 +161,7 @@ ion_lines = (
 @example("a contact +" + "9" * 5000 + " +1 1 2 1")
 @example("a contact " + " ".join("x" * 1000 for _ in range(50)))
 @example("a range +0 +5 1 2 0." + "9" * 5000)
+@example("a contact 9999/12/31-24:00:00 -1 1 2 1")
 def test_whatever_text_is_a_plan_of_ion_or_refused_in_words(text: str) -> None:
     expect_a_plan_or_words(parse_ion, text)
 
@@ -181,6 +184,7 @@ plans = st.dictionaries(
 @example('{"contacts": [' + "9" * 5000 + "]}")
 @example('{"contacts": [{"source": ' + "9" * 5000 + "}]}")
 @example('{"contacts": [{' + ",".join(f'"{n}": 1' for n in range(5000)) + "}]}")
+@example('{"contacts": [{"source":1, "dest":2, "startTime":1e17, "endTime":2e17, "rate":1}]}')
 @example('{"\ud800": [NaN]}')
 @example('"' + "\\" * 9999)
 @example("\n" * 100_000 + "a")

@@ -1,6 +1,8 @@
 """`farside link check` as a person or a pipeline sees it."""
 
 import json
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -63,6 +65,43 @@ def test_a_value_outside_is_exit_status_one(monkeypatch: pytest.MonkeyPatch) -> 
     result = link_check("perfect", "--frames", "2000")
     assert result.exit_code == 1
     assert "outside" in result.output
+
+
+def test_what_is_not_measured_has_its_reason_below_the_table(tmp_path: Path) -> None:
+    profile = tmp_path / "mine.toml"
+    text = "[up]\ndelay_s = 1.0\nrate_bit_s = 800\n[down]\ndelay_s = 1.0\n"
+    text += "[[changes]]\nat_s = 10.0\nrate_bit_s = 2400\n"
+    profile.write_text(text, encoding="utf-8")
+    result = link_check(str(profile), "--frames", "100")
+    assert result.exit_code == 0
+    reason = "a full queue takes 42.8 s to be sent, and no window is longer than 10 s"
+    assert f"not measured: queue: {reason}\n" in result.output
+    told = json.loads(link_check(str(profile), "--frames", "100", "--json").output)
+    assert [one["why"] for one in told["measurements"] if one["impairment"] == "queue"] == [
+        reason,
+        "",
+        "",
+    ]
+
+
+FAILING = """
+import sys
+from farside.__main__ import main
+from farside.missions.commands import link_check
+link_check.check_link = None
+sys.argv = ["farside", "link", "check", "perfect"]
+main()
+"""
+
+
+def test_a_check_that_fails_is_exit_status_three() -> None:
+    """Never 1, which says that a value is outside."""
+    done = subprocess.run(  # noqa: S603 - Farside alone
+        [sys.executable, "-c", FAILING], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 3
+    assert "farside: a fault of Farside itself, not of its input: TypeError" in done.stderr
+    assert len(done.stderr.splitlines()) == 1
 
 
 def test_an_invalid_profile_is_refused(tmp_path: Path) -> None:

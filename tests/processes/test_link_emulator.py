@@ -270,7 +270,9 @@ def test_a_manual_outage_begins_and_ends_at_once() -> None:
 
 
 def test_settings_change_while_it_runs() -> None:
-    with link("up.delay_s=0.01") as between:
+    with link("preset=moon", "up.delay_s=0.01", "down.jitter.spread_s=0.1") as between:
+        settings = between.ground.get("farside/link/counters")["down"]["settings"]
+        assert (settings["rate_bit_s"], settings["jitter"]["spread_s"]) == (32_000, 0.1)
         state = between.control(both={"loss": 1.0}, up={"delay_s": 0.02})
         assert state["up"]["settings"] | {"loss": 1.0, "delay_s": 0.02} == state["up"]["settings"]
         assert state["down"]["settings"]["loss"] == 1.0

@@ -2,39 +2,36 @@
 
 import json
 import socket
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
 import zenoh
 from certificates import Authority
-from linking import LinkProcess
+from linking import LinkProcess, unused_port
+from typer.testing import CliRunner
 
 from farside.link.emulator import sides
 from farside.link.emulator.domains import Domain, domain_at, domain_of
 from farside.link.emulator.sides import open_sides
+from farside.missions.commands.main import app
 
 pytestmark = pytest.mark.processes
 
 USERS = {"auth": {"usrpwd": {"dictionary_file": "users"}}}
 
 
-def unused_port() -> int:
-    """A port of this machine that nobody uses at the moment."""
-    with socket.socket() as one:
-        one.bind(("127.0.0.1", 0))
-        port: int = one.getsockname()[1]
-    return port
-
-
 @contextmanager
-def router(locator: str, transport: Mapping[str, object] | None = None) -> Iterator[zenoh.Session]:
-    """A Zenoh router at an address."""
+def router(
+    locator: str, transport: Mapping[str, object] | None = None, *, connect: Sequence[str] = ()
+) -> Iterator[zenoh.Session]:
+    """A Zenoh router at an address, which connects to others."""
     config = zenoh.Config()
     config.insert_json5("mode", '"router"')
     config.insert_json5("scouting/multicast/enabled", "false")
     config.insert_json5("listen/endpoints", json.dumps([locator]))
+    config.insert_json5("connect/endpoints", json.dumps(connect))
     for key, value in (transport or {}).items():
         config.insert_json5(f"transport/{key}", json.dumps(value))
     with zenoh.open(config) as session:
@@ -172,11 +169,18 @@ UP = "--up=cmd/**"
 
 
 def test_a_side_that_is_not_there_yet_is_waited_for() -> None:
-    """It says so once, says when the side is there, and counts the duration from then on."""
+    """It says so once, says when the side is there, and counts the duration from then on.
+
+    The other side is open to anybody, and that is warned of.
+    """
     at = f"tcp/127.0.0.1:{unused_port()}"
     with LinkProcess(
-        UP, f"--rover-side={at}", "--ground-side=listen/tcp/127.0.0.1:0", "--duration=0.01"
+        UP, f"--rover-side={at}", "--ground-side=listen/tcp/0.0.0.0:0", "--duration=0.01"
     ) as between:
+        assert between.says() == (
+            "warning: ground side: anybody who reaches tcp/0.0.0.0:0 may send over the link and "
+            "change it; --ground-config can ask for a certificate or a password"
+        )
         assert between.says() == f"rover side: waiting for it at {at}: Connection refused"
         with router(at):
             assert between.says() == "rover side: connected"
@@ -211,6 +215,17 @@ def test_a_side_that_goes_and_comes_back_is_told_and_served_again() -> None:
             assert json.loads(reply.ok.payload.to_bytes())["ground_side"]["connected"] == 1
 
 
+def test_two_sides_whose_routers_know_each_other_are_refused() -> None:
+    """What the one is given the other would give back, for ever."""
+    rover, ground = (f"tcp/127.0.0.1:{unused_port()}" for _ in range(2))
+    with router(rover), router(ground, connect=[rover]):
+        options = ["--down=cmd/**", f"--rover-side={rover}", f"--ground-side={ground}"]
+        with LinkProcess(UP, *options) as between:
+            status, _, errors = between.end()
+    assert status == 3
+    assert "found a way from one side to the other beside this link" in errors
+
+
 def test_a_wrong_certificate_ends_the_command_in_words(folder: Path) -> None:
     ours, theirs = Authority(folder, "ours"), Authority(folder, "theirs")
     certificate, key = ours.pair("router")
@@ -229,23 +244,52 @@ def test_a_wrong_certificate_ends_the_command_in_words(folder: Path) -> None:
     assert errors.count("\n") == 1
 
 
-def test_an_address_open_to_anybody_is_warned_of_in_one_line() -> None:
-    with LinkProcess(
-        UP, "--rover-side=listen/tcp/127.0.0.1:0", "--ground-side=listen/tcp/0.0.0.0:0"
-    ) as between:
-        assert between.says() == (
-            "warning: ground side: anybody who reaches tcp/0.0.0.0:0 may send over the link and "
-            "change it; --ground-config can ask for a certificate or a password"
-        )
-        assert between.says().startswith("passing messages: ")
-        assert between.interrupt()[0] == 0
+def test_access_control_of_the_file_keeps_others_from_changing_the_link(folder: Path) -> None:
+    at = f"tcp/127.0.0.1:{unused_port()}"
+    denied = {
+        "id": "hands off",
+        "permission": "deny",
+        "flows": ["ingress"],
+        "messages": ["query"],
+        "key_exprs": ["farside/link/control"],
+    }
+    control = {
+        "enabled": True,
+        "default_permission": "allow",
+        "rules": [denied],
+        "subjects": [{"id": "anybody"}],
+        "policies": [{"rules": ["hands off"], "subjects": ["anybody"]}],
+    }
+    settings = {"listen": {"endpoints": [at]}, "access_control": control}
+    Path("ground.json5").write_text(json.dumps(settings))
+    rover = "--rover-side=listen/tcp/127.0.0.1:0"
+    with LinkProcess(UP, rover, "--ground-config=ground.json5") as between:
+        between.passes()
+        config = zenoh.Config.from_json5(json.dumps({"mode": "client"}))
+        config.insert_json5("connect/endpoints", json.dumps([at]))
+        config.insert_json5("scouting/multicast/enabled", "false")
+        with zenoh.open(config) as anybody:
+            while not list(anybody.get("farside/link/counters")):
+                pass
+            assert (
+                list(anybody.get("farside/link/control", payload='{"both": {"out": true}}')) == []
+            )
+        assert between.state()["up"]["outage"] is None
 
 
-def test_a_file_that_is_not_valid_is_status_2(folder: Path) -> None:
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ([], "expected --rover-side or --rover-config, found neither"),
+        (["--rover-side=tcp/127.0.0.1:1"], "expected --ground-side or --ground-config"),
+        (
+            ["--rover-side=tcp/127.0.0.1:1", "--ground-config=ground.json5"],
+            "--ground-config: ground.json5: line 1, column 2: unknown field `conect`",
+        ),
+    ],
+)
+def test_what_is_missing_or_wrong_is_status_2(folder: Path, options: list[str], words: str) -> None:
     Path("ground.json5").write_text("{conect: {}}")
-    sides = ["--rover-side=tcp/127.0.0.1:1", "--ground-config=ground.json5"]
-    with LinkProcess(UP, *sides) as between:
-        status, _, errors = between.end()
-    assert status == 2
-    words = "--ground-config: ground.json5: line 1, column 2: unknown field `conect`"
-    assert words in " ".join(errors.split())
+    result = CliRunner().invoke(app, ["link", UP, *options], env={"COLUMNS": "1000"})
+    assert result.exit_code == 2
+    assert words in result.output

@@ -10,7 +10,8 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
-from linking import LinkProcess
+import zenoh_ros2_sdk
+from linking import LinkProcess, unused_port
 from ros2 import (
     ADD,
     GET_PARAMETERS,
@@ -107,7 +108,7 @@ def of_page() -> tuple[list[str], str]:
 
 
 def test_the_recipe_of_the_page_takes_a_ros_system_across_to_the_moon(definitions: Path) -> None:
-    """Topic, latched topic, service, parameters and graph; nothing comes before its light time."""
+    """Topic, latched topic, service and graph; nothing comes before its light time."""
     (of_rover, of_ground), line = of_page()
     assert "--preset moon" in line
     with (
@@ -224,15 +225,22 @@ def test_the_graph_follows_nodes_that_come_and_go_and_an_outage(near: Pair) -> N
     assert "second" in ground.nodes()
 
 
-def test_without_the_graph_a_topic_crosses_all_the_same(definitions: Path) -> None:
-    with (
-        Computer(definitions) as rover,
-        Computer(definitions) as ground,
-        across(rover, ground, NEAR.partition(" --up")[0] + " --down '0/chatter/**'"),
-    ):
-        heard = ground.subscription("/chatter", "listener")
-        talker = rover.publisher("/chatter", "talker")
-        until(lambda: bool(talker.pub.matching_status.matching))
-        talker.publish(data="hello")
-        assert heard.next().text == "hello"
-        until(lambda: ground.nodes() == {"listener"})
+def test_the_link_joins_as_a_node_does_or_is_the_router_of_its_side(
+    definitions: Path, tmp_path: Path
+) -> None:
+    """With the settings that rmw_zenoh gives to a node, and with none; without the graph."""
+    settings = Path(zenoh_ros2_sdk.__file__).parent / "config" / "default_session_config.json5"
+    at = f"tcp/127.0.0.1:{unused_port()}"
+    with Computer(definitions) as rover:
+        of_node = tmp_path / "node.json5"
+        of_node.write_text(settings.read_text().replace("tcp/localhost:7447", rover.locator))
+        sides = [f"--rover-config={of_node}", f"--ground-side=listen/{at}"]
+        with LinkProcess(*sides, "--down=0/chatter/**") as between:
+            between.passes()
+            with Computer(definitions, at) as ground:
+                heard = ground.subscription("/chatter", "listener")
+                talker = rover.publisher("/chatter", "talker")
+                until(lambda: bool(talker.pub.matching_status.matching))
+                talker.publish(data="hello")
+                assert heard.next().text == "hello"
+                until(lambda: ground.nodes() == {"listener"})

@@ -71,7 +71,7 @@ def delay_lines(seen: Observation, group: Group) -> Iterator[CheckLine]:
     if way.jitter is not None:
         yield _correlation_line(way, way.jitter, lateness, late)
     if way.reorder is not None:
-        yield from held_lines(seen, group, late.numbers, late.rest_ns + late.slack_ns)
+        yield from held_lines(seen, group, late.numbers, late.rest_ns, int(late.slack_ns.max()))
 
 
 def delay_line(seen: Observation, group: Group) -> CheckLine:
@@ -130,21 +130,21 @@ def _exact_line(late: Late) -> CheckLine:
 def _least_line(lateness: Lateness, late: Late) -> CheckLine:
     """The delay below all that is random: from the frame that was the least late."""
     least = int(np.argmin(late.rest_ns))
-    least_s, slack_s = to_s(int(late.rest_ns[least])), to_s(int(late.slack_ns.max()))
+    least_ns, slack_ns = int(late.rest_ns[least]), int(late.slack_ns.max())
     effective = max(1, len(late.rest_ns) // lateness.spacing)
 
     def located(miss: float) -> Interval:
         # The least of the delays on top exceeds this quantile with probability `miss`.
-        reach_s = to_s(lateness.quantile_ns(-math.expm1(math.log(miss) / effective)))
-        asked_s = late.asked_s + least_s
-        return asked_s - reach_s - slack_s, asked_s + slack_s
+        reach_ns = lateness.quantile_ns(-math.expm1(math.log(miss) / effective))
+        low_s = to_s(least_ns - reach_ns - slack_ns)
+        return late.asked_s + low_s, late.asked_s + to_s(least_ns + slack_ns)
 
     return CheckLine(
         "delay",
         "s",
         len(late.rest_ns),
         point(late.asked_s),
-        late.asked_s + least_s,
+        late.asked_s + to_s(least_ns),
         located,
     )
 

@@ -63,7 +63,7 @@ def repeats_line(
 
 
 def held_lines(
-    seen: Observation, group: Group, numbers: Ints, latest_ns: Ints
+    seen: Observation, group: Group, numbers: Ints, late_ns: Ints, slack_ns: int
 ) -> Iterator[CheckLine]:
     """How many frames are held back, and how that is correlated.
 
@@ -71,19 +71,20 @@ def held_lines(
         seen: what was sent, and how it arrived.
         group: the frames of a kind.
         numbers: those that can be timed.
-        latest_ns: how late each of these is at most.
+        late_ns: how late each of these is.
+        slack_ns: by how much that may be off.
     """
     reorder = group.way.reorder
     if reorder is None:
         return
     hold_ns, name = to_ns(reorder.hold_s), "held back"
-    if Lateness(group.way).greatest_ns >= hold_ns:
-        why = "jitter and waits for slots may be as long as what is held back"
+    if Lateness(group.way).greatest_ns + 2 * slack_ns >= hold_ns:
+        why = f"{reorder.hold_s:g} s are no longer than jitter, waits for slots and rounding"
         yield unmeasured(name, "share", reorder.share, why)
         if reorder.correlation:
             yield unmeasured(f"{name}, correlation", "", reorder.correlation, why)
         return
-    held, counted = _marked(numbers[latest_ns >= hold_ns], seen), _marked(numbers, seen)
+    held, counted = _marked(numbers[late_ns + slack_ns >= hold_ns], seen), _marked(numbers, seen)
     hits, count = float(held.sum()), float(counted.sum())
     estimate: Estimate = partial(share_interval, hits, count)
     if not reorder.correlation:

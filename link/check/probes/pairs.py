@@ -1,11 +1,13 @@
 """Probes with two frames at once: reordering."""
 
+import math
 from functools import partial
 
 import numpy as np
 from numpy.random import Generator
 
 from farside.link.check.intervals import clustered_interval, overtaking_probabilities
+from farside.link.check.lateness import hurry
 from farside.link.check.lines import (
     Estimate,
     Group,
@@ -14,11 +16,15 @@ from farside.link.check.lines import (
     batched,
     share_line,
     short_byte,
+    unmeasured,
 )
 from farside.link.check.traffic.planning import Burst, Traffic, plan_bursts
 from farside.link.check.traffic.reference import Bools, Ints, Phase, Reference
 from farside.link.profile.rate import OPPORTUNITY_BYTE
 from farside.node import to_ns
+
+_FINEST_NS = 10_000
+_TOGETHER_NS, _RARE = 2, 1e-3
 
 
 def _kind(phase: Phase) -> int:
@@ -36,6 +42,8 @@ def plan_pairs(reference: Reference, frames: int, rng: Generator) -> Traffic:
             return "the queue holds one frame"
         if phase.way.slots is not None and phase.per_slot(size) < 2:
             return "a slot carries one frame"
+        if hurry(phase.way.slots, _TOGETHER_NS) > _RARE:
+            return "slots may open before both frames have been handed over"
         if phase.way.slots is not None and phase.trace is not None:
             return "slots hide which opportunity a frame uses"
         return Burst(size, 2, phase.busy_ns(size, 2))
@@ -54,6 +62,15 @@ def judge_pairs(seen: Observation) -> Lines:
         if group.way.duplicate == 1:
             # The first copy of each is its own; see `farside.link.check.probes.delays`.
             whole = leaders[(copies[leaders] >= 1) & (copies[leaders + 1] >= 1)]
+        jitter = group.way.jitter
+        if (
+            group.way.reorder is not None
+            and jitter is not None
+            and to_ns(jitter.spread_s) < _FINEST_NS
+        ):
+            why = f"jitter of {jitter.spread_s:g} s is hardly longer than what it is rounded to"
+            yield group.from_s, unmeasured(name, "share", math.nan, why)
+            continue
         asked = _asked(seen, group, whole)
         overtaken = seen.arrivals.overtaken[whole]
         line = share_line(name, asked, overtaken, "no pair arrived whole")
@@ -96,6 +113,9 @@ def _correlated(overtaken: Bools, correlation: float) -> Estimate:
 
 def _followed_ns(phase: Phase, first_ns: Ints, left_ns: Ints, size_byte: int) -> Ints:
     """When the second of two frames leaves, handed over 1 ns after the first."""
+    if phase.way.slots is not None:
+        # Both wait for the same slot.
+        return left_ns + phase.sending_ns(size_byte)
     second_ns = first_ns + 1
     if phase.trace is None:
         return np.maximum(left_ns, second_ns) + phase.sending_ns(size_byte)

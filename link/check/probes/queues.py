@@ -7,6 +7,7 @@ import numpy as np
 from numpy.random import Generator
 
 from farside.link.check.intervals import Interval, clustered_interval, share_interval
+from farside.link.check.lateness import hurry
 from farside.link.check.lines import (
     CheckLine,
     Estimate,
@@ -19,10 +20,10 @@ from farside.link.check.lines import (
     share_line,
     unmeasured,
 )
+from farside.link.check.probes.queue_model import sent_of, starts_of
 from farside.link.check.traffic.planning import Burst, Traffic, plan_bursts
 from farside.link.check.traffic.reference import MARGIN_NS, Bools, Phase, Reference
-from farside.link.profile.config import BitErrorEffect, DropPolicy, OneWay
-from farside.link.profile.rate import OPPORTUNITY_BYTE
+from farside.link.profile.config import BitErrorEffect, OneWay
 from farside.link.profile.statistics import Floats, loss_statistics
 from farside.node import to_ns, to_s
 
@@ -35,74 +36,21 @@ _FINE = 200
 
 _CROWD = 4000
 _LARGEST_BYTE = 256 << 20
-_MOST_FLIPS = 1_000_000
+_MOST_FLIPS = 100_000
 _FEWEST = 5.0
+
+_TOGETHER_NS, _RARE = 2, 1e-6
+_HURRIED = "slots may open before a burst of frames has been handed over"
 
 
 def _kind(phase: Phase) -> int:
     return phase.rate_kind
 
 
-def _is_limited(phase: Phase) -> bool:
+def is_limited(phase: Phase) -> bool:
+    """Whether frames have to wait in it: without a rate or slots none does."""
     limits = phase.rate_bit_s, phase.trace, phase.way.slots
     return any(limit is not None for limit in limits)
-
-
-# --- what a queue of given settings does -------------------------------------------------------
-
-
-def sent_of(
-    way: OneWay,
-    burst: Burst,
-    starts_ns: list[int],
-    *,
-    waiting_first: bool,
-    lifetime_ns: int | None,
-) -> list[int]:
-    """Which frames of a crowded burst are sent, in that order, by their place in it.
-
-    Args:
-        way: settings of the queue.
-        burst: the first frame, and then all others at once.
-        starts_ns: when the first frame that is sent begins to leave, the second, and so on, counted
-            from the hand-over of the first.
-        waiting_first: whether the first frame still waits when the others come.
-        lifetime_ns: how long a frame may wait; any time if `None`.
-    """
-    priorities = burst.priorities or (0,) * burst.frames
-    sent, waiting = ([], [0]) if waiting_first else ([0], list[int]())
-    most = min(way.queue_byte // burst.size_byte, way.queue_frame or burst.frames)
-    for place in range(1, burst.frames):
-        waiting.append(place)
-        if len(waiting) > most:
-            match way.drop:
-                case DropPolicy.NEWEST:
-                    waiting.remove(max(waiting))
-                case DropPolicy.OLDEST:
-                    waiting.remove(min(waiting))
-                case DropPolicy.LOWEST:
-                    waiting.remove(max(waiting, key=lambda one: (-priorities[one], one)))
-    for place in sorted(waiting, key=lambda one: (-priorities[one], one)):
-        handed_over_ns = min(place, 1)
-        waited_ns = starts_ns[min(len(sent), len(starts_ns) - 1)] - handed_over_ns
-        if lifetime_ns is None or waited_ns <= lifetime_ns:
-            sent.append(place)
-    return sent
-
-
-def _starts_ns(phase: Phase, burst: Burst, begin_ns: int) -> list[int]:
-    """When each frame that is sent begins to leave, counted from the hand-over of the first."""
-    if phase.way.slots is not None:
-        # At the latest: all wait for a slot.
-        return [phase.waits_ns(burst.size_byte, place + 1) for place in range(burst.frames)]
-    if phase.trace is None:
-        sending_ns = phase.sending_ns(burst.size_byte)
-        return [place * sending_ns for place in range(burst.frames)]
-    needed = phase.trace.needed(phase.frame_byte(burst.size_byte))
-    begun = int(phase.trace.first_from(np.array([begin_ns]))[0])
-    numbers = begun + np.arange(burst.frames) * needed
-    found: list[int] = (phase.trace.time_ns(numbers) - begin_ns).tolist()
-    return found
 
 
 # --- planning ----------------------------------------------------------------------------------
@@ -112,11 +60,15 @@ def plan_overloads(reference: Reference, frames: int, rng: Generator) -> Traffic
     """More frames at once than the queue takes, by bytes."""
 
     def overload(phase: Phase, room_ns: int) -> Burst | str | None:
-        if not _is_limited(phase):
+        if not is_limited(phase):
             return None
         way = phase.way
+        if hurry(way.slots, _TOGETHER_NS) > _RARE:
+            return _HURRIED
         waiting = min(_WAITING, max(1, (way.queue_frame or 2 * _WAITING) // 2), way.queue_byte)
-        size = _slot_size(phase, way.queue_byte // waiting)
+        size = way.queue_byte // waiting
+        if phase.trace is not None:
+            size = phase.filling_byte
         return _crowd(phase, room_ns, size, min(way.queue_byte // size, way.queue_frame or 1 << 30))
 
     return plan_bursts(reference, rng, overload, min(_OVERLOADS, frames), _kind)
@@ -127,23 +79,24 @@ def plan_crowds(reference: Reference, frames: int, rng: Generator) -> Traffic:
 
     def crowd(phase: Phase, room_ns: int) -> Burst | str | None:
         way = phase.way
-        if not _is_limited(phase) or way.queue_frame is None or way.queue_frame > way.queue_byte:
+        if not is_limited(phase) or way.queue_frame is None or way.queue_frame > way.queue_byte:
             return None
-        size = _slot_size(phase, min(64, way.queue_byte // way.queue_frame))
+        if hurry(way.slots, _TOGETHER_NS) > _RARE:
+            return _HURRIED
+        size = min(64, way.queue_byte // way.queue_frame)
+        if phase.trace is not None:
+            size = phase.filling_byte
+        if size * way.queue_frame > way.queue_byte:
+            return "so many frames of an opportunity each do not fit into the queue"
         return _crowd(phase, room_ns, size, way.queue_frame)
 
     return plan_bursts(reference, rng, crowd, min(_OVERLOADS, frames), _kind)
 
 
-def _slot_size(phase: Phase, most_byte: int) -> int:
-    """On a trace, frames of an opportunity each: how smaller ones share one is not measured."""
-    if phase.trace is None:
-        return most_byte
-    return max(1, min(most_byte, OPPORTUNITY_BYTE - phase.way.overhead_byte))
-
-
 def _crowd(phase: Phase, room_ns: int, size_byte: int, waiting: int) -> Burst | str:
     """One frame, and just after it twice as many as may wait; a quarter of them are urgent."""
+    if not waiting:
+        return "not even one frame of an opportunity fits into the queue"
     if size_byte * waiting > _LARGEST_BYTE:
         return f"the check fills no queue with more than {_LARGEST_BYTE:,} bytes"
     frames = 1 + waiting + min(waiting, _WAITING) + 4
@@ -157,7 +110,7 @@ def _crowd(phase: Phase, room_ns: int, size_byte: int, waiting: int) -> Burst | 
         crowded=True,
         priorities=priorities,
     )
-    return _worthwhile(phase, room_ns, burst)
+    return worthwhile(phase, room_ns, burst)
 
 
 def plan_lifetimes(reference: Reference, frames: int, rng: Generator) -> Traffic:
@@ -165,24 +118,36 @@ def plan_lifetimes(reference: Reference, frames: int, rng: Generator) -> Traffic
 
     def waiting(phase: Phase, room_ns: int) -> Burst | str | None:
         way = phase.way
-        if not _is_limited(phase) or way.lifetime_s is None:
+        if not is_limited(phase) or way.lifetime_s is None:
             return None
         if way.slots is not None:
             return "slots hide how long a frame waited"
         most = min(_FINE, way.queue_frame or _FINE, way.queue_byte)
-        size = _slot_size(phase, way.queue_byte // most)
+        size = way.queue_byte // most
+        if phase.trace is not None:
+            size = phase.filling_byte
+            most = min(most, way.queue_byte // size)
+        if not most:
+            return "not even one frame of an opportunity fits into the queue"
         if phase.rate_bit_s is not None:
             half = int(2 * way.lifetime_s * phase.rate_bit_s / (8 * most)) - way.overhead_byte
             size = max(1, min(size, half))
         burst = Burst(size, most + 1, phase.busy_ns(size, most + 1), crowded=True)
         if burst.busy_ns <= to_ns(way.lifetime_s):
             return "a full queue is sent before anything has waited so long"
-        return _worthwhile(phase, room_ns, burst)
+        return worthwhile(phase, room_ns, burst)
 
     return plan_bursts(reference, rng, waiting, min(_OVERLOADS, frames), _kind)
 
 
-def _worthwhile(phase: Phase, room_ns: int, burst: Burst) -> Burst | str:
+def worthwhile(phase: Phase, room_ns: int, burst: Burst) -> Burst | str:
+    """The burst, or why it would take or show too little.
+
+    Args:
+        phase: where it is to be sent.
+        room_ns: the longest window there.
+        burst: frames that leave one after the other.
+    """
     if burst.busy_ns > room_ns - 4 * MARGIN_NS:
         return (
             f"a full queue takes {to_s(burst.busy_ns):.3g} s to be sent, and no window is longer "
@@ -277,7 +242,7 @@ def _expected(seen: Observation, group: Group, lifetime_ns: int | None) -> _Expe
         priorities = tuple(seen.traffic.priority[first:after].tolist())
         burst = Burst(group.size_byte, after - first, 0, crowded=True, priorities=priorities)
         begin_ns = int(seen.traffic.time_ns[first])
-        starts_ns = _starts_ns(phase, burst, begin_ns)
+        starts_ns = starts_of(phase, burst, begin_ns)
         waiting_first = starts_ns[0] > 0
         key = (burst.frames, waiting_first, *(starts_ns if lifetime_ns is not None else ()))
         if key not in known:
@@ -293,6 +258,8 @@ def _passed_line(name: str, seen: Observation, group: Group, expected: _Expected
     """The mean number of frames that passed in a burst."""
     bursts, way = len(expected.orders), group.way
     trials = int(expected.sent.sum())
+    if not trials:
+        return unmeasured(name, "frames", 0.0, "every frame expires before anything is sent")
     numbers = np.flatnonzero(group.chosen)
     _, place = np.unique(seen.traffic.burst[numbers], return_inverse=True)
     arrived = seen.arrivals.arrived

@@ -21,7 +21,6 @@ from farside.link.check.lines import (
 )
 from farside.link.check.traffic.planning import Burst, Traffic, plan_bursts
 from farside.link.check.traffic.reference import MARGIN_NS, Ints, Phase, Reference
-from farside.link.profile.rate import OPPORTUNITY_BYTE
 from farside.node import to_s
 
 _TRAINS = 20
@@ -58,11 +57,13 @@ def _train(phase: Phase, room_ns: int) -> Burst | str | None:
 
 
 def _one_each(phase: Phase, room_ns: int) -> Burst | str:
-    """A burst on a trace: frames of the size of an opportunity."""
+    """A burst on a trace: frames that share no opportunity, or one alone."""
     if phase.way.slots is not None:
         return "slots hide which opportunity a frame uses"
-    size = max(1, min(phase.way.queue_byte, OPPORTUNITY_BYTE - phase.way.overhead_byte))
-    frames = min(_capacity(phase, size), _LONGEST)
+    size = min(phase.way.queue_byte, phase.filling_byte)
+    if 8 * sparing_byte(phase.way) < size:
+        size = short_byte(phase)
+    frames = min(_capacity(phase, size), _LONGEST) if size == phase.filling_byte else 1
     while frames > 1 and phase.busy_ns(size, frames) > room_ns - 4 * MARGIN_NS:
         frames //= 2
     return Burst(size, frames, phase.busy_ns(size, frames))
@@ -93,11 +94,11 @@ def _rate_line(seen: Observation, group: Group) -> CheckLine:
     bits = took_ns = rounded_ns = 0
     for own, offsets in _bursts(seen, group):
         ends, places = own[[0, -1]], offsets[[0, -1]]
-        left_ns = (
-            seen.traffic.time_ns[ends] - places + (places + 1) * phase.sending_ns(group.size_byte)
-        )
+        # Where a window is short, its frames are.
+        size = int(seen.traffic.size_byte[own[0]])
+        left_ns = seen.traffic.time_ns[ends] - places + (places + 1) * phase.sending_ns(size)
         between = int(places[1] - places[0])
-        bits += between * 8 * phase.frame_byte(group.size_byte)
+        bits += between * 8 * phase.frame_byte(size)
         arrived_ns = seen.arrivals.time_ns[ends] - seen.reference.delay_ns(left_ns)
         took_ns += int(arrived_ns[1] - arrived_ns[0])
         # The end of each frame and its propagation delay are rounded to nanoseconds.

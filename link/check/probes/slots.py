@@ -7,7 +7,7 @@ import numpy as np
 from numpy.random import Generator
 
 from farside.link.check.intervals import Interval, kolmogorov_distance, kolmogorov_limit
-from farside.link.check.lateness import Lateness
+from farside.link.check.lateness import Lateness, hurry
 from farside.link.check.lines import (
     CheckLine,
     Group,
@@ -26,6 +26,7 @@ _BURSTS = 1000
 _MOST = 200
 _TOGETHER = 3
 _ROUNDING_NS = 4
+_RARE = 1e-3
 
 _WAITS, _OTHERS = "waits for slots, within bursts", "frames outside their slot"
 
@@ -53,6 +54,8 @@ def _burst(phase: Phase, room_ns: int) -> Burst | str | None:
     frames = min(frames, way.queue_byte // size, way.queue_frame or frames)
     while frames > 1 and phase.busy_ns(size, frames) > room_ns - 4 * MARGIN_NS:
         frames = (frames + 1) // 2
+    if hurry(way.slots, frames + 2 * _ROUNDING_NS) > _RARE:
+        return "slots may open before a burst of frames has been handed over"
     return Burst(size, frames, phase.busy_ns(size, frames))
 
 
@@ -130,6 +133,6 @@ def _slots_of(seen: Observation, phase: Phase, own: Ints, size_byte: int) -> _Se
         opened = opens_ns[places // per_slot == slot].tolist()
         strays += [abs(ns - opened[0]) > slack_ns for ns in opened[1:]]
         if slot == before + 1:
-            waits.append(opened[0] - asked_ns - (slack_ns if slot else 0))
+            waits.append(opened[0] - asked_ns - slack_ns)
         before, asked_ns = slot, opened[0] + per_slot * sending_ns
     return _Seen(waits, 2 * slack_ns, strays)

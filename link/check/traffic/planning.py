@@ -145,47 +145,60 @@ def _of_kind(
             why = burst
             continue
         quota = -(-count // (len(indices) - number))
-        times, reason = _starts_ns(reference, index, burst, quota, rng)
-        why = reason or why
+        if not quota:
+            break
+        try:
+            times = _starts_ns(reference, index, burst, quota, rng)
+        except _NoTimeError as error:
+            why = str(error)
+            continue
         count -= len(times)
-        if len(times):
-            found.append((index, burst, times))
+        found.append((index, burst, times))
     if not needed or found:
         return found, None
     return found, why
 
 
-def _starts_ns(
-    reference: Reference, index: int, burst: Burst, count: int, rng: Generator
-) -> tuple[Ints, str | None]:
-    """Up to `count` times to send a burst; if there are none, the reason."""
-    none = np.empty(0, dtype=np.int64)
-    phase = reference.phases[index]
+class _NoTimeError(Exception):
+    """There is no time for a burst. Its text is the reason."""
+
+
+def _starts_ns(reference: Reference, index: int, burst: Burst, count: int, rng: Generator) -> Ints:
+    """Up to `count` times to send a burst.
+
+    Raises:
+        _NoTimeError: if there is none.
+    """
     begins, ends = reference.windows.of(index)
     if not len(begins):
-        return none, "the direction is out for as long as this is so"
+        raise _NoTimeError("the direction is out for as long as this is so")
     if reference.greatest_delay_ns > FOREVER_NS:
-        return none, "the delay is longer than is simulated"
-    busy_ns, spread_ns = burst.span_ns, phase.spread_ns
+        raise _NoTimeError("the delay is longer than is simulated")
+    busy_ns, spread_ns = burst.span_ns, reference.phases[index].spread_ns
     slot_ns = busy_ns + spread_ns + 4 * MARGIN_NS
     if slot_ns > _LONGEST_NS:
-        return none, f"a probe may take {to_s(slot_ns):.3g} s, longer than is simulated"
+        raise _NoTimeError(f"a probe may take {to_s(slot_ns):.3g} s, longer than is simulated")
     need_ns = busy_ns + 2 * MARGIN_NS
     longest_ns = int((ends - begins).max())
     fits = ends - begins >= need_ns
-    begins, ends = begins[fits], ends[fits]
-    if not len(begins):
-        return none, (
+    if not fits.any():
+        raise _NoTimeError(
             f"a probe takes {to_s(need_ns):.3g} s, and no window is longer than "
             f"{to_s(longest_ns):.3g} s"
         )
-    times = _candidates_ns(begins, ends, need_ns, slot_ns, count, reference.settled_ns, rng)
+    times = _candidates_ns(
+        begins[fits], ends[fits], need_ns, slot_ns, count, reference.settled_ns, rng
+    )
     times = times[reference.is_clear(*reference.stay_ns(times, busy_ns, spread_ns))]
     if not len(times):
-        return none, "no moment was found at which no outage is near"
+        raise _NoTimeError("no moment was found at which no outage is near")
+    if burst.frames > 1:
+        times = times[~reference.is_compressed(times, times + busy_ns)]
+    if not len(times):
+        raise _NoTimeError("the delay falls as fast as time passes: what is sent arrives at once")
     if len(times) > count:
         times = times[np.linspace(0, len(times) - 1, count).astype(int)]
-    return times, None
+    return times
 
 
 def _candidates_ns(  # noqa: PLR0917 - all that a window has

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from farside.link.check.lateness import greatest_ns, greatest_wait_ns
 from farside.link.check.traffic.opportunities import TraceTimes
 from farside.link.profile.config import AfterLast, AtEnd, LinkConfig, OneWay
+from farside.link.profile.rate import OPPORTUNITY_BYTE
 from farside.link.profile.schedule import outages_of
 from farside.node import NS_PER_S, Direction, to_ns
 
@@ -83,6 +84,12 @@ class Phase(NamedTuple):
         """What a frame of this size takes on the line."""
         return size_byte + self.way.overhead_byte
 
+    @property
+    def filling_byte(self) -> int:
+        """On a trace, the size of a frame that leaves nothing over of its opportunities."""
+        overhead = self.way.overhead_byte
+        return (overhead // OPPORTUNITY_BYTE + 1) * OPPORTUNITY_BYTE - overhead
+
     def departure_ns(self, time_ns: Ints, size_byte: int) -> Ints:
         """When the last bit leaves of frames that wait neither in the queue nor for a slot."""
         if self.trace is None:
@@ -138,12 +145,14 @@ class Reference:
         self.outages_ns = _limited(outages)
         way = config.way(direction)
         points = [(to_ns(one.t_s), to_ns(one.delay_s)) for one in way.delay_points]
-        points = points or [(0, to_ns(way.delay_s or 0.0))]
+        # Of points within a nanosecond, the last one.
+        points = sorted(dict(points).items()) or [(0, to_ns(way.delay_s or 0.0))]
         self._times, self._delays = _limited(points).T
         trace = way.delay_trace
         wraps = trace is not None and trace.at_end is AfterLast.WRAP
         # Of a delay that wraps, the length of a round.
-        self._round_ns = int(self._times[-1]) if wraps else None
+        self._round_ns = int(self._times[-1]) if wraps else 0
+        self._turns = _two_rounds(self._times, self._delays) if self._round_ns else None
         begins = [phase.begin_ns for phase in self.phases]
         self.settled_ns = max(int(self._times[-1]), *self.outages_ns[-1:, 1], 0, *begins[-1:])
         self.windows = self._windows()
@@ -153,7 +162,7 @@ class Reference:
     def delay_ns(self, time_ns: Ints) -> Ints:
         """Propagation delay of what is sent at these times."""
         times, delays = self._times, self._delays
-        if self._round_ns is not None:
+        if self._round_ns:
             time_ns = time_ns % self._round_ns
         if len(times) < 2:
             return np.full(len(time_ns), delays[0])
@@ -169,12 +178,7 @@ class Reference:
         """The least and the greatest delay of what is sent between two moments."""
         ends = np.stack([self.delay_ns(first_ns), self.delay_ns(last_ns)])
         least, greatest = ends.min(axis=0), ends.max(axis=0)
-        times, delays = self._times, self._delays
-        if self._round_ns is not None:
-            # A round and the next one hold any span that is no longer than a round.
-            times, delays = np.concatenate([times, times + self._round_ns]), np.tile(delays, 2)
-            last_ns = first_ns % self._round_ns + np.minimum(last_ns - first_ns, self._round_ns)
-            first_ns = first_ns % self._round_ns
+        times, delays, first_ns, last_ns = self._within(first_ns, last_ns)
         first = np.searchsorted(times, first_ns, side="right")
         after = np.searchsorted(times, last_ns, side="left")
         within = np.flatnonzero(first < after)
@@ -186,6 +190,23 @@ class Reference:
             inner = np.maximum.reduceat(delays, slices)[::2]
             greatest[within] = np.maximum(greatest[within], inner)
         return least, greatest
+
+    def is_compressed(self, first_ns: Ints, last_ns: Ints) -> Bools:
+        """Whether what is sent later arrives no later somewhere between two moments."""
+        times, delays, first_ns, last_ns = self._within(first_ns, last_ns)
+        falling = np.append(0, np.cumsum(np.diff(delays) <= -np.diff(times)))
+        first = np.searchsorted(times, first_ns, side="right") - 1
+        after = np.searchsorted(times, last_ns, side="left")
+        last = len(falling) - 1
+        found: Bools = falling[np.clip(first, 0, last)] < falling[np.clip(after, 0, last)]
+        return found
+
+    def _within(self, first_ns: Ints, last_ns: Ints) -> tuple[Ints, Ints, Ints, Ints]:
+        """The points between which the delay is linear, and the same spans in their time."""
+        if self._turns is None:
+            return self._times, self._delays, first_ns, last_ns
+        begun_ns = first_ns % self._round_ns
+        return *self._turns, begun_ns, begun_ns + np.minimum(last_ns - first_ns, self._round_ns)
 
     @property
     def greatest_delay_ns(self) -> int:
@@ -266,6 +287,14 @@ class Reference:
         return [found[index] for index in chosen], len(found) - MOST_KINDS
 
 
+def _two_rounds(times: Ints, delays: Ints) -> tuple[Ints, Ints]:
+    """Two rounds of a delay that wraps, which hold any span no longer than one."""
+    return (
+        np.concatenate([times, times[-1:], times + times[-1]]),
+        np.concatenate([delays, delays[:1], delays]),
+    )
+
+
 def _limited(pairs: Sequence[tuple[int, int]]) -> Ints:
     limited = [(min(one, 2 * FOREVER_NS), min(other, 2 * FOREVER_NS)) for one, other in pairs]
     return np.array(limited, dtype=np.int64).reshape(-1, 2)
@@ -276,7 +305,7 @@ def _phases(config: LinkConfig, direction: Direction) -> Iterator[Phase]:
     rate_kinds: dict[tuple[int, object], int] = {}
     way, loss_start = config.way(direction), 0
     ways = [(0, way, loss_start)]
-    for change in sorted(config.changes, key=lambda one: one.at_s):
+    for change in sorted(config.changes, key=lambda one: to_ns(one.at_s)):
         if change.direction.includes(direction):
             changed = change.applied_to(way)
             loss_start += changed.loss != way.loss

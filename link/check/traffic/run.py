@@ -13,7 +13,7 @@ from farside.frames import Fate, FrameFate
 from farside.link.check.traffic.planning import Traffic
 from farside.link.check.traffic.reference import Bools, Ints
 from farside.link.profile.config import LinkConfig
-from farside.node import NEVER_NS, Direction, Frame, Node, Record
+from farside.node import NEVER_NS, Direction, Frame, Node, Record, Step
 
 ChannelFactory = Callable[[LinkConfig, Mapping[Direction, Generator]], Node]
 
@@ -46,6 +46,14 @@ class Arrivals(NamedTuple):
         """Which frames arrived at all."""
         found: Bools = self.time_ns != _ABSENT
         return found
+
+
+class Idle:
+    """A channel for probes that send nothing: some take long to make."""
+
+    def advance(self, until_ns: int, arrivals: Sequence[Frame]) -> Step:  # noqa: ARG002 - a `Node`
+        """Nothing happens."""
+        return Step([], [])
 
 
 def seeds(seed: int, probe: int) -> tuple[Generator, dict[Direction, Generator]]:

@@ -5,7 +5,8 @@ Source: HDTN's router and `cgr::cp_load` (1.3), which read it by boost's propert
 
 import json
 import re
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator
+from typing import NamedTuple, TypeVar
 
 from farside.link.profile.plans.book import Book
 from farside.link.profile.plans.contacts import (
@@ -21,10 +22,15 @@ from farside.validation import one_line, shown
 
 _LOOKS_LIKE_ION = re.compile(r"^[ \t]*a[ \t]+(?:contact|range)\s", re.MULTILINE)
 _JSON_TOKEN = re.compile(r'"(?:[^"\\]|\\.)*+"|[{}\[\]\n]|NaN|Infinity')
-_DECIMAL = re.compile(r"[0-9]{1,18}(?:\.[0-9]{0,18})?")
+_DECIMAL = re.compile(r"-?[0-9]{1,18}(?:\.[0-9]{0,18})?")
 
 _MAX = 10**18
 """The largest number allowed in a plan."""
+
+_DATES_FROM_S, _DATES_UNTIL_S = 1e9, 250e9
+"""Between these, times are dates in POSIX seconds: no plan begins 30 years after its start."""
+
+_Entry = TypeVar("_Entry", Contact, Range)
 
 _MOST_DIGITS = 20
 _KEYS_SHOWN = 10
@@ -44,14 +50,18 @@ _KEYS = {
 _WITH_FRACTIONS = frozenset({"startTime", "endTime", "owlt"})
 """HDTN itself takes whole seconds only."""
 
+_BEFORE_0 = frozenset({"startTime", "endTime"})
+"""What may be below 0: a contact may have begun before the plan's second 0."""
+
 
 def parse_hdtn(text: str, name: str) -> Plan:
     """Read a plan of HDTN, a JSON object with an array `contacts`.
 
     Rates are in bits per second (`rateBitsPerSec`) or megabits per second (`rate`, HDTN's old key);
-    0 is for unlimited. Every contact has its light time, 0 where it is not told. Numbers may be
-    strings. Keys that do not bear on when a link is up are ignored, and a contact told twice counts
-    once.
+    0 is for unlimited. Every contact has its light time, 0 where it is not told. Times are seconds,
+    or dates in POSIX seconds if all are 10⁹ at least, as for HDTN's option `use-unix-timestamp`:
+    then time 0 is that of the earliest contact. Numbers may be strings. Keys that do not bear on
+    when a link is up are ignored, and a contact told twice counts once.
 
     Args:
         text: the file.
@@ -77,7 +87,15 @@ def parse_hdtn(text: str, name: str) -> Plan:
         PairProblem(*_pair(entries[number]), f"line {lines[number]}: {why}")
         for number, why in wrong.items()
     ]
-    return plan_of(name, contacts, ranges, problems=problems)
+    zero = min((one.begin_s for one in contacts), default=0.0)
+    if not _DATES_FROM_S <= zero < _DATES_UNTIL_S:
+        return plan_of(name, contacts, ranges, problems=problems)
+    return plan_of(name, _since(zero, contacts), _since(zero, ranges), zero=zero, problems=problems)
+
+
+def _since(zero: float, entries: Iterable[_Entry]) -> Iterator[_Entry]:
+    for one in entries:
+        yield one._replace(begin_s=one.begin_s - zero, end_s=one.end_s - zero)
 
 
 class _Object(dict[str, object]):
@@ -232,7 +250,8 @@ def _number(entry: _Object, key: str) -> int | float:
     if isinstance(value, str) and _DECIMAL.fullmatch(value.strip()):
         value = float(value) if "." in value else int(value)
     allowed = (int, float) if key in _WITH_FRACTIONS else (int,)
-    if isinstance(value, bool) or not isinstance(value, allowed) or not 0 <= value <= _MAX:
+    least = -_MAX if key in _BEFORE_0 else 0
+    if isinstance(value, bool) or not isinstance(value, allowed) or not least <= value <= _MAX:
         raise ContactPlanError(f"{key}: expected {_KEYS[key]}, found {shown(found)}")
     return value
 

@@ -16,6 +16,8 @@ _HEX = re.compile(r"0[xX][0-9a-fA-F]{1,15}")
 _WHOLE = re.compile(r"[0-9]{1,18}")
 _DECIMAL = re.compile(r"\+?(?=\.?[0-9])([0-9]{0,18})(?:\.([0-9]*))?")
 
+_FIRST_YEAR, _LAST_YEAR = 1970, 9998  # ION's own dates end in 2038
+
 NANO = 1_000_000_000
 
 LAST_DATE_S = 2**31 - 1
@@ -78,7 +80,7 @@ def date_nano(word: str) -> int:
             0,
             0,
         )
-        is_month = year >= 1970 and 1 <= month <= 12
+        is_month = _FIRST_YEAR <= year <= _LAST_YEAR and 1 <= month <= 12
         if is_time and is_month and 1 <= day <= calendar.monthrange(year, month)[1]:
             date_s = calendar.timegm((year, month, day, hour, minute, second))
             return date_s * NANO + _fraction_nano(match[7] or "")

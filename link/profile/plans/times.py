@@ -59,7 +59,8 @@ def gaps_between(passes: Passes, window: Window) -> Iterator[tuple[float, float]
 
 def _numbers(passes: Passes, window: Window) -> tuple[int, int]:
     """The number of the first pass of a window, and of the first one after it."""
-    first = math.floor((window.begin_s - passes.first_s) / passes.period_s)
+    # One more at the beginning, lest rounding leaves out the one under way.
+    first = math.floor((window.begin_s - passes.first_s) / passes.period_s) - 1
     after = math.ceil((window.end_s - passes.first_s) / passes.period_s)
     return max(0, first), max(0, after)
 

@@ -13,11 +13,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from farside.files import open_regular
 from farside.link.profile.sky.axes import FRAMES
 from farside.link.profile.sky.differences import modified_differences
 from farside.link.profile.sky.positions import DAY_S, J2000_DAY, EphemerisError, Moments, Span
 from farside.link.profile.statistics import Floats
-from farside.validation import one_line
+from farside.validation import one_line, shown_path
 
 _STATE = 6
 _DAMAGE = (ArithmeticError, LookupError, TypeError, ValueError, struct.error)
@@ -52,25 +53,32 @@ def kernel_orbits(path: Path) -> list[Segment]:
         raise EphemerisError(
             f"expected jplephem for kernels, found no {error.name}: pip install 'farside[spice]'"
         ) from error
+    name = shown_path(str(path))
     try:
-        with path.open("rb") as file:
+        file = open_regular(path)
+    except OSError as error:
+        raise EphemerisError(f"expected a kernel, found: {name}: {error.strerror}") from error
+    except ValueError as error:
+        raise EphemerisError(f"{error}: {name}") from error
+    try:
+        with file:
             kernel = SPK(DAF(file))
             kernel.daf.map_array(1, 1)  # all of it, which stays when the file is closed
-            segments = [_segment(one, path) for one in kernel.segments]
+            segments = [_segment(one, name) for one in kernel.segments]
     except EphemerisError:
         raise
     except OSError as error:
-        raise EphemerisError(f"expected a kernel, found: {path}: {error.strerror}") from error
+        raise EphemerisError(f"expected a kernel, found: {name}: {error.strerror}") from error
     except _DAMAGE as error:
         found = one_line(str(error))
-        raise EphemerisError(f"{path}: expected a binary SPK kernel, found: {found}") from error
+        raise EphemerisError(f"{name}: expected a binary SPK kernel, found: {found}") from error
     if not segments:
-        raise EphemerisError(f"{path}: expected a segment at least, found none")
+        raise EphemerisError(f"{name}: expected a segment at least, found none")
     return segments
 
 
-def _segment(read: Any, path: Path) -> Segment:
-    where = f"{path}: segment of {read.target} about {read.center}"
+def _segment(read: Any, name: str) -> Segment:
+    where = f"{name}: segment of {read.target} about {read.center}"
     if read.frame not in FRAMES:
         raise EphemerisError(
             f"{where}: expected the axes of J2000 (1) or its ecliptic (17), found {read.frame}"

@@ -116,11 +116,14 @@ def conjunctions(
     if not limit_deg:
         return []
     found = _conjunctions(sky, begin_s, end_s, limit_deg)
-    further_s = end_s
-    while found and found[-1][1] >= further_s and further_s < min(sky.last_s, end_s + _FURTHEST_S):
-        further_s += _FURTHER_S
-        found = _conjunctions(sky, begin_s, further_s, limit_deg)
-    return [(start_s, stop_s) for start_s, stop_s in found if start_s < end_s]
+    edge_s, furthest_s = end_s, min(sky.last_s, end_s + _FURTHEST_S)
+    while found and found[-1][1] >= edge_s and edge_s < furthest_s:
+        more = _conjunctions(sky, edge_s, edge_s + _FURTHER_S, limit_deg)
+        if not more or more[0][0] > edge_s:
+            break
+        found[-1] = found[-1][0], more[0][1]
+        edge_s += _FURTHER_S
+    return found
 
 
 def _conjunctions(

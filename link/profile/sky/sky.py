@@ -23,7 +23,7 @@ from farside.link.profile.sky.positions import (
     et_s,
 )
 from farside.link.profile.statistics import Floats
-from farside.validation import did_you_mean, shown
+from farside.validation import did_you_mean, one_line, shown
 
 BODIES = tuple(sorted(BUILT_IN.keys() - {"earth", "earth-moon-barycenter"}))
 """Bodies that can be at the other end without a file, by their names in astropy."""
@@ -71,6 +71,8 @@ class Sky:
                 f"expected a date from {FIRST:%Y-%m-%d} to {LAST:%Y-%m-%d}, "
                 f"found {begin.isoformat()}"
             )
+        if body == home:
+            raise EphemerisError(f"expected two bodies, found {name_of(body)} at both ends")
         self._positions = Positions(orbits)
         self._zero = Moments(begin, np.zeros(1))
         begin_s = float(self._zero.et_s[0])
@@ -167,7 +169,7 @@ def sky_of(
     """
     home = number_of(ephemeris.center)
     if ephemeris.horizons is not None:
-        table = horizons_table(text_of(ephemeris.horizons), ephemeris.horizons)
+        table = horizons_table(text_of(ephemeris.horizons), one_line(ephemeris.horizons))
         if ephemeris.body is not None and number_of(ephemeris.body) != table.target:
             raise EphemerisError(
                 f"expected a table of {name_of(number_of(ephemeris.body))} as in body, "

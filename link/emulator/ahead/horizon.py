@@ -8,6 +8,7 @@ known of the future stays so.
 from typing import NamedTuple
 
 from farside.link.profile.config import LinkConfig, OneWay
+from farside.link.profile.jitter import sampler
 from farside.link.profile.plans.times import Window
 from farside.link.profile.profile import Profile
 from farside.link.profile.resolve import LightEnd
@@ -18,7 +19,7 @@ LENGTH_S = 7 * 24 * 3600.0
 
 _PASSES = 500  # shorter windows where there are more passes: many are taken over in milliseconds
 _FLIGHTS = 4  # but as long as a message may be under way so many times
-_HEAVIEST_TAIL = 40.0  # in mean jitters: what an exponential jitter exceeds once in 10^17 messages
+_SCORE = 6.5  # a normal score that one message in 10^10 exceeds
 
 
 class Ahead(NamedTuple):
@@ -66,6 +67,6 @@ def look_ahead(profile: Profile, now_ns: int = 0) -> Ahead:
 
 def _flight_s(one_way: OneWay) -> float:
     """For how long a message can be under way, once it has left."""
-    tail_s = _HEAVIEST_TAIL * one_way.jitter.spread_s if one_way.jitter else 0.0
+    jitter_ns = max(sampler(one_way.jitter)([_SCORE])) if one_way.jitter else 0
     hold_s = one_way.reorder.hold_s if one_way.reorder else 0.0
-    return to_s(one_way.greatest_delay_ns) + tail_s + hold_s
+    return to_s(one_way.greatest_delay_ns + jitter_ns) + hold_s

@@ -1,0 +1,1 @@
+"""How far ahead a link is known, and looking farther while messages pass."""
