@@ -52,6 +52,10 @@ def test_a_pair_without_direct_contacts_goes_by_way_of_the_others(tmp_path: Path
     work_s = 1024 / 1000 + 1024 / 10_000
     assert schedule.delay_ns(DOWN, 0) == pytest.approx(to_ns(300 + 300 + 1 + work_s), abs=1000)
     assert schedule.opens_ns(UP, 0) == 0
+    # Until the first word can be there, nothing is missing; then all of the minute is.
+    assert not schedule.is_heard(DOWN, to_ns(500))
+    assert schedule.unheard_ns(DOWN, 0, to_ns(500)) == 0
+    assert schedule.unheard_ns(DOWN, 0, to_ns(610)) == pytest.approx(to_ns(8), rel=0.1)
 
 
 def test_a_contact_whose_light_time_changes_counts_as_two(tmp_path: Path) -> None:
