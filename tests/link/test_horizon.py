@@ -81,6 +81,15 @@ def test_a_gap_longer_than_what_is_looked_ahead_is_told_to_its_end() -> None:
     assert outage == OutageState(OutageReason.PASS, 29 * DAY_S)
 
 
+def test_a_century_without_a_message_takes_no_longer_than_a_day() -> None:
+    link = emulator(NEAR | {"passes": {"length_s": 0.25, "period_s": 1.0}})
+    century_s = 100 * 365.25 * DAY_S
+    link.send(Direction.UP, to_ns(century_s) + to_ns(0.125), b"x", None)
+    arrived = link.advance(to_ns(century_s) + to_ns(3))
+    assert [at_ns for at_ns, *_ in arrived] == [to_ns(century_s) + to_ns(1.125)]
+    link.advance(2**63 - 1)
+
+
 # --- contacts
 
 
