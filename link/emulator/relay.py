@@ -16,7 +16,6 @@ import msgspec
 import zenoh
 
 from farside.link.emulator import Emulator, Kind
-from farside.link.emulator.ahead.renewing import Renewal
 from farside.link.emulator.apart import refuse_one_network, watch_apart
 from farside.link.emulator.control import (
     CONTROL_KEY,
@@ -35,6 +34,7 @@ from farside.link.emulator.crossing.samples import (
     subscribe,
 )
 from farside.link.emulator.crossing.tokens import Tokens
+from farside.link.emulator.renewing import Renewal
 from farside.node import Direction, Role, to_ns, to_s
 
 _IDLE_NS = to_ns(0.5)
