@@ -17,7 +17,6 @@ import numpy as np
 
 from farside.frames import Fate
 from farside.link.channel.node import Channel
-from farside.link.emulator.ahead.horizon import Ahead, look_ahead
 from farside.link.emulator.control import (
     EmulatorState,
     OutageState,
@@ -25,6 +24,7 @@ from farside.link.emulator.control import (
     WayState,
     read_change,
 )
+from farside.link.emulator.horizon import Ahead, look_ahead
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.link.profile.layers import LinkConfigError
 from farside.link.profile.profile import Profile

@@ -8,8 +8,8 @@ import pytest
 
 from farside.frames import OutageReason
 from farside.link.emulator import Delivery, Emulator, look_ahead
-from farside.link.emulator.ahead.renewing import Renewal
 from farside.link.emulator.control import OutageState
+from farside.link.emulator.renewing import Renewal
 from farside.link.profile.plans.times import Window
 from farside.link.profile.profile import Profile
 from farside.node import NEVER_NS, Direction, to_ns
@@ -239,7 +239,7 @@ def test_a_failure_of_looking_ahead_is_raised_where_the_link_is_run(
     def fail(*_: object) -> None:
         raise MemoryError
 
-    monkeypatch.setattr("farside.link.emulator.ahead.renewing.look_ahead", fail)
+    monkeypatch.setattr("farside.link.emulator.renewing.look_ahead", fail)
     renewal.step(link.ahead.renew_ns)
     while not renewal._coming.done():
         pass
