@@ -21,6 +21,8 @@ from farside.link.profile.hops.graph import BIT_WORK, ContactGraph, Way
 from farside.link.profile.hops.routing import Routing, light_times_ns
 from farside.node import NEVER_NS, Direction, Frame
 
+_MOST_HOPS = 1 << 32
+
 _LEAVES, _ARRIVES, _STARTS = range(3)
 """What happens at a node, in the order in which it does at one moment."""
 
@@ -258,6 +260,6 @@ class Forwarder:
         )
 
     def _note(self, time_ns: int, hop: FrameHop) -> None:
-        # Before the frame's fate, if that is decided at the same time.
-        place = time_ns, self._direction, hop.sequence, -hop.hop
+        # In order, and before the frame's fate, where all happens at the same time.
+        place = time_ns, self._direction, hop.sequence, hop.hop - _MOST_HOPS
         self._hops.append(PendingRecord(*place, hop))

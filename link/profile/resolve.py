@@ -10,7 +10,6 @@ import msgspec
 from farside.files import read_text
 from farside.frames import OutageReason
 from farside.link.profile.config import DELAY_KEYS, RATE_KEYS, Blackout, LinkConfig, OneWay
-from farside.link.profile.hops.planned import with_plans
 from farside.link.profile.layers import refused
 from farside.link.profile.measured import Files, Kernels, change_with_tables, with_tables
 from farside.link.profile.plans.contacts import (
@@ -22,6 +21,7 @@ from farside.link.profile.plans.contacts import (
     link_tables,
 )
 from farside.link.profile.plans.formats import is_hdtn, parse_plan
+from farside.link.profile.plans.planned import with_plans
 from farside.link.profile.plans.relayed import has_direct, routing_of
 from farside.link.profile.plans.times import Window, count_of, gaps_between, placed
 from farside.validation import shown

@@ -232,7 +232,9 @@ class Schedule:
         sent_ns = self.sent_by_ns(direction, now_ns)
         if self.opens_ns(direction, sent_ns) > sent_ns:
             return False
-        return self.is_direct or sent_ns + self.delay_ns(direction, sent_ns) >= now_ns - 1
+        if self.is_direct:
+            return True
+        return abs(sent_ns + self.delay_ns(direction, sent_ns) - now_ns) <= 1
 
     def unheard_ns(self, direction: Direction, heard_ns: int, now_ns: int) -> int:
         """For how long something could have arrived between two moments, by plan."""

@@ -8,8 +8,8 @@ import msgspec
 from farside.frames import FrameHop
 from farside.link import LinkConfig, OneWay
 from farside.link.profile.hops.graph import Leg
-from farside.link.profile.hops.planned import with_plans
 from farside.link.profile.hops.routing import Hop, Routing
+from farside.link.profile.plans.planned import with_plans
 from farside.node import NEVER_NS, Record
 
 GROUND, ROVER = 1, 9

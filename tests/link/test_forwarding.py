@@ -123,6 +123,46 @@ def test_a_full_contact_sends_what_follows_by_another_way() -> None:
     assert [down(hopped, n)[0].to for n in range(4)] == [5, 5, 6, 6]
 
 
+def test_a_frame_goes_another_way_rather_than_queue_for_longer() -> None:
+    """At 80 bit/s a frame takes 10 s, wherever that is; the other way is 4 s longer."""
+    for first, last in ((8000, 80), (80, 8000)):
+        hops = [
+            hop(0, 900, ROVER, 5, first, 1.0),
+            hop(0, 900, 5, GROUND, last, 1.0),
+            hop(0, 900, ROVER, 6, first, 1.0),
+            hop(0, 900, 6, GROUND, last, 5.0),
+            *RELAY[3:],
+        ]
+        sent = [frame(DOWN, n, 1.0) for n in range(4)]
+        hopped = hops_of(pass_through(relayed(hops), sent).records)
+        assert [down(hopped, n)[0].to for n in range(4)] == [5, 6, 5, 6]
+
+
+def test_a_frame_returns_only_if_nothing_else_leads_on() -> None:
+    """At node 5 a command takes its place. Node 4 would be sooner, but there it has been."""
+    hops = [
+        hop(0, 9, ROVER, 4, 8000, 0.1),
+        hop(0, 90, 4, 5, 8000, 0.1),
+        hop(20, 21.9, 5, GROUND, 800, 0.1),
+        hop(0, 300, 5, 4, 8000, 0.1),
+        hop(100, 110, 4, GROUND, 8000, 0.1),
+        *RELAY[3:],
+    ]
+    onward = [hop(0, 300, 5, 6, 8000, 0.1), hop(200, 210, 6, GROUND, 8000, 0.1)]
+    sent = [frame(DOWN, 0, 0.0), frame(DOWN, 1, 1.0, priority=1)]
+    for plan, nodes in ((hops, [ROVER, 4, 5, 4]), ([*hops, *onward], [ROVER, 4, 5, 6])):
+        life = down(hops_of(pass_through(relayed(plan), sent).records))
+        assert [one.node for one in life] == nodes
+        assert life[-1].to == GROUND
+
+
+def test_without_light_time_or_length_all_happens_at_once_and_in_order() -> None:
+    hops = [hop(0, 9, a, b, 800, 0.0) for a, b in ((ROVER, 5), (5, 4), (4, GROUND))]
+    step = pass_through(relayed(hops), [frame(DOWN, 0, 1.0, 0)])
+    assert [one.time_ns for one in step.frames] == [to_ns(1.0)]
+    assert [one.node for one in hops_of(step.records)] == [ROVER, 5, 4]
+
+
 def test_what_may_not_wait_goes_by_a_later_arrival_that_leaves_in_time() -> None:
     hops = [
         hop(0, 90, ROVER, 5, 8000, 1.0),
@@ -152,6 +192,12 @@ def test_a_frame_that_finds_no_room_at_a_node_is_dropped_there() -> None:
     last = down(hops_of(step.records), 2)[-1]
     assert (last.node, last.fate, last.stored_byte) == (ORBITER, Fate.STORE_FULL, 300)
     assert last.to is None
+
+
+def test_what_has_left_a_node_makes_room_there() -> None:
+    hops = [hop(0, 60, ROVER, 5, 800, 1.0), hop(0, 99, 5, GROUND, 8000, 5.0), *RELAY[3:]]
+    found = fate_of(relayed(hops, store_byte=150), [frame(DOWN, n, 4.0 * n) for n in range(10)])
+    assert {fate.fate for fate in found.values()} == {Fate.DELIVERED}
 
 
 def test_the_senders_store_drops_by_its_policy() -> None:

@@ -124,6 +124,38 @@ def test_a_later_contact_wins_where_it_arrives_earlier() -> None:
     assert way.arrives_ns == to_ns(60 + 1 + 1 + 1 + 10)
 
 
+@pytest.mark.parametrize(
+    "later",
+    [
+        [hop(60, 100, ROVER, GROUND, 8000, 1.0)],
+        [hop(60, 100, ROVER, 5, 8000, 0.5), hop(0, 200, 5, GROUND, 8000, 0.5)],
+    ],
+)
+def test_a_way_holds_until_waiting_for_another_is_better(later: list[Hop]) -> None:
+    """What leaves at once takes 10 s; from 51 s on, waiting for the contact at 60 s is sooner."""
+    graph = ContactGraph([hop(0, 60, ROVER, GROUND, 8000, 10.0), *later])
+    way = graph.earliest(ROVER, GROUND, 0)
+    assert way is not None
+    assert to_ns(50.0) <= way.until_ns <= to_ns(51.0)
+    wait = graph.earliest(ROVER, GROUND, to_ns(52.0))
+    assert wait is not None
+    assert wait.arrives_ns == to_ns(61.0)
+
+
+def test_a_way_holds_until_a_node_on_it_is_reached_sooner_otherwise() -> None:
+    graph = ContactGraph(
+        [
+            hop(0, 60, ROVER, 4, 8000, 1.0),
+            hop(0, 60, 4, 5, 8000, 1.0),
+            hop(3, 60, ROVER, 5, 8000, 0.5),
+            hop(0, 60, 5, GROUND, 8000, 10.0),
+        ]
+    )
+    way = graph.earliest(ROVER, GROUND, 0)
+    assert way is not None
+    assert (len(way.legs), way.until_ns) == (3, to_ns(1.5))
+
+
 def test_a_plan_of_thousands_of_contacts_is_searched_no_more_often_than_needed(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

@@ -1,1 +1,1 @@
-"""Ways between two ends by other nodes: contacts, how frames are routed, what both ends plan."""
+"""Ways by other nodes: the contacts, and how frames are routed over them."""
