@@ -92,13 +92,12 @@ def _up(known: Knowledge, queued_until_ns: int) -> Way:
 
 def _down(known: Knowledge) -> Way:
     schedule, now_ns = known.sources.schedule, known.now_ns
-    light_ns = schedule.delay_ns(Direction.DOWN, now_ns)
     sent_ns = schedule.sent_by_ns(Direction.DOWN, now_ns)
     opens_ns = schedule.opens_ns(Direction.DOWN, sent_ns)
     changes_ns = opens_ns if opens_ns > sent_ns else schedule.closes_ns(Direction.DOWN, sent_ns)
     is_last = changes_ns >= NEVER_NS
     return Way(
-        light_ns=light_ns,
+        light_ns=now_ns - sent_ns,
         is_open=schedule.is_heard(Direction.DOWN, now_ns),
         changes_ns=None if is_last else changes_ns + schedule.delay_ns(Direction.DOWN, changes_ns),
         used=known.sources.memory.used(Direction.DOWN, now_ns),

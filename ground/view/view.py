@@ -62,7 +62,8 @@ class Way(msgspec.Struct, frozen=True):
     """One direction of the link, as the ground can know it beforehand.
 
     Attributes:
-        light_ns: light time.
+        light_ns: light time; by way of other nodes, with the waits there: up, of what is sent now;
+            down, the age of the newest that can have arrived.
         is_open: whether by plan what is sent now arrives; down: whether what arrives now could be
             sent.
         changes_ns: when that changes next by plan, on the ground's clock; `None` if never.

@@ -35,7 +35,7 @@ def outside(config: LinkConfig, factory: type[Channel] = Channel) -> set[str]:
 
 def test_a_right_link_is_inside_and_says_what_was_not_measured() -> None:
     way = OneWay(loss=0.2, duplicate=0.1, corrupt=0.1, jitter=Jitter(spread_s=1.0))
-    report = check_link(relayed(TWO_WAYS, way), frames=2000)
+    report = check_link(relayed(TWO_WAYS, way), frames=1000)
     assert report.passed
     down = {one.impairment: one for one in report.measurements if one.direction is Direction.DOWN}
     assert down["delay of the first way"].asked == down["delay of the first way"].measured
@@ -109,7 +109,7 @@ contacts = st.builds(
 )
 
 
-@settings(max_examples=4)
+@settings(max_examples=3)
 @given(st.lists(contacts, max_size=20).map(apart), st.sampled_from([0.0, 0.3]))
 def test_whatever_the_plan_a_right_link_is_inside(hops: list, loss: float) -> None:  # type: ignore[type-arg]
     assert not outside(relayed(hops, OneWay(loss=loss, overhead_byte=10), mtu_byte=128))

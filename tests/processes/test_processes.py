@@ -7,7 +7,9 @@ from contextlib import suppress
 from itertools import chain
 from pathlib import Path
 
+import msgspec
 import pytest
+from relayed import hop, relayed
 
 from farside.missions import MissionFile, load_mission
 from farside.missions.build import build_node
@@ -15,7 +17,7 @@ from farside.missions.crew import processes
 from farside.missions.crew.crew import CrewError, InProcessCrew
 from farside.missions.crew.network import advance_key
 from farside.missions.crew.processes import ProcessCrew
-from farside.node import Record, Role
+from farside.node import Record, Role, to_ns
 from tests.processes.conftest import Family, Voyage
 
 pytestmark = pytest.mark.processes
@@ -78,6 +80,27 @@ def test_on_a_link_without_delay_processes_do_the_same_too(
     with ProcessCrew(mission) as crew:
         assert voyage(crew, mission).to_the_end() == expected
         assert crew.lost_processes == ()
+
+
+def test_by_way_of_other_nodes_processes_do_the_same_too(
+    voyage: type[Voyage], family: Family
+) -> None:
+    """Frames are under way at an orbiter for whole windows of 2 s, and wait there for a contact."""
+    hops = [
+        hop(0, 20, 1, 5, 16_000, 1.5),
+        hop(3, 20, 5, 9, 16_000, 0.5),
+        hop(0, 6, 9, 5, 16_000, 0.5),
+        hop(4, 20, 5, 1, 16_000, 1.5),
+    ]
+    blackout = load_mission("blackout").mission
+    link = relayed(hops, blackouts=())
+    mission = msgspec.structs.replace(blackout, duration_s=12.0, link=link, expect=())
+    assert mission.window_ns == to_ns(2.0)
+    alone = InProcessCrew(*(build_node(role, mission) for role in Role))
+    expected = voyage(alone, mission).to_the_end()
+    assert any(record.topic == "/link/hop" for record in chain(*expected))
+    with ProcessCrew(mission) as crew:
+        assert voyage(crew, mission).to_the_end() == expected
 
 
 def test_each_role_is_a_process_with_the_role_as_an_argument_of_its_own(
