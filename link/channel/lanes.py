@@ -72,8 +72,11 @@ class Lane:
         delay_ns = self.least_delay_ns
         return [end_ns + delay_ns for end_ns in ends_ns]
 
-    def known_ns(self, sent: Sequence[Transmission]) -> list[int]:
-        """From when on it is known when frames arrive: they are given back in this order."""
+    def ends_ns(self, sent: Sequence[Transmission]) -> list[int]:
+        """From when on it is known when frames arrive: of a transmitter, the ends of sending.
+
+        They are given back in this order.
+        """
         if self.forwarder is not None:
             return [one.arrives_ns - self.least_delay_ns for one in sent]
         return [one.end_ns for one in sent]

@@ -190,7 +190,7 @@ class OneWayChannel:
         impaired = _impaired(sent)
         for index, impairment in impaired:
             arrivals_ns[index] += impairment.hold_ns
-        fates = self._decide(lane, sent, arrivals_ns, copy=0)
+        fates = self._decide(lane, sent, impaired, arrivals_ns, copy=0)
         duplicated: list[Transmission] = []
         copies_ns: list[int] = []
         for index, impairment in impaired:
@@ -199,20 +199,22 @@ class OneWayChannel:
                 copy_ns = max(propagated_ns[index] + impairment.copy_ns, in_order_ns[index])
                 copies_ns.append(copy_ns + impairment.hold_ns)
         if duplicated:
-            self._decide(lane, duplicated, copies_ns, copy=1)
+            self._decide(lane, duplicated, _impaired(duplicated), copies_ns, copy=1)
 
     def _decide(
         self,
         lane: Lane,
         sent: Sequence[Transmission],
+        impaired: Sequence[tuple[int, Impairment]],
         arrivals_ns: Sequence[int],
+        *,
         copy: int,
     ) -> Sequence[Fate]:
         """Decide and record the fates of frames that would arrive at these times."""
-        fates, impaired = [Fate.DELIVERED] * len(sent), _impaired(sent)
+        fates = [Fate.DELIVERED] * len(sent)
         for index, impairment in impaired:
             fates[index] = impairment.loss or Fate.DELIVERED
-        known_ns, ends_ns = arrivals_ns, [one.end_ns for one in sent]
+        known_ns, ends_ns = arrivals_ns, lane.ends_ns(sent)
         if self._direction is Direction.UP:
             reasons = self._outages.reasons(arrivals_ns, arrivals_ns)
         elif lane.forwarder is not None:
@@ -235,7 +237,7 @@ class OneWayChannel:
                 flipped[index] = impairment.flips.bit_count()
         sequences = [one.frame.sequence for one in sent]
         frames = map(Frame, repeat(self._direction), sequences, arrivals_ns, payloads)
-        self._delivered.ends_ns.extend(compress(lane.known_ns(sent), delivered))
+        self._delivered.ends_ns.extend(compress(ends_ns, delivered))
         self._delivered.frames.extend(compress(frames, delivered))
         outcomes = _Outcomes(
             [
