@@ -41,6 +41,7 @@ bench: $(VENV)/.ready-to-develop ## measure simulated seconds per wall second
 	$(BIN)/python tests/bench/reports.py
 	$(BIN)/python tests/bench/link_channel.py
 	$(BIN)/python tests/bench/link_emulator.py
+	$(BIN)/python tests/bench/link_queries.py
 	$(BIN)/python tests/bench/dem_cycle.py
 	$(BIN)/python tests/bench/dem_map.py
 	$(BIN)/python tests/bench/dem_worlds.py

@@ -106,7 +106,8 @@ def check_link(
     Args:
         config: the profile, resolved.
         channel_factory: makes the emulator, as `Channel` does; called for every probe.
-        frames: how many frames to send per direction where something random is measured.
+        frames: how many frames to send where something random is measured, in each setting of each
+            direction; more than 8 settings of a direction share 8 times as many.
         seed: of the emulator and of the traffic.
         on_progress: called with the share of the work done, 0 to 1.
     """

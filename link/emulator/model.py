@@ -17,7 +17,6 @@ import numpy as np
 
 from farside.frames import Fate
 from farside.link.channel.node import Channel
-from farside.link.emulator.ahead.horizon import Ahead, look_ahead
 from farside.link.emulator.control import (
     EmulatorState,
     OutageState,
@@ -25,6 +24,7 @@ from farside.link.emulator.control import (
     WayState,
     read_change,
 )
+from farside.link.emulator.horizon import Ahead, look_ahead
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.link.profile.layers import LinkConfigError
 from farside.link.profile.profile import Profile
@@ -196,9 +196,17 @@ class Emulator(Generic[_Cargo]):
         until_ns = max(until_ns, self._now_ns, *(frame.time_ns + 1 for frame in self._sent[-1:]))
         arrived: list[Delivery[_Cargo]] = []
         while self._ahead.latest_ns < min(until_ns, NEVER_NS):
-            arrived += self._advance(max(self._ahead.latest_ns, self._now_ns))
+            arrived += self._advance(self._next_window_ns(until_ns))
             self.renew(look_ahead(self._ahead.profile, self._now_ns))
         return arrived + self._advance(until_ns)
+
+    def _next_window_ns(self, until_ns: int) -> int:
+        """When the next window is to begin: years without a message need none in between."""
+        latest_ns = max(self._ahead.latest_ns, self._now_ns)
+        sent_ns = min([until_ns, *(frame.time_ns for frame in self._sent[:1])])
+        if sum(way.in_flight for way in self._ways.values()) > len(self._sent):
+            return latest_ns
+        return max(latest_ns, sent_ns)
 
     def _advance(self, until_ns: int) -> list[Delivery[_Cargo]]:
         end = bisect_left(self._sent, until_ns, key=_time_ns)

@@ -16,7 +16,6 @@ import msgspec
 import zenoh
 
 from farside.link.emulator import Emulator, Kind
-from farside.link.emulator.ahead.renewing import Renewal
 from farside.link.emulator.apart import refuse_one_network, watch_apart
 from farside.link.emulator.control import (
     CONTROL_KEY,
@@ -35,6 +34,7 @@ from farside.link.emulator.crossing.samples import (
     subscribe,
 )
 from farside.link.emulator.crossing.tokens import Tokens
+from farside.link.emulator.renewing import Renewal
 from farside.node import Direction, Role, to_ns, to_s
 
 _IDLE_NS = to_ns(0.5)
@@ -266,6 +266,8 @@ class Relay:
                     publish(far.session, payload, cargo)
                 else:
                     self._deliver(time_ns, direction, payload, cargo)
+            for tokens in self._tokens.values():
+                tokens.count(until_ns)
             for warning in self._emulator.take_warnings():
                 self._notify(warning)
             self._renewal.step(until_ns)
@@ -281,7 +283,7 @@ class Relay:
             case Question():
                 self._queries[direction].arrive(payload, cargo)
             case Announcement():
-                self._tokens[direction].arrive(cargo)
+                self._tokens[direction].arrive(cargo, time_ns)
             case _:
                 self._queries[direction.opposite].receive(payload, cargo, time_ns)
 

@@ -57,6 +57,7 @@ class Profile:
         self._texts = dict(texts or {})
         self._kernels: dict[str, Sequence[Orbit]] = {}
         self._may_lack_delay = may_lack_delay
+        self._checked: LinkConfig | None = None
 
     @classmethod
     def read(cls, source: str | Path) -> "Profile":
@@ -148,11 +149,13 @@ class Profile:
         Raises:
             LinkConfigError: if a key or a value is invalid.
         """
-        with self._naming_the_source():
-            table = with_preset(self._table)
-            if problems := list(islice(mismatches(table, _SCHEMA), MAX_PROBLEMS + 1)):
-                raise LinkConfigError(*problems)
-            return msgspec.convert(table, LinkConfig)
+        if self._checked is None:
+            with self._naming_the_source():
+                table = with_preset(self._table)
+                if problems := list(islice(mismatches(table, _SCHEMA), MAX_PROBLEMS + 1)):
+                    raise LinkConfigError(*problems)
+                self._checked = msgspec.convert(table, LinkConfig)
+        return self._checked
 
     @contextmanager
     def _naming_the_source(self) -> Iterator[None]:

@@ -32,8 +32,8 @@ def show_light_time(
         str,
         typer.Argument(
             metavar="BODY",
-            help=f"One of {', '.join(BODIES)}; with --kernel a NAIF number or name; "
-            "with --horizons none.",
+            help=f"One of {', '.join(BODIES)}; with --kernel a NAIF name, or number, which goes "
+            "after -- if it is negative; with --horizons none.",
         ),
     ],
     epoch: Annotated[
@@ -66,7 +66,8 @@ def show_light_time(
     farside link light-time mars 2021-02-18T00:00:00Z
     farside link light-time moon 2026-07-20T14:56:00+02:00
     farside link light-time mars 2021-10-08 --json
-    farside link light-time mro 2026-11-28 --kernel mro.bsp
+    farside link light-time --kernel mro.bsp mro 2026-11-28
+    farside link light-time --kernel mro.bsp -- -74 2026-11-28
     farside link light-time 2026-11-28 --horizons vectors.txt
     """
     if horizons is None:
@@ -75,9 +76,9 @@ def show_light_time(
     else:
         named, date = (None, body) if epoch is None else (body, epoch)
     if date is None:
-        raise typer.BadParameter("expected a date after the body, found none", param_hint="EPOCH")
-    table = Ephemeris(body=named, center=center, kernel=tuple(kernel or ()), horizons=horizons)
+        raise EphemerisError("expected a date after the body, found none")
     try:
+        table = Ephemeris(body=named, center=center, kernel=tuple(kernel or ()), horizons=horizons)
         found = light_time(
             sky_of(table, parsed_date(date), _text, lambda name: kernel_orbits(Path(name)))
         )

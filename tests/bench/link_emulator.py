@@ -11,12 +11,11 @@ import struct
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
 import zenoh
+from bench_zenoh import client, open_router, started
 from rich.console import Console
 from rich.progress import track
 from rich.table import Table
@@ -52,18 +51,6 @@ class Run(NamedTuple):
     rate_hz: float
     p50_s: float
     p99_s: float
-
-
-def open_router() -> tuple[zenoh.Session, str]:
-    """A session that others connect to, and where."""
-    config = zenoh.Config()
-    config.insert_json5("mode", '"router"')
-    config.insert_json5("listen/endpoints", '["tcp/127.0.0.1:0"]')
-    config.insert_json5("scouting/multicast/enabled", "false")
-    config.insert_json5("adminspace/enabled", "true")
-    session = zenoh.open(config)
-    [about] = session.get(f"@/{session.info.zid()}/router")
-    return session, json.loads(about.ok.payload.to_bytes())["locators"][0]
 
 
 def source() -> None:
@@ -117,7 +104,7 @@ def sink() -> None:
 
 def bare_relay(rover: str, ground: str) -> None:
     """Passes messages on with nothing in between, until it is told to stop."""
-    near, far = (_client(locator) for locator in (rover, ground))
+    near, far = (client(locator) for locator in (rover, ground))
     near.declare_subscriber(
         "tlm/**",
         lambda sample: far.put(
@@ -127,14 +114,6 @@ def bare_relay(rover: str, ground: str) -> None:
     sys.stdin.read()
     near.close()
     far.close()
-
-
-def _client(locator: str) -> zenoh.Session:
-    config = zenoh.Config()
-    config.insert_json5("mode", '"client"')
-    config.insert_json5("connect/endpoints", json.dumps([locator]))
-    config.insert_json5("scouting/multicast/enabled", "false")
-    return zenoh.open(config)
 
 
 def command(relay: str, rover: str, ground: str) -> list[str]:
@@ -152,18 +131,6 @@ def command(relay: str, rover: str, ground: str) -> list[str]:
         "--json",
         *settings,
     ]
-
-
-@contextmanager
-def started(*line: str) -> Iterator["subprocess.Popen[str]"]:
-    """A process with pipes, ended in the end."""
-    pipe = subprocess.PIPE
-    process = subprocess.Popen(line, stdin=pipe, stdout=pipe, stderr=subprocess.DEVNULL, text=True)  # noqa: S603
-    try:
-        yield process
-    finally:
-        process.terminate()
-        process.communicate()
 
 
 def measure(relay: str) -> Run:
@@ -210,7 +177,7 @@ def growth_mib() -> float:
 
 
 def _await_in_flight(locator: str, number: int) -> None:
-    session, counted = _client(locator), 0
+    session, counted = client(locator), 0
     while counted < number:
         for reply in session.get("farside/link/counters"):
             state = json.loads(reply.ok.payload.to_bytes())

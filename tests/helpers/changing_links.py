@@ -7,6 +7,7 @@ from typing import Any
 from any_link import any_tables
 from hypothesis import strategies as st
 
+from farside.frames import Fate
 from farside.link.emulator import Emulator
 from farside.link.profile.config import LinkConfig, OneWay
 from farside.node import NEVER_NS, Direction
@@ -53,8 +54,8 @@ def live_through(steps: list[ChangeStep]) -> None:
                 change(subject, json.dumps(what).encode())
     for direction in Direction:
         counters = subject.state().way(direction).counters
-        fates = ("delivered", "lost", "outage", "queue_full", "expired", "bit_error", "in_flight")
-        assert counters.received == sum(getattr(counters, fate) for fate in fates)
+        fates = [getattr(counters, fate.replace("-", "_")) for fate in Fate]
+        assert counters.received == counters.in_flight + sum(fates)
 
 
 def change(subject: Emulator[int], payload: bytes) -> None:

@@ -260,7 +260,8 @@ def test_a_bit_error_rate_by_frame_and_not_by_bit_is_caught() -> None:
 
 def test_a_trace_that_runs_late_is_caught() -> None:
     asked = one_way(rate_trace=Trace(times_ms=(1, 3, 10)), queue_byte=16384)
-    report = check_link(asked, given_else(rate_trace=Trace(times_ms=(2, 4, 10))))
+    wrong = given_else(rate_trace=Trace(times_ms=(2, 4, 10)))
+    report = check_link(asked, wrong, frames=2000)
     assert ("up", "opportunities missed") in outside(report)
 
 
@@ -276,7 +277,7 @@ def test_an_outage_that_is_off_by_a_second_is_caught() -> None:
         down=OneWay(delay_s=2.0),
         blackouts=(Blackout(start_s=60, end_s=90), Blackout(start_s=200, end_s=260)),
     )
-    found = outside(check_link(asked, late))
+    found = outside(check_link(asked, late, frames=2000))
     assert {("up", "delivered in an outage"), ("down", "delivered in an outage")} <= found
     assert {("up", "loss beside outages"), ("down", "loss beside outages")} <= found
 
@@ -324,8 +325,8 @@ def test_bits_flipped_twice_are_caught() -> None:
     def wrong(config: LinkConfig, rngs: Rngs) -> Tampering:
         return Tampering(Channel(plain, rngs), bits_flipped(2))
 
-    assert ("up", "bits wrong if corrupt") not in outside(check_link(asked, right))
-    assert ("up", "bits wrong if corrupt") in outside(check_link(asked, wrong))
+    assert ("up", "bits wrong if corrupt") not in outside(check_link(asked, right, frames=4000))
+    assert ("up", "bits wrong if corrupt") in outside(check_link(asked, wrong, frames=4000))
 
 
 def test_frames_that_are_swapped_are_caught() -> None:
@@ -335,7 +336,7 @@ def test_frames_that_are_swapped_are_caught() -> None:
             changed(frame, time_ns=moved.get(frame.sequence ^ 1, frame.time_ns)) for frame in frames
         ]
 
-    found = outside(check_link(one_way(delay_s=0.1), tampering(swap)))
+    found = outside(check_link(one_way(delay_s=0.1), tampering(swap), frames=4000))
     assert ("up", "pairs overtaken") in found
 
 
@@ -355,5 +356,6 @@ def test_records_that_do_not_agree_with_what_arrives_are_caught() -> None:
         return [frame for frame in frames if frame.sequence % 1000]
 
     everywhere = {("up", "records that disagree"), ("down", "records that disagree")}
-    assert outside(check_link(one_way(delay_s=0.1), tampering(earlier))) == everywhere
-    assert everywhere < outside(check_link(one_way(delay_s=0.1), tampering(fewer)))
+    link = one_way(delay_s=0.1)
+    assert outside(check_link(link, tampering(earlier), frames=4000)) == everywhere
+    assert everywhere < outside(check_link(link, tampering(fewer), frames=4000))

@@ -11,8 +11,8 @@ from hypothesis import given
 
 from farside.frames import OutageReason
 from farside.link.emulator import Emulator
-from farside.link.emulator.ahead.horizon import look_ahead
 from farside.link.emulator.control import EmulatorState
+from farside.link.emulator.horizon import look_ahead
 from farside.link.profile.config import LinkChange, LinkConfig, OneWay
 from farside.link.profile.profile import Profile
 from farside.node import NEVER_NS, Direction, to_ns

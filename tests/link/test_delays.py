@@ -53,6 +53,8 @@ def test_a_measurement_is_read_however_it_is_set(text: str) -> None:
         ("0 1\n#\n0 2\n", "a.csv, line 3: expected a time after 0 s, as times grow, found 0 s"),
         ("0 -1\n", "a.csv, line 1: expected a delay of 0 to 1e+09 s, found -1 s"),
         ("0 1e999\n", "a.csv, line 1: expected a delay of 0 to 1e+09 s, found inf s"),
+        ("0 \u0663\n", "a.csv, line 1: expected a time and a delay, found 0 \u0663"),
+        ("t" + " " * 10**5 + "%", "a.csv, line 1: expected a time and a delay, or the names of"),
         ("0 nan\n", "a.csv, line 1: expected a time and a delay, found 0 nan"),
         ("t_s,rtt_ms\n0,9\n", "a.csv, line 1: expected delays of one way, found the column rtt_ms"),
         ("t_min,delay_s\n", "a.csv, line 1: expected a unit among s, sec, seconds, ms, us,"),

@@ -16,7 +16,7 @@ from farside.link.profile.config import (
     RateStep,
     Trace,
 )
-from farside.link.profile.impairments import Jitter
+from farside.link.profile.impairments import Jitter, Slots
 from farside.node import Direction
 
 UP, DOWN = Direction.UP, Direction.DOWN
@@ -90,6 +90,8 @@ def test_it_asks_to_be_called_at_the_next_arrival_and_not_at_all_when_empty() ->
         {"rate_bit_s": 8000},
         {"delay_s": 0.05, "rate_bit_s": 8000, "jitter": Jitter(spread_s=0.003)},
         {"delay_s": 0.001, "rate_trace": Trace(times_ms=(7, 7, 90))},
+        {"delay_s": 0.01, "slots": Slots(min_s=0.002, max_s=0.03, frames=3)},
+        {"rate_bit_s": 80_000, "slots": Slots(max_s=0.01, bytes=40)},
         {"rate_table": (RateStep(t_s=0.0, rate_bit_s=100), RateStep(t_s=0.3, rate_bit_s=800_000))},
     ],
 )

@@ -296,3 +296,22 @@ def test_without_jplephem_people_are_told_what_to_install(
         monkeypatch.setitem(sys.modules, module, None)
     with pytest.raises(EphemerisError, match=r"found no jplephem.*pip install 'farside\[spice\]'"):
         kernel_orbits(orbiter)
+
+
+@pytest.mark.parametrize(
+    ("date", "horizons_s"),
+    [
+        ("2012-08-06", 827.414),
+        ("2018-08-01", 192.116),
+        ("2019-08-28", 1334.994),
+        ("2021-02-18", 678.047),
+    ],
+)
+def test_a_kernel_of_jpl_gives_the_light_times_of_horizons(date: str, horizons_s: float) -> None:
+    data = pytest.importorskip("skyfield_data", reason="17 MB, for this test alone")
+    path = Path(data.get_skyfield_data_path()) / "de421.bsp"
+    mars = light_time(sky(path, begin=date, body="mars"))
+    assert mars.downlink_s == pytest.approx(horizons_s, abs=0.0006)
+    assert mars.downlink_s == pytest.approx(
+        light_time(Sky(parsed_date(date), MARS, EARTH)).downlink_s, abs=0.013
+    )

@@ -146,3 +146,14 @@ def test_slots_without_a_wait_or_with_one_the_wrong_way_round_are_refused(
 ) -> None:
     with pytest.raises(ValueError, match="expected max_s above 0, and min_s or more, found min_s"):
         Slots(min_s=min_s, max_s=max_s)
+
+
+def test_how_time_is_split_into_windows_makes_no_difference() -> None:
+    config = link(up=OneWay(delay_s=1.0, slots=Slots(min_s=0.2, max_s=3.0, frames=2)))
+    sent = at(*np.arange(1.0, 20.0, 0.7).tolist())
+    whole = pass_through(config, sent, 100.0)
+    node, arrived = channel(config), list[Frame]()
+    for number in range(200):
+        own = [one for one in sent if number * 0.5 <= to_s(one.time_ns) < (number + 1) * 0.5]
+        arrived += node.advance(to_ns((number + 1) * 0.5), own).frames
+    assert arrived == whole.frames

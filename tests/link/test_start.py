@@ -172,17 +172,17 @@ def daily_contacts(days: Sequence[int]) -> str:
 
 
 @pytest.mark.usefixtures("_astropy")
-def test_months_of_contacts_beside_an_ephemeris_in_windows_are_those_of_one_table(
+def test_weeks_of_contacts_beside_an_ephemeris_in_windows_are_those_of_one_table(
     tmp_path: Path,
 ) -> None:
     orbit = MARS | {"epoch": "2021-09-10", "conjunction_deg": 2.2}
-    days = [0, 1, 5, 9, *range(20, 35, 3), 50]
+    days = [0, 1, 5, 9, *range(14, 22, 2), 40]
     described = profile(tmp_path, daily_contacts(days), ephemeris=orbit)
     windows: Emulator[None] = Emulator(look_ahead(described))
-    one: Emulator[None] = Emulator(whole(described, days=55.0))
+    one: Emulator[None] = Emulator(whole(described, days=45.0))
     arrived: list[list[int]] = [[], []]
     rng = np.random.default_rng(3)
-    for day in range(54):
+    for day in range(22):
         for offset_s in sorted(rng.uniform(0, 5000, 4)):
             for number, link in enumerate((windows, one)):
                 for direction in Direction:
@@ -191,7 +191,7 @@ def test_months_of_contacts_beside_an_ephemeris_in_windows_are_those_of_one_tabl
                     at_ns for at_ns, *_ in link.advance(to_ns(day * DAY_S + offset_s) + 1)
                 ]
     assert arrived[0] == arrived[1]
-    assert len(arrived[0]) > 25
+    assert len(arrived[0]) > 20
     for direction in Direction:
         counters = [link.state().way(direction).counters for link in (windows, one)]
         assert counters[0] == counters[1]

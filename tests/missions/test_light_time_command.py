@@ -3,8 +3,10 @@
 import json
 import sys
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import pytest
+from kernels import chebyshev, write_kernel
 
 from farside.missions.commands import main as cli
 
@@ -55,10 +57,37 @@ def test_people_are_told_of_a_conjunction(farside: Callable[..., tuple[int, str,
     assert "conjunction" not in before
 
 
+def test_a_spacecraft_is_seen_in_a_kernel(
+    farside: Callable[..., tuple[int, str, str]], tmp_path: Path
+) -> None:
+    pytest.importorskip("jplephem")
+    first_s, last_s = 8.4e8, 8.6e8
+    away = ([299_792.458 * 60, 0], [0, 0], [0, 0])
+    kernel = write_kernel(
+        tmp_path / "probe.bsp",
+        [
+            chebyshev(399, 0, first_s, last_s, ([0, 0], [0, 0], [0, 0])),
+            chebyshev(-74, 399, first_s, last_s, away),
+        ],
+    )
+    status, out, err = farside("--kernel", str(kernel), "--json", "--", "-74", "2026-11-28")
+
+    assert (status, err) == (0, "")
+    assert json.loads(out)["uplink_s"] == pytest.approx(60, abs=1e-9)
+    assert farside("mro", "2026-11-28", "--kernel", str(kernel))[1].startswith("uplink")
+
+
 @pytest.mark.parametrize(
     ("arguments", "named"),
     [
         (["mras", "2021-02-18"], ["expected one of", '"mras"', "did you mean mars?"]),
+        (["mars"], ["expected a date after the body, found none"]),
+        (
+            ["mars", "2026-11-28", "--kernel", "a", "--horizons", "b"],
+            ["expected kernel or horizons"],
+        ),
+        (["2026-11-28", "--horizons", "no"], ["expected a file, found", "no"]),
+        (["mars", "2026-11-28", "--kernel", "no"], ['expected a kernel, found: "no"']),
         (["mars", "soon"], ["expected a date", "such as 2021-02-18T00:00:00Z", '"soon"']),
         (["mars", "2021-02-18T00:00:00"], ["did you mean 2021-02-18T00:00:00Z?"]),
         (["mars", "1900-01-01", "--json"], ["expected a date from 1960", "1900-01-01"]),

@@ -40,7 +40,7 @@ def plan_edges(reference: Reference, frames: int, rng: Generator) -> Traffic:  #
     left_out: list[LeftOut] = []
     if len(edges) and not found:
         left_out.append(LeftOut([], "nothing can be sent beside any outage"))
-    return frames_of(reference, _apart(found), left_out)
+    return frames_of(reference, _apart(found), left_out, _kind)
 
 
 def _beside(reference: Reference, begins: Ints, edge_ns: int) -> list[tuple[int, Burst, Ints]]:

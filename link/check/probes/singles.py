@@ -26,7 +26,7 @@ from farside.link.check.lines import (
 )
 from farside.link.check.probes.delays import delay_line, delay_lines
 from farside.link.check.probes.memory import repeats_line
-from farside.link.check.traffic.planning import Burst, Traffic, plan_bursts
+from farside.link.check.traffic.planning import Burst, LeftOut, Traffic, plan_bursts
 from farside.link.check.traffic.reference import MARGIN_NS, Phase, Reference
 from farside.link.profile.config import BitErrorEffect
 from farside.link.profile.impairments import CorrelatedLoss
@@ -47,7 +47,10 @@ def plan_singles(reference: Reference, frames: int, rng: Generator) -> Traffic:
         size = short_byte(phase)
         return Burst(size, 1, phase.busy_ns(size))
 
-    return plan_bursts(reference, rng, single, frames, _kind)
+    traffic = plan_bursts(reference, rng, single, frames, _kind)
+    if not reference.phases:
+        return traffic._replace(left_out=(LeftOut([], "nothing can be sent at any time"),))
+    return traffic
 
 
 def judge_singles(seen: Observation) -> Lines:

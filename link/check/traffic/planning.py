@@ -3,7 +3,7 @@
 So each fate is evidence of one impairment alone. Simulated time costs nothing.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -116,12 +116,10 @@ def plan_bursts(
         found += own
         if why is not None:
             left_out.append(LeftOut([reference.phases[index] for index in indices], why))
-    if not reference.phases:
-        left_out.append(LeftOut([], "nothing can be sent at any time"))
-    if passed_over:
+    if passed_over and (found or left_out):
         text = f"{passed_over:,} more settings, of which only {MOST_KINDS} are measured"
         left_out.append(LeftOut([], text))
-    return frames_of(reference, found, left_out)
+    return frames_of(reference, found, left_out, key)
 
 
 def _of_kind(
@@ -233,7 +231,10 @@ def _candidates_ns(  # noqa: PLR0917 - all that a window has
 
 
 def frames_of(
-    reference: Reference, found: Sequence[tuple[int, Burst, Ints]], left_out: list[LeftOut]
+    reference: Reference,
+    found: Sequence[tuple[int, Burst, Ints]],
+    left_out: Sequence[LeftOut],
+    key: Callable[[Phase], int],
 ) -> Traffic:
     """The frames of all bursts that are over, on arrival, before the next begins.
 
@@ -241,6 +242,7 @@ def frames_of(
         reference: the direction to send in.
         found: indices of phases, and the bursts to send in each, at which times.
         left_out: where nothing is sent.
+        key: which phases are of one kind.
     """
     which = np.repeat(np.arange(len(found)), [len(times) for *_, times in found]).astype(np.int64)
     starts = np.concatenate([np.empty(0, np.int64), *(times for *_, times in found)])
@@ -250,10 +252,7 @@ def frames_of(
     spread = np.array([reference.phases[index].spread_ns for index, *_ in found], np.int64)
     kept = _in_order(*reference.arrival_range_ns(starts, busy[which], spread[which]))
     which, starts = which[kept], starts[kept]
-    for row in sorted({*range(len(found))} - {*which.tolist()}):
-        index = found[row][0]
-        why = "what is sent then arrives after what is sent later"
-        left_out.append(LeftOut([reference.phases[index]], why))
+    left_out = [*left_out, *_unsent(reference, found, which, key)]
     counts = np.array([burst.frames for _, burst, _ in found], dtype=np.int64)[which]
     bursts = np.repeat(np.arange(len(which)), counts)
     place = np.arange(len(bursts)) - np.repeat(np.cumsum(counts) - counts, counts)
@@ -268,6 +267,22 @@ def frames_of(
             own = rows == row
             priorities[own] = np.array(burst.priorities)[place[own]]
     return Traffic(times, size[rows], phase[rows], bursts, priorities, tuple(left_out))
+
+
+def _unsent(
+    reference: Reference,
+    found: Sequence[tuple[int, Burst, Ints]],
+    kept: Ints,
+    key: Callable[[Phase], int],
+) -> Iterator[LeftOut]:
+    """The kinds of phases of which no burst was kept."""
+    sent = {key(reference.phases[found[row][0]]) for row in set(kept.tolist())}
+    unsent: dict[int, list[Phase]] = {}
+    for one in (reference.phases[index] for index, *_ in found):
+        if key(one) not in sent:
+            unsent.setdefault(key(one), []).append(one)
+    for phases in unsent.values():
+        yield LeftOut(phases, "what is sent then arrives after what is sent later")
 
 
 def _in_order(first_ns: Ints, last_ns: Ints) -> Bools:

@@ -16,7 +16,8 @@ _UNITS = {"s": 1.0, "sec": 1.0, "seconds": 1.0, "ms": 1e-3, "us": 1e-6, "µs": 1
 _GREATEST_S = 1e9
 _UNIT = re.compile(r"(?:[_\s]|[\[(])\s*([a-zµ]+)\s*[\])]?\Z")
 _TWO_WAY = re.compile(r"(?<![a-z])(?:rtt|ping|round[ _-]?trip)", re.IGNORECASE)
-_NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_NUMBER = re.compile(r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?")
+_LONGEST_HEADER = 200
 
 
 class DelayFileError(ValueError):
@@ -73,7 +74,7 @@ def _two_numbers(line: str, scales: tuple[float, float], where: str) -> tuple[fl
 
 def _header(line: str, where: str) -> tuple[float, float]:
     """What the numbers of either column are multiplied by to be seconds."""
-    names = line.split(",") if "," in line else re.split(r"\s+(?![\[(])", line)
+    names = [line] if len(line) > _LONGEST_HEADER else _names(line)
     if len(names) != 2:
         raise DelayFileError(
             f"{where}: expected a time and a delay, or the names of two columns, "
@@ -86,6 +87,11 @@ def _header(line: str, where: str) -> tuple[float, float]:
         )
     first, second = (_scale(name.strip().lower(), where) for name in names)
     return first, second
+
+
+def _names(line: str) -> list[str]:
+    # White space before a unit in brackets parts no columns.
+    return line.split(",") if "," in line else re.split(r"\s+(?![\[(])", line)
 
 
 def _scale(name: str, where: str) -> float:

@@ -207,10 +207,14 @@ def _named(held: set[int]) -> str:
 
 def _built_in(body: int | str | None) -> int:
     numbers = {number: number for name in BODIES for number in BUILT_IN[name]}
-    known = numbers | {name: BUILT_IN[name][0] for name in BODIES}
+    known = numbers | {f"{number}": number for number in numbers}
+    known |= {name: BUILT_IN[name][0] for name in BODIES}
     wanted = body.casefold() if isinstance(body, str) else body
     if wanted in known:
         return known[wanted]
     found = "none" if body is None else shown(body)
     hint = did_you_mean(wanted, BODIES) if isinstance(wanted, str) else ""
-    raise EphemerisError(f"expected one of {', '.join(BODIES)}, found {found}{hint}")
+    raise EphemerisError(
+        f"expected one of {', '.join(BODIES)}, found {found}{hint}; "
+        "others need a kernel or a table of Horizons"
+    )

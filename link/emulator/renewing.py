@@ -5,7 +5,7 @@ from concurrent.futures import Future
 from threading import Thread
 from typing import Any
 
-from farside.link.emulator.ahead.horizon import Ahead, look_ahead
+from farside.link.emulator.horizon import Ahead, look_ahead
 from farside.link.emulator.model import Emulator
 from farside.link.profile.resolve import LightEnd
 from farside.node import to_ns

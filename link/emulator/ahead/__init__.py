@@ -1,1 +1,0 @@
-"""How far ahead a link is known, and looking farther while messages pass."""
