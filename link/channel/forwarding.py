@@ -110,7 +110,7 @@ class Forwarder:
                 self._start(self._relays[node], item, now_ns)
 
     def _plan(self, time_ns: int, node: int, kind: int, number: int, item: Bundle | Line) -> None:
-        sequence = item.transmission.frame.sequence if isinstance(item, Bundle) else -1
+        sequence = item.sequence if isinstance(item, Bundle) else -1
         early_ns = time_ns - self._ahead_ns[node]
         event = early_ns, node, kind, number, sequence, next(self._order), item
         heapq.heappush(self._events, event)
@@ -221,7 +221,7 @@ class Forwarder:
             now_ns,
             FrameHop(
                 direction=self._direction,
-                sequence=bundle.transmission.frame.sequence,
+                sequence=bundle.sequence,
                 hop=bundle.hop,
                 node=relay.number,
                 received_ns=bundle.received_ns,
@@ -249,7 +249,7 @@ class Forwarder:
             now_ns,
             FrameHop(
                 direction=self._direction,
-                sequence=bundle.transmission.frame.sequence,
+                sequence=bundle.sequence,
                 hop=bundle.hop,
                 node=relay.number,
                 received_ns=bundle.received_ns,

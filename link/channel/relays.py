@@ -43,6 +43,11 @@ class Bundle(msgspec.Struct, gc=False):
         return self.transmission.size_byte
 
     @property
+    def sequence(self) -> int:
+        """The frame's number."""
+        return self.transmission.frame.sequence
+
+    @property
     def priority(self) -> int:
         """The frame's priority."""
         return self.transmission.priority
@@ -212,40 +217,48 @@ class SendersQueue:
     """
 
     def __init__(self, store_byte: int) -> None:
-        self.bytes = 0
+        self.bytes = self._frames = 0
         self._store_byte = store_byte
-        self._waiting: dict[int, tuple[Bundle, Line]] = {}
+        # By priority and sequence number, in order of hand-over.
+        self._waiting: dict[int, dict[int, tuple[Bundle, Line]]] = {}
 
     def put(self, bundle: Bundle, line: Line) -> None:
         """Have a frame wait for a line, or for another one than before."""
-        sequence = bundle.transmission.frame.sequence
-        if sequence not in self._waiting:
+        waiting = self._waiting.setdefault(bundle.priority, {})
+        if bundle.sequence not in waiting:
             self.bytes += bundle.size_byte
-        self._waiting[sequence] = bundle, line
+            self._frames += 1
+        waiting[bundle.sequence] = bundle, line
 
     def remove(self, bundle: Bundle) -> None:
         """Forget a frame that is being sent, or was dropped."""
-        if self._waiting.pop(bundle.transmission.frame.sequence, None) is not None:
+        waiting = self._waiting.get(bundle.priority, {})
+        if waiting.pop(bundle.sequence, None) is not None:
             self.bytes -= bundle.size_byte
+            self._frames -= 1
 
     def excess(self, config: OneWay, newest: Bundle) -> Iterator[tuple[Bundle, Line]]:
         """Remove, one after the other, the frames that do not fit now that `newest` is there."""
         policy = config.drop if newest.size_byte <= self._store_byte else DropPolicy.NEWEST
         most_frames = config.queue_frame or NEVER_NS
-        while self.bytes > self._store_byte or len(self._waiting) > most_frames:
+        while self.bytes > self._store_byte or self._frames > most_frames:
             bundle, line = self._chosen(policy)
-            if len(self._waiting) == 1 and line.sending is None:
+            if self._frames == 1 and line.sending is None:
                 return  # it needs no room among others
             self.remove(bundle)
             yield bundle, line
 
     def _chosen(self, policy: DropPolicy) -> tuple[Bundle, Line]:
-        waiting = self._waiting.values()
+        waiting = {level: one for level, one in self._waiting.items() if one}
         match policy:
             case DropPolicy.NEWEST:
-                return next(reversed(waiting))
+                return max((next(reversed(one.values())) for one in waiting.values()), key=_age)
             case DropPolicy.OLDEST:
-                return next(iter(waiting))
+                return min((next(iter(one.values())) for one in waiting.values()), key=_age)
             case DropPolicy.LOWEST:
-                # Of the lowest priority, the newest: `min` takes the first of equals.
-                return min(reversed(waiting), key=lambda one: one[0].priority)
+                return next(reversed(waiting[min(waiting)].values()))
+
+
+def _age(waiting: tuple[Bundle, Line]) -> tuple[int, int]:
+    frame = waiting[0].transmission.frame
+    return frame.time_ns, frame.sequence

@@ -147,6 +147,10 @@ class _Lines:
                 second_wrong += not arrives_ns <= second_ns <= latest_ns
         if not asked:
             return [unmeasured("earliest arrival", "s", math.nan, "no contacts lead there")]
+        second = exact_line("second frames out of turn", seconds, 0, second_wrong)
+        if self._calm.way(self._direction).queue_frame == 1:
+            why = "the queue holds one frame"
+            second = unmeasured("second frames out of turn", "", 0.0, why)
         mean = to_s(sum(late)) / len(late)
         delay = point(to_s(sum(asked)) / len(asked))
         return [
@@ -154,7 +158,7 @@ class _Lines:
                 "delay of the first way", "s", len(asked), delay, mean, lambda _: point(mean)
             ),
             exact_line("frames not at their earliest", len(asked), 0, wrong),
-            exact_line("second frames out of turn", seconds, 0, second_wrong),
+            second,
         ]
 
     def chances(self, frames: int) -> list[CheckLine]:

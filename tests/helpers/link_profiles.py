@@ -5,10 +5,11 @@ from pathlib import Path
 from typing import Any
 
 import msgspec
+from hypothesis import reject
 from hypothesis import strategies as st
 
 from farside.link import LinkConfig
-from farside.link.profile.layers import preset_names, with_preset
+from farside.link.profile.layers import LinkConfigError, preset_names, with_preset
 from farside.link.profile.plans.times import Window
 from farside.link.profile.resolve import resolve_link
 
@@ -245,18 +246,21 @@ def passes(draw: st.DrawFn) -> Table:
 
 @st.composite
 def plans(draw: st.DrawFn) -> str:
-    """A contact plan of ION for the nodes 1 and 2."""
+    """A contact plan of ION for the nodes 1 and 2, which may have only the node 3 between them."""
+    by_another = draw(st.integers(0, 3)) == 0
+    pairs = ["1 3", "3 2", "2 3", "3 1"] if by_another else ["1 2", "2 1"]
     lines, at_s = [], 0
-    either = st.sampled_from(["1 2", "2 1"])
-    for number in range(draw(st.integers(2, 6))):
+    for number in range(draw(st.integers(len(pairs), 8))):
         at_s += draw(st.integers(0, 40))
         end_s = at_s + draw(st.sampled_from([1, 2, 10, 100, 5000]))
         rate = draw(st.sampled_from([1, 100, 1000, 2000, 10**9]))
-        nodes = "1 2" if number == 0 else "2 1" if number == 1 else draw(either)
+        # Each pair once at least.
+        nodes = pairs[number] if number < len(pairs) else draw(st.sampled_from(pairs))
         lines.append(f"a contact +{at_s} +{end_s} {nodes} {rate}")
         at_s = end_s
     owlt_s = draw(st.integers(0, 1000))
-    return "\n".join([*lines, f"a range +0 +{at_s + 1} 1 2 {owlt_s}", ""])
+    ranges = (f"a range +0 +{at_s + 1} {pair} {owlt_s}" for pair in ("1 2", "1 3", "2 3"))
+    return "\n".join([*lines, *ranges, ""])
 
 
 @st.composite
@@ -278,7 +282,14 @@ def profiles(draw: st.DrawFn) -> LinkConfig:
         table["blackouts"] = draw(blackouts())
     if draw(st.integers(0, 4)) == 0:
         table["passes"] = draw(passes())
-    return resolved(table, texts, is_whole=draw(st.booleans()))
+    is_whole = draw(st.booleans())
+    if " 3 " not in texts.get("plan.ionrc", ""):
+        return resolved(table, texts, is_whole=is_whole)
+    try:
+        return resolved(table, texts, is_whole=is_whole)
+    except LinkConfigError:
+        # By way of other nodes, not all that a link has is taken.
+        reject()
 
 
 def resolved(

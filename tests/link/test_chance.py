@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats  # type: ignore[import-untyped]
 
@@ -164,6 +164,7 @@ def test_frames_are_held_back_with_the_share_and_the_correlation_asked_for(
 
 
 @pytest.mark.parametrize("correlation", [0.4, -0.3])
+@settings(max_examples=20)
 @given(st.lists(st.integers(0, 20), max_size=10))
 def test_correlation_goes_on_from_block_to_block(correlation: float, sizes: Sequence[int]) -> None:
     impairments: dict[str, Any] = {

@@ -140,8 +140,7 @@ RIGHT = {
 
 @pytest.mark.parametrize("name", RIGHT)
 def test_a_right_emulator_passes(name: str) -> None:
-    report = check_link(RIGHT[name], frames=1500)
-    assert outside(report) == set()
+    assert outside(check_link(RIGHT[name], frames=500)) == set()
 
 
 WRONG: dict[str, tuple[LinkConfig, dict[str, Any], str]] = {
@@ -228,7 +227,21 @@ WRONG: dict[str, tuple[LinkConfig, dict[str, Any], str]] = {
 }
 
 
+SUBTLE = {
+    "a spread 10 % too wide",
+    "uniform, not normal",
+    "not cut off at 0",
+    "without correlation, half cut off",
+    "Pareto cut at 4",
+    "a table without correlation",
+    "losses too correlated",
+    "too many held back",
+}
+"""Wrong by so little that more frames are needed."""
+
+
 @pytest.mark.parametrize("name", WRONG)
 def test_a_wrong_emulator_is_caught(name: str) -> None:
     asked, keys, impairment = WRONG[name]
-    assert impairment in outside(check_link(asked, wrongly(**keys), frames=6000))
+    frames = 6000 if name in SUBTLE else 1500
+    assert impairment in outside(check_link(asked, wrongly(**keys), frames=frames))

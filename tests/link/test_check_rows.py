@@ -201,3 +201,22 @@ def test_a_link_that_is_never_open_has_nothing_measured() -> None:
     report = check(LINKS["no rate at any time"])
     (loss,) = lines(report, "loss")
     assert (loss.verdict, loss.why) == (UNKNOWN, "nothing can be sent at any time")
+
+
+def test_two_frames_by_way_of_another_node_need_a_queue_for_both() -> None:
+    table = {
+        "contacts": {"file": "plan.ionrc", "ground": 1, "rover": 2},
+        "up": {"queue_frame": 1},
+    }
+    plan = """\
+a contact +0 +100 1 3 1000
+a contact +50 +200 3 2 500
+a contact +0 +100 2 3 1000
+a contact +150 +250 3 1 500
+a range +0 +300 1 3 1
+a range +0 +300 2 3 1
+"""
+    report = check(resolved(table, {"plan.ionrc": plan}), frames=100)
+    assert report.passed
+    (second,) = lines(report, "second frames out of turn")
+    assert second.why == "the queue holds one frame"
