@@ -47,7 +47,8 @@ def _from_text(text: str) -> Assignment:
     origin = f"--set {one_line(text)}"
     key, equals, value = (part.strip() for part in text.partition("="))
     if not (key and equals):
-        raise ValueError(f"{origin}: expected KEY=VALUE, such as link.up.loss=0.2")
+        missing = "key" if equals else "="
+        raise ValueError(f"{origin}: expected KEY=VALUE, found no {missing}")
     try:
         parts = _parts(key)
     except ValueError as error:

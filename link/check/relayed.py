@@ -120,6 +120,12 @@ class _Lines:
     def arrivals(self, routing: Routing) -> list[CheckLine]:
         """Frames alone, and two at once: the second has the first before it at every contact."""
         sent_byte = _BYTE + self._calm.way(self._direction).overhead_byte
+        if routing.store_byte < 2 * sent_byte:
+            why = (
+                f"no node may hold more than {routing.store_byte} bytes, and the check sends two "
+                f"frames of {sent_byte} at once"
+            )
+            return [unmeasured("earliest arrival", "s", math.nan, why)]
         ends, hops = routing.ends(self._direction), routing.hops
         asked: list[int] = []
         late: list[int] = []

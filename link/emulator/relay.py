@@ -242,7 +242,7 @@ class Relay:
     ) -> None:
         def answer(query: zenoh.Query, _time_ns: int) -> None:
             with query:
-                _reply(query, reply)
+                _reply(query, key, reply)
 
         near.declare_queryable(key, lambda query: self._later(partial(answer, query)))
 
@@ -366,7 +366,9 @@ def _others(session: zenoh.Session) -> set[str]:
     return {str(zid) for zid in (*session.info.routers_zid(), *session.info.peers_zid())}
 
 
-def _reply(query: zenoh.Query, reply: Callable[[bytes], EmulatorState]) -> None:
+def _reply(query: zenoh.Query, key: str, reply: Callable[[bytes], EmulatorState]) -> None:
+    if key == CONTROL_KEY and str(query.key_expr) != key:
+        return  # who asks for whatever there is asks for no change
     payload = b"" if query.payload is None else query.payload.to_bytes()
     try:
         state = reply(payload)
@@ -374,4 +376,4 @@ def _reply(query: zenoh.Query, reply: Callable[[bytes], EmulatorState]) -> None:
         query.reply_err(str(error), encoding=zenoh.Encoding.TEXT_PLAIN)
     else:
         encoding = zenoh.Encoding.APPLICATION_JSON
-        query.reply(query.key_expr, msgspec.json.encode(state), encoding=encoding)
+        query.reply(key, msgspec.json.encode(state), encoding=encoding)

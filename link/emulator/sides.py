@@ -29,6 +29,7 @@ _REFUSALS = (
     ("close message (reason", "one that refuses the session, as it does a wrong user or password"),
     ("not supported for", "no such protocol"),
     ("invalid port", "no such port"),
+    ("invalid socket address", "no host with a port"),
 )
 """What Zenoh says where no waiting helps, and what was found then."""
 

@@ -76,7 +76,7 @@ def _start(text: str) -> str:
     try:
         return parsed_date(text).isoformat()
     except ValueError as error:
-        raise typer.BadParameter(f"now, or {error}") from error
+        raise typer.BadParameter(str(error).replace("expected", "expected now, or", 1)) from error
 
 
 _NOW = "now"
@@ -244,8 +244,10 @@ def _ahead(link: Profile, start: str | None, texts: Sequence[str]) -> Ahead:
         made = read_assignments(texts)
         told = [Problem(one.key, one.text + origin_of(one, made)) for one in error.problems]
         words = str(LinkConfigError(*told, source=error.source))
-        is_set = any(origin_of(one, made) for one in error.problems)
-        hint = "--set" if is_set else "--preset or --profile"
+        keys = {one.key[:1] for one in error.problems}
+        is_set = not keys.isdisjoint(one.key[:1] for one in made)
+        is_start = start is not None and ("start",) in keys
+        hint = "--start" if is_start else "--set" if is_set else "--preset or --profile"
         raise typer.BadParameter(words, param_hint=hint) from error
 
 

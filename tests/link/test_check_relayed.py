@@ -44,6 +44,18 @@ def test_a_right_link_is_inside_and_says_what_was_not_measured() -> None:
     assert "waits" in down["jitter"].why
 
 
+def test_stores_smaller_than_what_is_sent_are_not_measured() -> None:
+    link = relayed(TWO_WAYS, OneWay())
+    assert link.routing is not None
+    for store_byte in (1, 127):
+        routing = msgspec.structs.replace(link.routing, store_byte=store_byte)
+        report = check_link(msgspec.structs.replace(link, routing=routing), frames=100)
+        assert report.passed
+        assert f"hold more than {store_byte} bytes" in " ".join(
+            one.why for one in report.measurements
+        )
+
+
 class WithoutTheBest(Forwarder):
     """A router that sets out on the second best way where there is one."""
 

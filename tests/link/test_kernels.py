@@ -241,7 +241,7 @@ def test_what_the_kernels_do_not_hold_is_refused(
     ("content", "words"),
     [
         (b"KPL/FK\nnot positions", "expected a binary SPK kernel, found"),
-        (b"", "expected a binary SPK kernel, found"),
+        (b"", "expected a binary SPK kernel, found an empty file"),
         (None, "expected a kernel, found"),
     ],
 )

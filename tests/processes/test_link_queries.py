@@ -310,6 +310,9 @@ def test_the_emulators_own_keys_never_cross() -> None:
         [reply] = both.ground.get("farside/link/counters")
         assert reply.ok is not None
         assert ask(both.rover, "farside/link/counters") == []
+        [counters] = both.ground.get("farside/link/*")
+        assert counters.ok is not None
+        assert str(counters.ok.key_expr) == "farside/link/counters"
         both.rover.put("farside/link/control", "mine")
         both.rover.put("after", "")
         until(lambda: heard.count("after") == 2)

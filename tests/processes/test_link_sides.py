@@ -146,6 +146,7 @@ def test_an_address_that_is_not_free_or_no_address_is_told() -> None:
     assert "Address already in use" in taken
     assert ".rs" not in taken
     assert "no such port" in refusal(domain_at("tcp/127.0.0.1:99999", "rover side"))
+    assert "no host with a port" in refusal(domain_at("tcp/127.0.0.1", "rover side"))
     assert "no such protocol" in refusal(domain_at("pigeon/127.0.0.1:1", "rover side"))
 
 

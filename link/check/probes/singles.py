@@ -94,7 +94,11 @@ def _loss_lines(seen: Observation, group: Group) -> Iterator[CheckLine]:
 
     def lengths(miss: float) -> Interval:
         low, high = believed(miss)
-        return 1 / (1 - low) if low < 1 else math.inf, 1 / (1 - high) if high < 1 else math.inf
+        found = [1 / (1 - one) if one < 1 else math.inf for one in (low, high)]
+        if low <= share <= high:
+            # The length asked for must not be lost to rounding.
+            found += [asked.burst_length]
+        return min(found), max(found)
 
     yield CheckLine(
         name,

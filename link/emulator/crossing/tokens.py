@@ -64,6 +64,7 @@ class Tokens:
         self._undeclared_ns: dict[str, int] = {}
         self._counted_ns = 0
         self._missing: set[str] = set()
+        self._told: set[str] = set()
 
     def begin(self, opposite: "Tokens") -> None:
         """Take tokens from now on; those that `opposite` has declared here are not taken."""
@@ -86,6 +87,7 @@ class Tokens:
     def _change(self, time_ns: int, key: str, *, present: bool) -> None:
         if self._opposite.owns(key, time_ns):
             return
+        self._told.add(key)
         announcement = self.presence.change(key, present=present)
         if announcement is not None:
             is_latest = partial(self.presence.is_latest, announcement)
@@ -119,6 +121,7 @@ class Tokens:
         for name, time_ns in list(self._undeclared_ns.items()):
             if time_ns + _ECHO_NS <= now_ns:
                 del self._undeclared_ns[name]
+        self._told.clear()
         found: set[str] = set()
         left = len(self._keys)
 
@@ -133,7 +136,8 @@ class Tokens:
             self._find(key, add)
 
     def _compare(self, found: set[str], time_ns: int) -> None:
-        for key in sorted(found - self.presence.here):
+        # What has vanished meanwhile may have been found before it did.
+        for key in sorted(found - self.presence.here - self._told):
             self._change(time_ns, key, present=True)
         missing = self.presence.here - found
         # One that appears meanwhile may be missed once.

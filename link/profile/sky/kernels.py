@@ -8,7 +8,7 @@ equal (8, 12) or unequal steps (9, 13). Source: NAIF, "SPK Required Reading".
 import struct
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, BinaryIO, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -62,6 +62,7 @@ def kernel_orbits(path: Path) -> list[Segment]:
         raise EphemerisError(f"{error}: {name}") from error
     try:
         with file:
+            _expect_content(file, name)
             kernel = SPK(DAF(file))
             kernel.daf.map_array(1, 1)  # all of it, which stays when the file is closed
             segments = [_segment(one, name) for one in kernel.segments]
@@ -75,6 +76,11 @@ def kernel_orbits(path: Path) -> list[Segment]:
     if not segments:
         raise EphemerisError(f"{name}: expected a segment at least, found none")
     return segments
+
+
+def _expect_content(file: BinaryIO, name: str) -> None:
+    if not file.read(1):  # None, too, from some of /proc
+        raise EphemerisError(f"{name}: expected a binary SPK kernel, found an empty file")
 
 
 def _segment(read: Any, name: str) -> Segment:
