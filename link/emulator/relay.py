@@ -39,6 +39,11 @@ from farside.node import Direction, Role, to_ns, to_s
 
 _IDLE_NS = to_ns(0.5)
 
+_GATHER_S = 0.001
+_MANY = 3
+"""So many messages at a time are followed by more, which are taken together a little later: a turn
+costs as much as several messages, and the threads that receive need what a turn takes."""
+
 _MAX_BATCH = 2000
 """Messages taken before those due are delivered: many, for speed, but not for too long."""
 
@@ -181,6 +186,7 @@ class Relay:
         self._notify = notify
         self._reader = MetadataReader()
         self._inbox: SimpleQueue[_Item] = SimpleQueue()
+        self._is_busy = False
         self._rover, self._ground = _Side(Role.ROVER, rover), _Side(Role.GROUND, ground)
         self._far = {Direction.UP: self._rover, Direction.DOWN: self._ground}
         self._began_ns = time.monotonic_ns()
@@ -307,12 +313,18 @@ class Relay:
     def _take(self, timeout_s: float) -> int:
         """Wait for input and take it; returns up to when all that was sent is known."""
         inbox = self._inbox
+        if self._is_busy:
+            gathering_s = min(timeout_s, _GATHER_S)
+            time.sleep(gathering_s)
+            timeout_s -= gathering_s
         try:
             item = inbox.get(timeout=timeout_s)
         except Empty:
+            self._is_busy = False
             return self._now_ns() + 1
         self._take_one(item)
         waiting = inbox.qsize()
+        self._is_busy = waiting + 1 >= _MANY
         for _ in range(min(waiting, _MAX_BATCH)):
             item = inbox.get()
             self._take_one(item)
