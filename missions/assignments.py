@@ -33,7 +33,8 @@ def read_assignments(given: Sequence[str] | Mapping[str, object]) -> list[Assign
     """Parse assignments, keeping their order.
 
     Args:
-        given: `key=value` strings, the value in TOML or a bare word; or values by dotted key.
+        given: `key=value` strings, the value in TOML, a bare word or `null`; or values by dotted
+            key.
 
     Raises:
         ValueError: if a string is not `key=value`, or its value starts like TOML but is invalid.
@@ -78,7 +79,12 @@ def _parts(key: str) -> Key:
 
 
 def _toml_value(text: str) -> object:
-    """`text` as a TOML value; a bare string unless it starts like an array, table or string."""
+    """`text` as a TOML value; a bare string unless it starts like an array, table or string.
+
+    TOML has no `null`, which removes a key of the link; here it is one.
+    """
+    if text == "null":
+        return None
     try:
         table = parse_toml(f"value = {text}")
     except ValueError as error:

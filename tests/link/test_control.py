@@ -92,6 +92,17 @@ def test_a_table_is_laid_over_the_profile_with_its_files(tmp_path: Path) -> None
     assert state.up.settings.delay_s == 0.25
 
 
+def test_what_is_said_of_one_direction_goes_before_what_is_said_of_both() -> None:
+    subject: Emulator[int] = Emulator(LinkConfig())
+    state = control(
+        subject, up={"loss": 0.3, "out": False}, both={"loss": 0.1, "corrupt": 0.2, "out": True}
+    )
+    assert (state.up.settings.loss, state.down.settings.loss) == (0.3, 0.1)
+    assert (state.up.settings.corrupt, state.down.settings.corrupt) == (0.2, 0.2)
+    assert state.up.outage is None
+    assert state.down.outage is not None
+
+
 def test_the_changes_in_the_documents_are_taken() -> None:
     page = (Path(__file__).parents[2] / "docs" / "link.md").read_text()
     payloads = page.partition("```json\n")[2].partition("```")[0].splitlines()

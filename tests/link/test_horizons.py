@@ -214,6 +214,7 @@ FIRST_ROW = GOOD.split("\n").index("$$SOE") + 2
         ("{", "mars: expected Horizons' JSON with a result, found none"),
         (without(GOOD, "Output units"), "expected output units KM-S, KM-D or AU-D"),
         (without(GOOD, "Reference frame"), "expected the axes of the ICRF or the ecliptic"),
+        (GOOD.replace("ICRF", "FK4/B1950.0"), "the ecliptic of J2000 in the header, found fk4"),
         (
             without(GOOD, "            JDTDB"),
             "expected a header that ends with the names of the col",

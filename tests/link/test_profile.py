@@ -317,6 +317,16 @@ def test_a_date_may_be_one_of_toml() -> None:
     assert described.ephemeris == Ephemeris(body="moon")
 
 
+def test_set_removes_a_key_as_a_change_does() -> None:
+    link = Profile({"preset": "moon", "down": {"jitter": {"spread_s": 1.0}}})
+    for made in read_assignments(["down.jitter=null", "up.rate_bit_s=null"]):
+        link = link.changed(as_layer(made, link.table))
+    described = link.checked()
+    assert described.down.jitter is None
+    assert described.up.rate_bit_s is None
+    assert described.down.rate_bit_s is not None
+
+
 def test_messages_do_not_grow_with_what_they_are_about() -> None:
     points = [{"t_s": n, "delay_s": 1} for n in range(30_000)]
     points[20_000]["t_s"] = 7

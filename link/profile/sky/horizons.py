@@ -236,7 +236,8 @@ def _axes(header: _Header, name: str) -> Floats:
         )
     told = [header.fields.get(key, "") for key in ("reference frame", "coordinate systm")]
     axes = " ".join(told).lower()
-    if "body" in axes or not axes.strip():
+    is_known = any(epoch in axes for epoch in ("icrf", "j2000")) and "1950" not in axes
+    if "body" in axes or not is_known:
         raise EphemerisError(
             f"{name}: expected the axes of the ICRF or the ecliptic of J2000 in the header, "
             f"found {one_line(axes.strip()) or 'none'}"
