@@ -39,10 +39,12 @@ from farside.node import Direction, Role, to_ns, to_s
 
 _IDLE_NS = to_ns(0.5)
 
-_GATHER_S = 0.001
 _MANY = 3
-"""So many messages at a time are followed by more, which are taken together a little later: a turn
-costs as much as several messages, and the threads that receive need what a turn takes."""
+"""After so many messages at once, more are gathered before the next turn (project default): a turn
+costs as much as several messages, and keeps the threads that receive from running."""
+
+_GATHER_S = 0.001
+"""For how long they are gathered, or until a message is due (project default)."""
 
 _MAX_BATCH = 2000
 """Messages taken before those due are delivered: many, for speed, but not for too long."""
