@@ -21,7 +21,10 @@ MIB = 2**20
 @pytest.mark.parametrize(
     ("page", "statement"),
     [
-        ("mission.md", f"rate trace | {MAX_FILE_BYTE // MIB} MiB,"),
+        (
+            "mission.md",
+            f"trace, table of a distribution or of Horizons | {MAX_FILE_BYTE // MIB} MiB,",
+        ),
         ("mission.md", f"contact plan | {MAX_PLAN_BYTE // MIB} MiB,"),
         ("mission.md", f"dotted key | {MAX_KEY_PARTS} |"),
         ("mission.md", f"steps of a script | {MAX_ENTRIES:,} |"),
