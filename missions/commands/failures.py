@@ -7,6 +7,7 @@ import errno
 import os
 import sys
 import traceback
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,6 +35,12 @@ _OF_MACHINE = {
     errno.ENOMEM,
     errno.ENOSPC,
 }
+_STANDARD_ERROR = 2
+_TOO_LITTLE_MEMORY = (
+    b"farside: expected more memory than the system gives to this process (`ulimit -v`)\n"
+)
+"""Made beforehand, as then nothing may be left to make it of."""
+
 _SOURCE = Path(__file__).parents[2]
 
 
@@ -70,13 +77,16 @@ def report(error: BaseException) -> int:
     """Tell a person of an error that nothing in Farside expected; returns the exit status."""
     if traceback_wanted():
         traceback.print_exception(error)
+    if isinstance(error, MemoryError):
+        error.__traceback__ = None  # lets go of all that was under way
+        with suppress(OSError):
+            os.write(_STANDARD_ERROR, _TOO_LITTLE_MEMORY)
+        return INFRASTRUCTURE
     print(f"farside: {printable(_unexpected(error))}", file=sys.stderr)  # noqa: T201
     return INFRASTRUCTURE
 
 
 def _unexpected(error: BaseException) -> str:
-    if isinstance(error, MemoryError):
-        return "expected more memory than the system gives to this process (`ulimit -v`)"
     found = traceback.format_exception_only(error)[-1].strip().replace("\n", " ")
     return (
         f"a fault of Farside itself, not of its input: {found}{_place(error)}. "

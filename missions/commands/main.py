@@ -305,7 +305,7 @@ def main() -> NoReturn:
         for number in (signal.SIGINT, signal.SIGTERM):
             signal.signal(number, signal.default_int_handler)
         app(prog_name="farside")
-    except SystemExit:
+    except (SystemExit, MemoryError):  # which leaves none to find out what else it could be
         raise
     except KeyboardInterrupt:
         sys.exit(failures.INTERRUPTED)
