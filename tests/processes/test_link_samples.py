@@ -7,6 +7,8 @@ import zenoh
 import zenoh.ext
 from relaying import between, until
 
+from farside.node import Direction
+
 pytestmark = pytest.mark.processes
 
 
@@ -86,8 +88,10 @@ def test_an_advanced_subscriber_is_told_of_each_sample_that_the_link_loses() -> 
         publisher = zenoh.ext.declare_advanced_publisher(
             both.rover, "tlm/pose", sample_miss_detection=MISSES_TOLD
         )
-        ready = both.rover.declare_publisher("tlm/pose")
-        until(lambda: matches(ready))
+        # Both routers know who listens: the relay on the one side, the subscriber on the other.
+        other = both.domains[Direction.DOWN].join()
+        ready = [one.declare_publisher("tlm/pose") for one in (both.rover, other)]
+        until(lambda: all(map(matches, ready)))
         # Zenoh tells of what is missing between two samples that have arrived.
         publisher.put("0")
         until(lambda: came == [0])
