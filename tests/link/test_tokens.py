@@ -54,13 +54,35 @@ class Side:
         task(0)
 
 
-def test_a_token_that_vanishes_while_tokens_are_counted_does_not_come_back() -> None:
-    near = Side()
+def begun(near: Side) -> Tokens:
+    """The tokens of a side, taken from now on."""
     session = cast("zenoh.Session", near)
     tokens, opposite = (
         Tokens(session, session, [zenoh.KeyExpr("tlm/*")], near, lambda *_: None) for _ in range(2)
     )
     tokens.begin(opposite)
+    return tokens
+
+
+def test_a_token_that_appears_while_tokens_are_counted_is_not_gone_until_twice_not_found() -> None:
+    near = Side()
+    tokens = begun(near)
+    tokens.count(COUNT_NS)
+    near.set(KEY, present=True)
+    near.answers.pop()()
+    assert near.told == [True]
+    tokens.count(2 * COUNT_NS)
+    near.answers.pop()()
+    near.there.discard(KEY)  # of which Zenoh tells nothing
+    for number, told in ((3, [True]), (4, [True, False])):
+        tokens.count(number * COUNT_NS)
+        near.answers.pop()()
+        assert near.told == told
+
+
+def test_a_token_that_vanishes_while_tokens_are_counted_does_not_come_back() -> None:
+    near = Side()
+    tokens = begun(near)
     near.set(KEY, present=True)
     tokens.count(COUNT_NS)
     near.set(KEY, present=False)
