@@ -161,6 +161,8 @@ def test_without_light_time_or_length_all_happens_at_once_and_in_order() -> None
     step = pass_through(relayed(hops), [frame(DOWN, 0, 1.0, 0)])
     assert [one.time_ns for one in step.frames] == [to_ns(1.0)]
     assert [one.node for one in hops_of(step.records)] == [ROVER, 5, 4]
+    told = [record.topic for record in step.records if record.topic != "/link/outage"]
+    assert told == ["/link/hop"] * 3 + ["/link/frame"]
 
 
 def test_what_may_not_wait_goes_by_a_later_arrival_that_leaves_in_time() -> None:
