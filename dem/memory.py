@@ -29,7 +29,7 @@ from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import GoalsState, InherentGoal
 from farside.dem.parameters import Parameters
 
-FORMAT = 3
+FORMAT = 4
 """Version of the format that is written; no other is read."""
 
 MAX_UNPACKED = 2**28

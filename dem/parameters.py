@@ -15,6 +15,18 @@ MAX_REACH = 1000
 
 Reach = Annotated[int, Meta(ge=1, le=MAX_REACH)]
 
+OWN_RULES = (
+    "averaging",
+    "break_point",
+    "differentiation",
+    "own_credit",
+    "put_aside",
+    "removal",
+    "situations",
+    "whole_implies_parts",
+)
+"""The parameters that switch a rule of ours on: all that `Parameters.plain` switches off."""
+
 
 class _Checked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
     """Fields that are checked however they are set: msgspec by itself does so only on decoding.
@@ -96,16 +108,26 @@ class Parameters(_Checked, frozen=True):
         learning_probability: λ, the probability that an opportunity to create a hypothesis is
             taken; 0 to 1.
         initial_cm: C_m of a new hypothesis; 0 to 1.
+        plain: learn and act by the seed and nothing else: every rule of ours is off (`OWN_RULES`),
+            whatever is said of it beside.
         reach: length of the activation traces in cycles, and so the longest delay of a
             hypothesis; 1 to `MAX_REACH`.
         own_credit: base cost estimates on credit instead of C_m; see
             `farside.dem.learning.credit`. Off: the seed's costs.
+        averaging: let C_m be the average of the results at first, and again after results that
+            contradict it. Off: the constant rates α and β from the first result on, as in the seed.
+        situations: let few things explain a surprise, and the situation as a whole where its parts
+            cannot. Off: every Sign in the activation traces explains it.
+        whole_implies_parts: to reach a whole is to reach its parts: P_v(whole) ≤ P_v(part).
         differentiation: let middling hypotheses spawn copies with one more Token in the context;
             see `farside.dem.learning.differentiation`.
         removal: remove hypotheses that have proved ineffective.
         maturity: number of predictions after which a hypothesis may be differentiated or removed;
             1 to 10⁹. Fewer than 8 are too few to tell a difference from chance.
         ineffective: a mature hypothesis with a C_m below this is removed; 0 to 1.
+        put_aside: put a goal aside that is unknown or that no way leads to, so that the next can be
+            pursued. Off: the top-goal is the highest, and the model explores.
+        break_point: block a goal that has become too dear; see `break_multiple`.
         break_multiple: a goal is blocked, and put aside, when its P_v has grown past this multiple
             of what it was when the goal was set; above 1.
         recovery: number of cycles for which a blocked goal stays aside; 1 to 10⁹.
@@ -121,16 +143,31 @@ class Parameters(_Checked, frozen=True):
     beta: Fraction = 0.2
     learning_probability: Fraction = 1.0
     initial_cm: Fraction = 0.5
+    plain: bool = False
     reach: Reach = 1
+    averaging: bool = True
     own_credit: bool = True
+    situations: bool = True
+    whole_implies_parts: bool = True
     differentiation: bool = True
     removal: bool = True
     maturity: Count = 16
     ineffective: Fraction = 0.02
+    put_aside: bool = True
+    break_point: bool = True
     break_multiple: Annotated[float, Meta(gt=1)] = 4.0
     recovery: Count = 100
     exploration: Exploration = Exploration.RANDOM
     curiosity: Curiosity = Curiosity()
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if not self.plain:
+            return
+        for name in OWN_RULES:
+            msgspec.structs.force_setattr(self, name, False)  # noqa: FBT003 - a value, not a flag
+        if self.exploration is Exploration.CURIOUS:
+            raise ValueError("exploration: expected none or random with plain, found curious")
 
 
 def same(one: Parameters, other: Parameters) -> bool:

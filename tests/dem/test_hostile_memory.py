@@ -56,7 +56,7 @@ def dice(seed: int) -> random.Random:
 def sealed(body: bytes) -> bytes:
     """A saved model of this body, as far as length and checksum go."""
     packed = zlib.compress(body)
-    return HEADER.pack(b"FARSIDE\0", 3, len(packed), zlib.crc32(packed)) + packed
+    return HEADER.pack(b"FARSIDE\0", 4, len(packed), zlib.crc32(packed)) + packed
 
 
 def is_refused_or_lives(data: bytes) -> bool:

@@ -194,8 +194,8 @@ def test_the_message_says_what_is_wrong(saved: bytes) -> None:
     body = saved[HEADER.size :]
     with pytest.raises(UnreadableMemoryError, match=r"begin with b'FARSIDE.*found b'GIF89a'$"):
         DynamicExpectancyModel.load(b"GIF89a")
-    with pytest.raises(UnreadableMemoryError, match="expected format 3, found format 2"):
-        DynamicExpectancyModel.load(HEADER.pack(magic, 2, length, check) + body)
+    with pytest.raises(UnreadableMemoryError, match="expected format 4, found format 3"):
+        DynamicExpectancyModel.load(HEADER.pack(magic, 3, length, check) + body)
     with pytest.raises(UnreadableMemoryError, match=f"{length} bytes after .* {length + 1}$"):
         DynamicExpectancyModel.load(saved + b"\0")
     with pytest.raises(UnreadableMemoryError, match="is damaged: expected CRC-32"):
@@ -204,8 +204,8 @@ def test_the_message_says_what_is_wrong(saved: bytes) -> None:
 
 @pytest.mark.parametrize("body", [b"", zlib.compress(b""), zlib.compress(b"\x90")])
 def test_wrong_contents_are_refused_even_with_the_right_checksum(body: bytes) -> None:
-    data = HEADER.pack(b"FARSIDE\0", 3, len(body), zlib.crc32(body)) + body
-    with pytest.raises(UnreadableMemoryError, match="expected what format 3 holds, found"):
+    data = HEADER.pack(b"FARSIDE\0", 4, len(body), zlib.crc32(body)) + body
+    with pytest.raises(UnreadableMemoryError, match="expected what format 4 holds, found"):
         DynamicExpectancyModel.load(data)
 
 
