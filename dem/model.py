@@ -9,7 +9,8 @@ from farside.dem.feed import ChangeFeed, Delta
 from farside.dem.learning.learner import Learner
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.check import lists_check
-from farside.dem.lists.goals import OPERATOR, InherentGoal
+from farside.dem.lists.goals import OPERATOR
+from farside.dem.lists.inherent import InherentGoal
 from farside.dem.lists.signs import to_sign
 from farside.dem.memory import ModelState, random_state, read, restored_generator, written
 from farside.dem.parameters import Exploration, Parameters
