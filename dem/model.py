@@ -9,7 +9,7 @@ from farside.dem.feed import ChangeFeed, Delta
 from farside.dem.learning.learner import Learner
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.check import lists_check
-from farside.dem.lists.goals import OPERATOR
+from farside.dem.lists.goals import OPERATOR, Goal
 from farside.dem.lists.inherent import InherentGoal
 from farside.dem.lists.signs import to_sign
 from farside.dem.memory import ModelState, random_state, read, restored_generator, written
@@ -107,9 +107,9 @@ class DynamicExpectancyModel(ModelViews):
         """The action to take now; `perform` is still to be called.
 
         Goal-directed if there is a top-goal: the best action of the active Sign with the least
-        policy value. Otherwise exploratory, as `Parameters.exploration` says; also if the top-goal
-        was set after `sense` and is active already. `None` where there is nothing to do: no action
-        is suggested by the map, and the model does not explore.
+        policy value. Otherwise exploratory, as `Parameters.exploration` says. `None` where there is
+        nothing to do: no action is suggested by the map, and the model does not explore, or does
+        not know any action.
 
         Args:
             explore: whether the model may explore. Without, a curious model chooses by the
@@ -201,22 +201,35 @@ class DynamicExpectancyModel(ModelViews):
 
     # --- goals ---------------------------------------------------------------------------------
 
-    def set_goal(self, tokens: Iterable[str], priority: float, source: str = OPERATOR) -> None:
+    def set_goal(
+        self, tokens: Iterable[str], priority: float = 1.0, source: str = OPERATOR
+    ) -> Goal | None:
         """Put a Sign on the Goal List, or change the priority that `source` gives it.
 
         Several sources may want the same Sign; the highest of their priorities counts. A Sign of
         several Tokens becomes known by being set. A single Token that was never sensed can be a
-        goal too, but is put aside until it is sensed. A goal that is active already is satisfied
-        at the next `sense`.
+        goal too, but is put aside until it is sensed.
+
+        Within a cycle, between `sense` and `perform`, a goal that is active is satisfied at once:
+        it never comes on the list, and nothing is done for it. It is returned, and told once more
+        in `Sensed.reached` of the next cycle, for those who wait there. To pursue a goal again that
+        was just reached, set it after `perform`.
+
+        Returns:
+            the goal, if it is satisfied at once.
 
         Raises:
             ValueError: if there are no Tokens, `priority` is not finite, or `source` is `"rule"`,
                 which stands for the robot's own rules.
             TypeError: if `tokens` is a string.
         """
-        self._goals.set(to_sign(tokens), priority, source)
-        self._pursuit.know_goals()
-        self._attend()
+        sign = to_sign(tokens)
+        is_active = self._awaits_action and self._pursuit.is_active(sign, self._active)
+        satisfied = self._goals.set(sign, priority, source, is_active=is_active)
+        if satisfied is None:
+            self._pursuit.know_goals()
+            self._attend()
+        return satisfied
 
     def withdraw_goal(self, tokens: Iterable[str], source: str = OPERATOR) -> bool:
         """Take back what `source` set; False if it set no such goal.
