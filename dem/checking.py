@@ -201,6 +201,7 @@ def check_goal_list(state: GoalsState) -> None:
     """
     check_goals(state.goals)
     _expect(all(sign and _is_sign(sign) for sign in state.held), "goals held by rules")
+    check_goals(Goal(sign, priorities) for sign, priorities in state.met)
 
 
 def _check_priorities(priorities: Mapping[str, float]) -> None:

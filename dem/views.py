@@ -13,8 +13,17 @@ from farside.dem.policy.pursuit import Pursuit
 class ListViews:
     """The lists that a model and its shadow both have."""
 
+    _actions: ActionList
     _signs: SignList
     _hypotheses: HypothesisList
+
+    @property
+    def actions(self) -> dict[str, float]:
+        """The Action List with the cost of each: those known from the start by name, then others.
+
+        The others follow in the order in which they were first performed.
+        """
+        return self._actions.by_name
 
     @property
     def signs(self) -> tuple[Sign, ...]:
@@ -48,7 +57,6 @@ class ListViews:
 class ModelViews(ListViews):
     """What a model wants and what it knows of the way; nothing here changes what it learned."""
 
-    _actions: ActionList
     _goals: GoalList
     _planner: Planner
     _pursuit: Pursuit

@@ -14,6 +14,8 @@ import msgspec
 import numpy as np
 
 from farside.dem.changes import (
+    ActionAdded,
+    CostSet,
     HypothesisAdded,
     HypothesisRemoved,
     ListChange,
@@ -126,6 +128,27 @@ class HypothesisList:
     def change(self, parameters: Parameters) -> None:
         """Strengthen and weaken by these from now on."""
         self._parameters = parameters
+
+    def register(self, action: str, cost: float) -> int:
+        """Add an action that is met for the first time, and return its id.
+
+        The columns by cause are laid out anew: that takes time in proportion to them, once.
+        """
+        self._of_cause.widen(len(self._actions), len(self._actions) + 1)
+        added = self._actions.add(action, cost)
+        if self.recorded is not None:
+            self.recorded.append(ActionAdded(action, cost))
+        return added
+
+    def set_cost(self, action: int, cost: float) -> None:
+        """Have an action cost something else: the cost estimates follow at once."""
+        self._actions.set_cost(action, cost)
+        for hypothesis, performed in enumerate(self.action):
+            if performed == action and self.is_living(hypothesis):
+                self._note_cost_change(hypothesis)
+                self._estimate_cost(hypothesis)
+        if self.recorded is not None:
+            self.recorded.append(CostSet(action, cost))
 
     def __len__(self) -> int:
         """Number of rows, free ones included."""
@@ -354,6 +377,9 @@ class HypothesisList:
         self.cm_sum += cm - self.cm[hypothesis]
         self.cm[hypothesis] = cm
         self.credit[hypothesis] = credit
+        self._estimate_cost(hypothesis)
+
+    def _estimate_cost(self, hypothesis: int) -> None:
         self.cost[hypothesis] = cost_estimate(
             self._actions.costs[self.action[hypothesis]], self._measure[hypothesis]
         )

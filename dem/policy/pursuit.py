@@ -77,7 +77,11 @@ class Pursuit:
     def _is_reachable(self, goal: Sign) -> bool:
         # A Sign that became known in this cycle is not among the active ones yet.
         active = self._active
-        return self.planner.reaches(goal, active) or set(goal).issubset(self._sensed(active))
+        return self.planner.reaches(goal, active) or self.is_active(goal, active)
+
+    def is_active(self, sign: Sign, active: Sequence[int]) -> bool:
+        """Whether a Sign is active, known or not, where these Signs are."""
+        return set(sign).issubset(self._sensed(active))
 
     def _sensed(self, active: Sequence[int]) -> set[str]:
         return {token for sign in active for token in self._signs.names[sign]}

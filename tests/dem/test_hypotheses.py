@@ -57,11 +57,6 @@ def test_the_cost_of_an_action_is_finite_and_above_0(cost: float) -> None:
         ActionList({"N": cost})
 
 
-def test_an_action_list_needs_an_action() -> None:
-    with pytest.raises(ValueError, match="one action at least"):
-        ActionList({})
-
-
 def test_the_error_about_an_unknown_action_lists_the_known_ones() -> None:
     with pytest.raises(ValueError, match="unknown action 'c': expected one of 'a', 'b'"):
         ActionList(COSTS).id_of("c")

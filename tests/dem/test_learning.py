@@ -252,11 +252,3 @@ def test_choose_and_perform_are_refused_before_sense(
 ) -> None:
     with pytest.raises(RuntimeError, match=r"\(\) before sense\(\)"):
         early(make_model())
-
-
-def test_performing_an_unknown_action_is_refused_and_changes_nothing(make_model: MakeModel) -> None:
-    model = make_model()
-    model.sense(A)
-    with pytest.raises(ValueError, match="unknown action 'UP': expected one of 'E', 'N', 'S'"):
-        model.perform("UP")
-    model.perform("N")
