@@ -57,9 +57,8 @@ class DynamicExpectancyModel:
         self._pursuit = Pursuit(self._learner, parameters, self._inherent)
         self._goals, self._planner = self._pursuit.goals, self._pursuit.planner
         self._active: list[int] = []
-        self._awaits_action = False
+        self._awaits_action = self._on_course = False
         self._chosen: str | None = None
-        self._on_course = False
         self._feed: ChangeFeed | None = None
 
     # --- the cycle -----------------------------------------------------------------------------
@@ -166,7 +165,7 @@ class DynamicExpectancyModel:
     def _curious(self) -> Choice | None:
         sought = self._goals.sought
         goal = None if sought is None else self._signs.find(sought)
-        curious = CuriousMap(self._learner, self._parameters.curiosity, goal, self._active)
+        curious = CuriousMap(self._learner, self._parameters, goal, self._active)
         lead = curious.lead(self._learner.last_action, self._rng)
         if lead is None:
             return None
@@ -251,7 +250,7 @@ class DynamicExpectancyModel:
         return self._planner.why(self._active)
 
     def cost_to(self, goal: Iterable[str], start: Iterable[str] | None = None) -> float:
-        """P_v towards any Sign, of the best active Sign or of the Sign `start`.
+        """P_v towards any Sign, of the best active Sign, now or where the Sign `start` is active.
 
         0.0 if the Sign is active, or `start` implies it; infinite where no way is known, or a Sign
         is unknown. The maps of the last few Signs asked for are kept up to date like that of the
@@ -332,8 +331,9 @@ class DynamicExpectancyModel:
     def change(self, parameters: Parameters) -> None:
         """Learn and act by these from now on; raises what `Learner.change` does."""
         self._learner.change(parameters)
+        self._pursuit.change(parameters)
         self._parameters = parameters
-        self._goals.change(parameters.break_multiple, parameters.recovery)
+        self._attend()
         if self._feed is not None:
             self._feed.change(parameters)
 

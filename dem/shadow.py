@@ -272,7 +272,7 @@ class ShadowModel:
     def _clear(self) -> None:
         self._signs = SignList()
         self._hypotheses = HypothesisList(self._actions, self._parameters)
-        self._planner = Planner(self._signs, self._hypotheses, self._actions)
+        self._planner = Planner(self._signs, self._hypotheses, self._actions, self._parameters)
 
     def _restore(self, packed: bytes) -> None:
         whole = decompress(packed, Whole)

@@ -9,6 +9,7 @@ from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import Outlook
 from farside.dem.lists.hypotheses import HypothesisList
 from farside.dem.lists.signs import Sign, SignList
+from farside.dem.parameters import Parameters
 from farside.dem.policy.policy_map import PolicyMap
 from farside.dem.policy.spread import Spread
 
@@ -85,15 +86,26 @@ class Planner:
 
     Args:
         signs, hypotheses, actions: the lists.
+        parameters: those of the model.
     """
 
-    def __init__(self, signs: SignList, hypotheses: HypothesisList, actions: ActionList) -> None:
+    def __init__(
+        self,
+        signs: SignList,
+        hypotheses: HypothesisList,
+        actions: ActionList,
+        parameters: Parameters,
+    ) -> None:
         self._signs, self._hypotheses, self._actions = signs, hypotheses, actions
-        self._spread = Spread(self._hypotheses, self._signs)
-        self._map: PolicyMap | None = None
-        self._maps: dict[Sign, PolicyMap] = {}
+        self.change(parameters)
         # The one asked for longest ago comes first.
         self._watched: dict[Sign, None] = {}
+
+    def change(self, parameters: Parameters) -> None:
+        """Plan by these from now on; all maps are built anew when they are needed."""
+        self._spread = Spread(self._hypotheses, self._signs, parameters)
+        self._map: PolicyMap | None = None
+        self._maps: dict[Sign, PolicyMap] = {}
 
     def refresh(self) -> None:
         """Bring all maps up to date with the lists."""

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farside.dem.lists.hypotheses import CostChange
-from farside.dem.policy.spread import Spread, implications, relax
+from farside.dem.policy.spread import Spread, relax
 
 
 class Reason(NamedTuple):
@@ -49,7 +49,7 @@ class PolicyMap:
 
     P_v(goal) = 0 and P_v(s) = min over hypotheses (s ∧ a → s′) of C_e + P_v(s′). Source: seed,
     equations 4 and 5. To reach a whole is to reach its parts, so P_v(whole) ≤ P_v(part) for each
-    part (project default).
+    part (project default; `Parameters.whole_implies_parts`).
 
     Only the values are stored. They are the same to the last bit however the map came about;
     actions, depths and paths are derived from them on demand. So a model that was loaded, or built
@@ -73,6 +73,7 @@ class PolicyMap:
         self._spread = spread
         self._hypotheses = spread.hypotheses
         self._signs = spread.signs
+        self._implied = spread.implied
 
     # --- repair --------------------------------------------------------------------------------
 
@@ -126,7 +127,7 @@ class PolicyMap:
                 frontier.append((offer, sign))
         heapify(frontier)
         limit += len(frontier)
-        return relax(value, frontier, self._hypotheses, self._signs, limit=limit)
+        return relax(value, frontier, self._hypotheses, self._implied, limit=limit)
 
     def _lose(self, doubtful: Iterable[int], limit: int) -> list[int] | None:
         """Set every value that may have grown to infinity, and return those Signs.
@@ -154,7 +155,7 @@ class PolicyMap:
                 before = context[arc]
                 if cost[arc] + held <= value[before] < math.inf:
                     heappush(queue, (value[before], before))
-            for whole in self._signs.wholes(sign):
+            for whole in self._implied.wholes(sign):
                 if held <= value[whole] < math.inf:
                     heappush(queue, (value[whole], whole))
         return lost
@@ -172,7 +173,7 @@ class PolicyMap:
     def _offer(self, sign: int) -> float:
         arcs, value = self._hypotheses, self.value
         onward = [arcs.cost[arc] + value[arcs.outcome[arc]] for arc in arcs.from_context(sign)]
-        implied = [value[part] for part in self._signs.parts(sign)]
+        implied = [value[part] for part in self._implied.parts(sign)]
         return min(onward + implied, default=math.inf)
 
     # --- queries -------------------------------------------------------------------------------
@@ -192,7 +193,7 @@ class PolicyMap:
     def _arcs_from(self, sign: int) -> list[int]:
         """The hypotheses that can be acted on at a Sign: its own and those of its parts."""
         found = list(self._hypotheses.from_context(sign))
-        for part in self._signs.parts(sign):
+        for part in self._implied.parts(sign):
             found += self._hypotheses.from_context(part)
         return found
 
@@ -293,7 +294,7 @@ class PolicyMap:
         arc = np.flatnonzero(on_best)
         best = self._best_of(context[arc], arc)
         # A whole acts on the best of its own arcs and those of parts with the same value.
-        pairs = implications(self._signs)
+        pairs = self._implied.pairs()
         whole, part = pairs[(value[pairs[:, 0]] == value[pairs[:, 1]]) & (best[pairs[:, 1]] >= 0)].T
         best = self._best_of(np.append(context[arc], whole), np.append(arc, best[part]))
         for sign in np.flatnonzero((best < 0) & (value > 0.0) & (value < math.inf)).tolist():
