@@ -153,13 +153,7 @@ class Planner:
     def reaches(self, goal: Sign, active: Sequence[int]) -> bool:
         """Whether a way is known from one of the active Signs to a goal, or it is active itself."""
         policy = self._map_of(goal)
-        if policy is None:
-            return False
-        value = policy.value
-        for sign in active:  # noqa: SIM110 - half the time of `any`
-            if value[sign] < math.inf:
-                return True
-        return False
+        return policy is not None and policy.nearest(active) < math.inf
 
     def cost_to(self, goal: Sign, starts: Sequence[int]) -> float:
         """P_v of the best of some Signs towards any goal, infinite where no way is known.
@@ -175,7 +169,7 @@ class Planner:
         self._watched[goal] = None
         if len(self._watched) > WATCHED:
             del self._watched[next(iter(self._watched))]
-        return min((policy.value[sign] for sign in starts), default=math.inf)
+        return policy.nearest(starts)
 
     def entry(self, active: Sequence[int]) -> int | None:
         """The active Sign to act from, `None` if the map suggests no action."""
@@ -183,7 +177,7 @@ class Planner:
 
     def value(self, sign: int) -> float:
         """P_v of a Sign on the map; infinite without a map."""
-        return math.inf if self._map is None else self._map.value[sign]
+        return math.inf if self._map is None else self._map.nearest((sign,))
 
     def action(self, sign: int) -> str:
         """The best action at the Sign that `entry` returned."""
@@ -218,7 +212,7 @@ class Planner:
             costs, action = self._actions.costs, self._hypotheses.action
             return sum(costs[action[arc]] for arc in policy.walk(entry))
 
-        return Outlook(policy.value[entry], planned)
+        return Outlook(policy.nearest(active), planned)
 
     def path(self, active: Sequence[int]) -> tuple[PolicyStep, ...]:
         """The best-estimate walk from the active Signs to the goal."""

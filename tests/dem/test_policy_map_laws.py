@@ -69,6 +69,27 @@ class RepairedMap(RuleBasedStateMachine):
         self.lists.follow(self.policy)
         self.check()
 
+    @rule()
+    def note(self) -> None:
+        """Nothing is asked: what is pending grows."""
+        self.lists.follow(self.policy)
+
+    @rule(data=st.data())
+    def ask(self, data: DataObject) -> None:
+        """Only as far as somebody asks are the values to be right."""
+        self.lists.follow(self.policy)
+        lists, policy = self.lists, self.policy
+        known = [sign for sign, name in enumerate(lists.signs.names) if name]
+        active = data.draw(st.lists(st.sampled_from(known), max_size=3))
+        value = lists.bellman_ford(self.goal)
+        least = min((value[sign] for sign in active), default=math.inf)
+        entry, fresh = policy.entry(active), lists.map(self.goal)
+        assert policy.nearest(active) == least
+        assert entry == fresh.entry(active)
+        if entry is not None:
+            assert policy.why(entry) == fresh.why(entry)
+            assert list(islice(policy.walk(entry), 100)) == list(fresh.walk(entry))
+
     def teardown(self) -> None:
         if hasattr(self, "lists"):
             self.update()
