@@ -11,8 +11,19 @@ from farside.lazily import lazily
 if TYPE_CHECKING:
     from farside.dem.lab.judging import Estimate, Judged, Judgement, still, train_then_judge
     from farside.dem.lab.metrics import CycleMetrics, cycle_metrics
+    from farside.dem.lab.observations import (
+        as_one,
+        bins,
+        each,
+        fields,
+        label,
+        one_hot,
+        tiles,
+        tokens_of,
+    )
     from farside.dem.lab.playing import Episode, play
     from farside.dem.lab.recall import Recall, memory
+    from farside.dem.lab.tables import SignRow, Table, hypotheses, policy, signs
     from farside.dem.lab.worlds import REWARDED, GymWorld, Situation, World
 
 __all__ = [
@@ -24,12 +35,25 @@ __all__ = [
     "Judged",
     "Judgement",
     "Recall",
+    "SignRow",
     "Situation",
+    "Table",
     "World",
+    "as_one",
+    "bins",
     "cycle_metrics",
+    "each",
+    "fields",
+    "hypotheses",
+    "label",
     "memory",
+    "one_hot",
     "play",
+    "policy",
+    "signs",
     "still",
+    "tiles",
+    "tokens_of",
     "train_then_judge",
 ]
 
@@ -44,12 +68,25 @@ __getattr__ = lazily(
         "Judged": "judging",
         "Judgement": "judging",
         "Recall": "recall",
+        "SignRow": "tables",
         "Situation": "worlds",
+        "Table": "tables",
         "World": "worlds",
+        "as_one": "observations",
+        "bins": "observations",
         "cycle_metrics": "metrics",
+        "each": "observations",
+        "fields": "observations",
+        "hypotheses": "tables",
+        "label": "observations",
         "memory": "recall",
+        "one_hot": "observations",
         "play": "playing",
+        "policy": "tables",
+        "signs": "tables",
         "still": "judging",
+        "tiles": "observations",
+        "tokens_of": "observations",
         "train_then_judge": "judging",
     },
 )

@@ -87,7 +87,8 @@ def test_the_interval_is_students_over_seeds_and_not_narrower_than_wilsons() -> 
     rates = [seed.success_rate for seed in found.seeds]
     half = 2.364624 * float(np.std(rates, ddof=1)) / math.sqrt(8)  # of seven degrees of freedom
     rate, reward = found.success_rate, found.reward
-    assert (rate.mean, rate.samples) == (pytest.approx(np.mean(rates)), 8)
+    assert rate.mean == pytest.approx(float(np.mean(rates)))
+    assert rate.samples == 8
     assert (reward.low, reward.high) == pytest.approx(
         (2 * (rate.mean - half), 2 * (rate.mean + half))
     )
