@@ -26,7 +26,8 @@ from numpy.random import Generator
 from farside.dem.checking import CheckedLists, check_goal_list
 from farside.dem.learning.learner import LearnerState
 from farside.dem.lists.actions import ActionList
-from farside.dem.lists.goals import GoalsState, InherentGoal
+from farside.dem.lists.goals import GoalsState
+from farside.dem.lists.inherent import InherentGoal
 from farside.dem.parameters import Parameters
 
 FORMAT = 4

@@ -27,6 +27,7 @@ from farside.dem.lists.signs import Sign, SignList, to_sign
 from farside.dem.memory import UnreadableMemoryError, decompress
 from farside.dem.parameters import Parameters, same
 from farside.dem.policy.planning import Planner, PolicyStep, PolicyValue, Why
+from farside.dem.views import ListViews
 
 
 class DeltaError(ValueError):
@@ -37,7 +38,7 @@ class DeltaError(ValueError):
     """
 
 
-class ShadowModel:
+class ShadowModel(ListViews):
     """The lists of a model elsewhere, and its policy map. It learns nothing by itself.
 
     It is empty until a whole is applied; the first delta of any model is one.
@@ -104,26 +105,6 @@ class ShadowModel:
     def number(self) -> int:
         """Number of the last delta applied, 0 before any."""
         return self._number
-
-    @property
-    def signs(self) -> tuple[Sign, ...]:
-        """The Sign List, oldest first."""
-        return tuple(self._signs.names[sign] for sign in self._signs.by_age())
-
-    @property
-    def hypotheses(self) -> tuple[Hypothesis, ...]:
-        """The Hypothesis List, oldest first."""
-        return self._hypotheses.named(self._signs.names)
-
-    @property
-    def sign_count(self) -> int:
-        """Length of the Sign List."""
-        return len(self._signs)
-
-    @property
-    def hypothesis_count(self) -> int:
-        """Length of the Hypothesis List."""
-        return self._hypotheses.count
 
     @property
     def goals(self) -> tuple[Goal, ...]:
@@ -256,11 +237,6 @@ class ShadowModel:
             value = self._planner.value(sign)
             if value < math.inf:
                 yield self._signs.names[sign], value
-
-    @property
-    def mean_cm(self) -> float:
-        """Mean C_m of all hypotheses, 0 if there are none."""
-        return self._hypotheses.cm_sum / self._hypotheses.count if self._hypotheses.count else 0.0
 
     def _active(self, tokens: Iterable[str]) -> list[int]:
         return self._signs.active(to_sign(tokens))

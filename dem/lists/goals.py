@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 import msgspec
 
-from farside.dem.lists.signs import Sign, to_sign
+from farside.dem.lists.inherent import InherentGoal, check_goal
+from farside.dem.lists.signs import Sign
 
 OPERATOR = "operator"
 """The source of a goal that is set without naming one."""
@@ -48,28 +49,6 @@ class Goal(msgspec.Struct, frozen=True):
     def priority(self) -> float:
         """The priority that counts: the highest that any source gives."""
         return max(self.priorities.values())
-
-
-class InherentGoal(msgspec.Struct, frozen=True):
-    """A rule of the robot's own: while the Sign `when` is active, `goal` is wanted.
-
-    Where several active rules share a goal, the highest of their priorities counts. The goal is
-    reached once: it leaves the list, and returns only after it was inactive. Source: seed for
-    goals of the robot's own; the rest is a project default.
-
-    Raises:
-        ValueError: if `goal` has no Tokens or `priority` is not finite.
-        TypeError: if `when` or `goal` is a string.
-    """
-
-    when: Sign
-    goal: Sign
-    priority: float
-
-    def __post_init__(self) -> None:
-        msgspec.structs.force_setattr(self, "when", to_sign(self.when))
-        msgspec.structs.force_setattr(self, "goal", to_sign(self.goal))
-        _check(self.goal, self.priority)
 
 
 class GoalState(msgspec.Struct, frozen=True, array_like=True):
@@ -120,13 +99,6 @@ class _Entry:
         self.blocked_until: int | None = None
         self.aside: Aside | None = None
         self.told: Aside | None = None
-
-
-def _check(sign: Sign, priority: float) -> None:
-    if not sign:
-        raise ValueError("a goal: expected one Token at least, found none")
-    if not math.isfinite(priority):
-        raise ValueError(f"priority of goal {sign}: expected a finite number, found {priority}")
 
 
 class GoalList:
@@ -185,7 +157,7 @@ class GoalList:
         Raises:
             ValueError: if `sign` has no Tokens, `priority` is not finite, or `source` is `RULE`.
         """
-        _check(sign, priority)
+        check_goal(sign, priority)
         if source == RULE:
             raise ValueError(f"source of goal {sign}: expected any but {RULE!r}, found {RULE!r}")
         self._entries.setdefault(sign, _Entry()).priorities[source] = priority

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from farside.dem.learning.learner import Learner
-from farside.dem.lists.goals import Goal, GoalList, InherentGoal, Outlook
+from farside.dem.lists.goals import Goal, GoalList, Outlook
+from farside.dem.lists.inherent import InherentGoal
 from farside.dem.lists.signs import Sign
 from farside.dem.parameters import Parameters
 from farside.dem.policy.planning import Planner
