@@ -29,7 +29,7 @@ class QueuedController(PlainController):
 
     def choose(self, *, explore: bool = True) -> Choice | None:
         """What was put; see `Controller`."""
-        if not explore:
+        if not (explore and self.goals):
             return None
         action, self._put = self._put, None
         self.is_asked = action is None
