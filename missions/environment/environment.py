@@ -100,7 +100,8 @@ class MissionEnv(gymnasium.Env[Observation, np.int64]):
     ) -> tuple[Observation, dict[str, Any]]:
         """Begin a new run, up to the first decision: on board, until the rover has its goals.
 
-        At the ground that is when the rover is heard for the first time.
+        At the ground that is when the rover is heard for the first time. `seed` in what is told is
+        that of the run: given to `reset`, it makes the same run again.
 
         Args:
             seed: the seed of the mission. Without one the first run has the mission's own, and
@@ -134,7 +135,7 @@ class MissionEnv(gymnasium.Env[Observation, np.int64]):
                 f"the goals must arrive"
             )
         self._is_over = False
-        return seat.observe(), self._told(seat, flight, ())
+        return seat.observe(), {"seed": run_seed, **self._told(seat, flight, ())}
 
     def step(
         self, action: np.int64 | int

@@ -50,14 +50,18 @@ def prepare(
     if seat not in seats:
         hint = did_you_mean(seat, seats)
         raise ValueError(f"seat: expected {' or '.join(seats)}, found {shown(seat)}{hint}")
-    wanted = _goals(load_mission(mission, overrides).mission, goals)
-    seated = _on_board(wanted) if seat == ROVER else _AT_GROUND
     for key in overrides:
-        if any(key == own or key.startswith(f"{own}.") for own in seated):
+        if any(key == own or key.startswith(f"{own}.") for own in _on_board(())):
             raise ValueError(
-                f"overrides: expected no {key}, which is set by seat = {shown(seat)}, found it"
+                f"overrides: expected none of what the seat sets ({', '.join(_on_board(()))}), "
+                f"found {shown(key)}"
             )
-    return Prepared(load_mission(mission, {**overrides, **seated}), wanted)
+    # What the mission's own operator would have done matters no more, so it need not fit either.
+    found = load_mission(mission, {**overrides, **_AT_GROUND})
+    wanted = _goals(found.mission, goals)
+    if seat == GROUND:
+        return Prepared(found, wanted)
+    return Prepared(load_mission(mission, {**overrides, **_on_board(wanted)}), wanted)
 
 
 def _on_board(goals: Sequence[str]) -> Mapping[str, object]:
@@ -77,6 +81,7 @@ def _on_board(goals: Sequence[str]) -> Mapping[str, object]:
 _AT_GROUND: Mapping[str, object] = {
     "ground.operator": QUEUED_OPERATOR,
     "ground.operator_options": {},
+    "ground.script": [],
 }
 
 
