@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, cast
 
 import gymnasium
 import msgspec
@@ -50,6 +50,7 @@ class MissionEnv(gymnasium.Env[Observation, np.int64]):
         places: names of the places by number, as in the observation `place`; one number more stands
             for none.
         goals: names of the goals, in the order of the observation `goals`.
+        chart: the yard; `chart.way` has the shortest way between two of its cells.
         log: path of the log of this episode, or of the last one; `None` without one.
 
     Raises:
@@ -57,7 +58,10 @@ class MissionEnv(gymnasium.Env[Observation, np.int64]):
         ValueError: if anything else is wrong; says what was expected.
     """
 
-    metadata: ClassVar = {"render_modes": ["ansi", "rgb_array"], "render_fps": 4}
+    metadata: dict[str, Any] = {  # noqa: RUF012 - as gymnasium declares it
+        "render_modes": ["ansi", "rgb_array"],
+        "render_fps": 4,
+    }
 
     def __init__(
         self,
@@ -81,16 +85,17 @@ class MissionEnv(gymnasium.Env[Observation, np.int64]):
         self._logs = None if logs is None else Path(logs)
         self.log: Path | None = None
         given = self._loaded.mission
-        self._chart = given.world.chart()
+        self.chart = given.world.chart()
         self._period_ns = _period_ns(given.rover.drive.move_cost_s, period_s, given.tick_ns)
         self._bearings = Bearings(given, self.goals)
         self.places, self.action_names = self._bearings.places, ACTION_NAMES
         self.action_space = spaces.Discrete(len(ACTION_NAMES))
-        self.observation_space = (
+        space = (
             on_board.space(self._bearings)
             if seat == ROVER
             else at_ground.space(self._bearings, given)
         )
+        self.observation_space = cast("spaces.Space[Observation]", space)
         self._flight: Flight | None = None
         self._seat: Seat | None = None
         self._is_over = True
@@ -137,9 +142,7 @@ class MissionEnv(gymnasium.Env[Observation, np.int64]):
         self._is_over = False
         return seat.observe(), {"seed": run_seed, **self._told(seat, flight, ())}
 
-    def step(
-        self, action: np.int64 | int
-    ) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+    def step(self, action: np.int64 | int) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
         """Act, and go on to the next decision.
 
         Raises:
@@ -165,7 +168,7 @@ class MissionEnv(gymnasium.Env[Observation, np.int64]):
     def _told(seat: Seat, flight: Flight, reached: tuple[str, ...]) -> dict[str, Any]:
         return {"time_s": to_s(flight.now_ns), "reached": reached, **seat.tell()}
 
-    def render(self) -> str | NDArray[np.uint8] | None:  # type: ignore[override]
+    def render(self) -> str | NDArray[np.uint8] | None:
         """The map, with the goals left and where the rover is taken to be, as `render_mode` says.
 
         Raises:
@@ -173,8 +176,10 @@ class MissionEnv(gymnasium.Env[Observation, np.int64]):
         """
         if self._seat is None:
             raise RuntimeError("expected an episode, found none: call reset() first")
-        draw = {"ansi": as_text, "rgb_array": as_picture}.get(self.render_mode or "")
-        return None if draw is None else draw(self._chart, self._seat.place, self._seat.wanted)
+        if self.render_mode is None:
+            return None
+        draw = as_text if self.render_mode == "ansi" else as_picture
+        return draw(self.chart, self._seat.place, self._seat.wanted)
 
     def close(self) -> None:
         """Finish the log of the episode, if there is one; closing again does nothing."""

@@ -117,9 +117,7 @@ class Flight:
         link = self._link.advance(self.now_ns, self._sent + ground.frames)
         if self.log is not None:
             # As any run is recorded: in order of time, and at one time the rover's first.
-            self.log.write(
-                sorted([*self._noted, *link.records, *ground.records], key=_log_time_ns)
-            )
+            self.log.write(sorted([*self._noted, *link.records, *ground.records], key=_log_time_ns))
         self._arrivals = by_receiver(link.frames)
         self._sent, self._noted = [], []
         self._settled_ns = self.now_ns

@@ -88,5 +88,3 @@ class Bearings:
 def place_in(tokens: frozenset[str] | tuple[str, ...]) -> str | None:
     """The name of the place that Tokens tell of; `None` if of none."""
     return next((place_name(token) for token in tokens if is_place_token(token)), None)
-
-

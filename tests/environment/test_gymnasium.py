@@ -31,7 +31,7 @@ def test_every_shipped_mission_is_one_and_so_is_any_file(tmp_path: Path) -> None
     mine = tmp_path / "mine.toml"
     mine.write_text(shipped_missions()["teach"].read_text(encoding="utf-8"))
 
-    env = gymnasium.make("farside.gymnasium:farside/mission-v0", mission=mine)
+    env: Any = gymnasium.make("farside.gymnasium:farside/mission-v0", mission=mine)
 
     assert env.spec.id == "farside/mission-v0"
     assert env.unwrapped.goals == ("B", "C", "A")
@@ -46,7 +46,7 @@ def test_several_fly_side_by_side(seat: str) -> None:
         "seat": seat,
         "overrides": {"tick_s": 0.2, "duration_s": 12.0, "link.blackouts": []},
     }
-    many = gymnasium.make_vec(
+    many: Any = gymnasium.make_vec(
         "farside/teach-v0", num_envs=2, vectorization_mode="sync", **settings
     )
     alone = gymnasium.make("farside/teach-v0", **settings)
@@ -57,7 +57,7 @@ def test_several_fly_side_by_side(seat: str) -> None:
     }
     ends = 0
     for _ in range(8):
-        seen, _, _, truncated, told = many.step(np.array([4, 0]))
+        seen, _, _, truncated, _ = many.step(np.array([4, 0]))
         ends += int(truncated.sum())
     assert ends
     many.close()
@@ -97,9 +97,7 @@ def test_without_a_seed_runs_differ_and_can_be_had_again(make: Any) -> None:
     assert run(second) == run(second) != run(third)
 
 
-def test_nothing_is_left_behind(
-    make: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_nothing_is_left_behind(make: Any, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """No thread, no file, and closing again is harmless."""
     monkeypatch.chdir(tmp_path)
     before = threading.enumerate()

@@ -1,7 +1,7 @@
 """An agent on board: it moves, is refused where the rover may not begin, and reaches its goals."""
 
 from collections.abc import Iterator
-from itertools import groupby
+from itertools import groupby, pairwise
 from typing import Any
 
 import gymnasium
@@ -21,14 +21,14 @@ def unwrapped(env: gymnasium.Env[Any, Any]) -> MissionEnv:
 def way(env: gymnasium.Env[Any, Any], *places: str) -> Iterator[int]:
     """The moves of a shortest way by these places."""
     mission = unwrapped(env)
-    chart = mission._chart
-    for start, goal in zip(places, places[1:], strict=False):
+    chart = mission.chart
+    for start, goal in pairwise(places):
         for move in chart.way(chart.places[start], chart.places[goal]):
             yield mission.action_names.index(move)
 
 
 def test_who_knows_the_way_reaches_all_goals(make: Any) -> None:
-    """Each pays when it is reached, in whatever order, and with the last one the episode is over."""
+    """Each pays when it is reached, in any order, and with the last one the episode is over."""
     env = make("teach")
     seen, told = env.reset(seed=4)
     assert told["tokens"] == ("at:D", "on_charge")
