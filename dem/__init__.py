@@ -12,8 +12,9 @@ from farside.lazily import lazily
 if TYPE_CHECKING:
     from farside.dem.cycle import Choice, Sensed
     from farside.dem.feed import Delta
-    from farside.dem.lists.goals import Aside, Goal, InherentGoal
+    from farside.dem.lists.goals import Aside, Goal
     from farside.dem.lists.hypotheses import Hypothesis
+    from farside.dem.lists.inherent import InherentGoal
     from farside.dem.lists.signs import Sign
     from farside.dem.memory import UnreadableMemoryError
     from farside.dem.model import DynamicExpectancyModel
@@ -54,7 +55,7 @@ __getattr__ = lazily(
         "Exploration": "parameters",
         "Goal": "lists.goals",
         "Hypothesis": "lists.hypotheses",
-        "InherentGoal": "lists.goals",
+        "InherentGoal": "lists.inherent",
         "Parameters": "parameters",
         "PolicyStep": "policy.planning",
         "PolicyValue": "policy.planning",

@@ -23,7 +23,7 @@ from rich.progress import track
 from rich.table import Table
 
 from farside.dem import DynamicExpectancyModel, Exploration, Parameters
-from farside.dem.gym import REWARDED, Episode, action_costs, play
+from farside.dem.lab.gym import REWARDED, Episode, action_costs, play
 
 EVALUATED = 100
 """Number of episodes after the budget, in which the success rate is measured."""

@@ -81,17 +81,17 @@ def play(
             does not wait.
     """
     wanted = to_sign(goal)
-    model.set_goal(wanted, priority=1.0)
     while True:
         observation, _ = env.reset(seed=seed)
         seed = None
         steps, total, reached = 0, 0.0, 0
         rewarded = terminated = truncated = False
         while True:
+            if not model.goal_priorities(wanted):
+                model.set_goal(wanted, priority=1.0)
             sensed = model.sense([*tokens(observation), *([REWARDED] if rewarded else [])])
             if any(goal.tokens == wanted for goal in sensed.reached):
                 reached += 1
-                model.set_goal(wanted, priority=1.0)
             if terminated or truncated:
                 break
             action = _chosen_by(model)

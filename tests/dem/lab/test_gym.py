@@ -12,7 +12,7 @@ import pytest
 from gymnasium.wrappers.common import TimeLimit
 
 from farside.dem import DynamicExpectancyModel, Exploration, Parameters
-from farside.dem.gym import REWARDED, Episode, action_costs, play
+from farside.dem.lab.gym import REWARDED, Episode, action_costs, play
 
 
 class Corridor(gymnasium.Env[Any, Any]):
