@@ -49,7 +49,7 @@ bench: $(VENV)/.ready-to-develop $(VENV)/.ready-to-compare ## measure simulated 
 	$(BIN)/python tests/bench/gym_table.py
 	$(BIN)/python tests/bench/console.py
 	$(BIN)/python tests/bench/peers/table.py
-	PYTHONPATH=$(PYTHONPATH):$(PEERS) $(BIN)/python tests/bench/peers/acs2_table.py
+	PYTHONHASHSEED=0 PYTHONPATH=$(PYTHONPATH):$(PEERS) $(BIN)/python tests/bench/peers/acs2_table.py
 	$(BIN)/python tests/bench/dem_claims.py
 
 study: export PYTHONPATH := tests/helpers
