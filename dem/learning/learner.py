@@ -15,6 +15,7 @@ from farside.dem.lists.predictions import PredictionList
 from farside.dem.lists.signs import Sign, SignList, SignsState
 from farside.dem.lists.trials import Trials, TrialsState
 from farside.dem.parameters import Parameters
+from farside.dem.policy.aversions import AversionList
 
 _GAIN = 0.25  # the least fraction of a part's failures that a conjunction must avoid
 _SURE = 0.9  # the C_m above which a Token predicts well enough alone
@@ -62,14 +63,15 @@ class Learner:
     """Changes the lists of Signs, hypotheses, predictions and trials, cycle by cycle.
 
     Attributes:
-        signs, actions, hypotheses, trials: the lists.
+        signs, actions, hypotheses, trials, aversions: the lists.
         cycle: number of completed cycles.
     """
 
     def __init__(self, actions: ActionList, parameters: Parameters, rng: Generator) -> None:
         self.signs = SignList()
         self.actions = actions
-        self.hypotheses = HypothesisList(actions, parameters)
+        self.aversions = AversionList(self.signs)
+        self.hypotheses = HypothesisList(actions, parameters, self.aversions)
         self.trials = Trials()
         self.cycle = 0
         self._parameters = parameters

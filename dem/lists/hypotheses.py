@@ -32,8 +32,9 @@ from farside.dem.equations import (
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.chains import Chains
 from farside.dem.lists.packing import crc_of, packed, unpack_into
-from farside.dem.lists.signs import Sign
+from farside.dem.lists.signs import Sign, SignList
 from farside.dem.parameters import Parameters
+from farside.dem.policy.aversions import AversionList
 
 
 class Hypothesis(msgspec.Struct, frozen=True):
@@ -92,6 +93,9 @@ class HypothesisList:
         results, run: what C_m is the average of, and its latest results; see
             `farside.dem.equations.averaged`.
         cost: the current cost estimate C_e; infinite for a free row.
+        measure: the column that cost estimates rest on, `credit` or `cm`.
+        risks: by context and action what an attempt risks beside its cost, where it does; see
+            `farside.dem.policy.aversions`.
         born: serial number of creation, which gives the order of age.
         structure: incremented whenever a hypothesis is created or removed.
         cm_sum: the current sum of all C_m.
@@ -100,7 +104,12 @@ class HypothesisList:
         recorded: where all changes are recorded for a shadow; `None` if they are not.
     """
 
-    def __init__(self, actions: ActionList, parameters: Parameters) -> None:
+    def __init__(
+        self,
+        actions: ActionList,
+        parameters: Parameters,
+        aversions: AversionList | None = None,
+    ) -> None:
         self.context = array("i")
         self.action = array("i")
         self.outcome = array("i")
@@ -119,7 +128,9 @@ class HypothesisList:
         self.recorded: list[ListChange] | None = None
         self._actions = actions
         self._parameters = parameters
-        self._measure = self.credit if parameters.own_credit else self.cm
+        self.measure = self.credit if parameters.own_credit else self.cm
+        self.risks: dict[tuple[int, int], float] = {}
+        self._aversions = aversions or AversionList(SignList())
         self._of_cause = Chains()
         self.by_outcome = Chains()
         self._free: list[int] = []
@@ -216,7 +227,7 @@ class HypothesisList:
         """Create a hypothesis with the initial C_m, and return its id. It must not exist yet."""
         cm = self._parameters.initial_cm
         measure = credit if self._parameters.own_credit else cm
-        cost = cost_estimate(self._actions.costs[action], measure)
+        cost = cost_estimate(self.attempt_cost(context, action), measure)
         self._births += 1
         self.structure += 1
         self.cm_sum += cm
@@ -232,6 +243,7 @@ class HypothesisList:
         self._of_cause.append(self.cause(context, action), added)
         self.by_outcome.append(outcome, added)
         self.cost_changes.append(CostChange(added, context, outcome, math.inf))
+        self._follow_risk(added)
         if self.recorded is not None:
             self.recorded.append(HypothesisAdded(context, action, outcome, delay, credit))
         return added
@@ -242,6 +254,7 @@ class HypothesisList:
         self._of_cause.remove(self.cause(context, action), hypothesis)
         self.by_outcome.remove(self.outcome[hypothesis], hypothesis)
         self._note_cost_change(hypothesis)
+        self._follow_risk(hypothesis)
         self.cost[hypothesis] = math.inf
         self.delay[hypothesis] = 0
         self.cm_sum -= self.cm[hypothesis]
@@ -348,16 +361,16 @@ class HypothesisList:
         self.cm_sum = state.cm_sum
         # A free row keeps its serial number, so the greatest is the last that was assigned.
         self._births = max(self.born, default=0)
-        costs = self._actions.costs
-        for action, measure in zip(self.action, self._measure, strict=True):
-            self.cost.append(cost_estimate(costs[action], measure))
+        self.cost.extend([math.inf] * len(self.cm))
         for hypothesis in self._free:
-            self.cost[hypothesis] = math.inf
             self.delay[hypothesis] = 0
         for hypothesis in self.by_age():
             cause = self.cause(self.context[hypothesis], self.action[hypothesis])
             self._of_cause.append(cause, hypothesis)
             self.by_outcome.append(self.outcome[hypothesis], hypothesis)
+            self._estimate_cost(hypothesis)
+        self.follow_aversions()
+        self.cost_changes.clear()
 
     def _rate(
         self, hypothesis: int, constant: float, probability: float, *, success: bool
@@ -378,11 +391,48 @@ class HypothesisList:
         self.cm[hypothesis] = cm
         self.credit[hypothesis] = credit
         self._estimate_cost(hypothesis)
+        self._follow_risk(hypothesis)
 
     def _estimate_cost(self, hypothesis: int) -> None:
-        self.cost[hypothesis] = cost_estimate(
-            self._actions.costs[self.action[hypothesis]], self._measure[hypothesis]
-        )
+        attempt = self.attempt_cost(self.context[hypothesis], self.action[hypothesis])
+        self.cost[hypothesis] = cost_estimate(attempt, self.measure[hypothesis])
+
+    @property
+    def action_costs(self) -> tuple[float, ...]:
+        """The cost of each action, by id."""
+        return self._actions.costs
+
+    def attempt_cost(self, context: int, action: int) -> float:
+        """What one attempt costs: the action, and what it risks in this context."""
+        risk = self.risks.get((context, action), 0.0) if self.risks else 0.0
+        return self._actions.costs[action] + risk
+
+    def follow_aversions(self) -> None:
+        """Bring the cost estimates up to date after any change of the Aversion List."""
+        risky = {
+            (self.context[one], self.action[one])
+            for one in range(len(self))
+            if self.delay[one] and self._aversions.implied_by(self.outcome[one])
+        }
+        for context, action in sorted(risky.union(self.risks)):
+            self._assess(context, action)
+
+    def _follow_risk(self, hypothesis: int) -> None:
+        if self._aversions.signs and self._aversions.implied_by(self.outcome[hypothesis]):
+            self._assess(self.context[hypothesis], self.action[hypothesis])
+
+    def _assess(self, context: int, action: int) -> None:
+        """Reckon anew what an action risks, and with it the costs of all hypotheses of it."""
+        arcs = list(self.of_cause(context, action))
+        risk = self._aversions.risk((self.outcome[arc], self.measure[arc]) for arc in arcs)
+        if risk == self.risks.get((context, action), 0.0):
+            return
+        self.risks[context, action] = risk
+        if not risk:
+            del self.risks[context, action]
+        for arc in arcs:
+            self._note_cost_change(arc)
+            self._estimate_cost(arc)
 
     def _note_cost_change(self, hypothesis: int) -> None:
         self.cost_changes.append(

@@ -1,0 +1,233 @@
+"""Expected costs: an action is worth its cost and all its outcomes, each as often as it follows.
+
+For a context s and an action a, tried again until one of its known outcomes i has come true:
+
+    Q(s, a) = (c + Σ wᵢ·P_v(i)) / Σ wᵢ        P_v(s) = min over a of Q(s, a)
+
+where c is what an attempt costs and wᵢ the measure that cost estimates rest on. With one outcome
+that is equations 4 and 5 of the seed. Outcomes that no way leads on from are failed attempts, as is
+all that is not accounted for; so a way is found exactly where equation 5 finds one. Outcomes at
+different delays do not exclude each other, so each delay is an alternative of its own.
+
+Where Σ wᵢ is above 1, some outcomes come together, and only each for itself is known. A situation
+is worth what the best of its active Signs is, so the best outcomes are counted up to a sum of 1.
+
+Source: Bellman's equation for a stochastic shortest path, solved by policy iteration (Howard); the
+rest is a project default.
+"""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from farside.dem.policy.spread import Spread
+
+Floats = NDArray[np.float64]
+Ids = NDArray[np.int64]
+
+FEW_SIGNS = 100
+"""The number of Signs from which scipy solves for their values (project default): importing scipy
+takes 0.7 s, once."""
+
+_EXACT = 1e-13  # greatest relative change that a further round would make
+_ROUNDS = 200  # of policy iteration; more than ten are rare
+_KEEPS_ON = 1.0 - 2.0**-40  # an endless loop ends at last, so that every policy has a value
+_MOST = 1e200  # the greatest value, so that no sum overflows
+
+
+class Alternatives:
+    """All hypotheses, grouped by context, action and delay, and each whole's parts after them.
+
+    A whole has each of its parts as an alternative at no cost, where whole implies part.
+
+    Args:
+        spread: the lists. While this is in use they must not change in structure.
+
+    Attributes:
+        structure: of the lists, by which this is made.
+        arc: the hypotheses, group by group.
+        group: the group of each arc.
+        outcome: the outcome of each arc; of a part, itself.
+        context: the context of each group; of a part, the whole.
+        action: the action of each group of hypotheses.
+    """
+
+    def __init__(self, spread: Spread) -> None:
+        self.structure = (spread.hypotheses.structure, spread.signs.structure)
+        self._hypotheses = arcs = spread.hypotheses
+        implied = spread.implied.pairs()
+        delay = np.asarray(arcs.delay).astype(np.int64)
+        living = np.flatnonzero(delay)
+        context, action = (
+            np.asarray(column)[living].astype(np.int64) for column in (arcs.context, arcs.action)
+        )
+        actions = int(action.max(initial=0)) + 1
+        key = (context * actions + action) * (int(delay.max(initial=0)) + 1) + delay[living]
+        order = np.argsort(key, kind="stable")
+        first = np.flatnonzero(np.diff(key[order], prepend=-1))
+        self.arc = living[order]
+        self.action = action[order][first]
+        self.context = np.concatenate((context[order][first], implied[:, 0]))
+        own = np.asarray(arcs.outcome)[self.arc].astype(np.int64)
+        self.outcome = np.concatenate((own, implied[:, 1]))
+        sizes = np.diff(first, append=len(order))
+        sizes = np.concatenate((sizes, np.ones(len(implied), dtype=np.int64)))
+        self.group = np.repeat(np.arange(len(sizes)), sizes)
+
+    def usable(self) -> NDArray[np.bool_]:
+        """Of each hypothesis, whether equation 4 has a finite cost."""
+        return np.asarray(self._hypotheses.cost)[self.arc] < math.inf
+
+    def weights(self) -> Floats:
+        """How often each outcome follows; 0.0 if it is not usable."""
+        own = np.where(self.usable(), np.asarray(self._hypotheses.measure)[self.arc], 0.0)
+        return np.concatenate((own, np.ones(len(self.outcome) - len(own))))
+
+    def costs(self) -> Floats:
+        """What one attempt costs in each group."""
+        arcs = self._hypotheses
+        own = np.asarray(arcs.action_costs)[self.action]
+        if arcs.risks:
+            pairs = zip(self.context.tolist(), self.action.tolist(), strict=False)
+            own = own + np.array([arcs.risks.get(pair, 0.0) for pair in pairs])
+        return np.concatenate((own, np.zeros(len(self.context) - len(own))))
+
+
+class Backup(NamedTuple):
+    """What follows for each Sign from the values of its outcomes.
+
+    Attributes:
+        q: expected cost of each group.
+        value: least of these, by row.
+        choice: the first group that has it, by row.
+        share: how much each arc counts in its group.
+    """
+
+    q: Floats
+    value: Floats
+    choice: Ids
+    share: Floats
+
+
+class System:
+    """The equations for the values of all Signs that can reach a goal, one row for each.
+
+    Args:
+        alternatives: what there is to do.
+        known: by Sign id, 0.0 at the goal, infinite where no way leads there, and else anything.
+
+    Attributes:
+        sign: the Sign of each row, ascending.
+        arc, outcome: hypothesis (-1 for a part) and outcome of each arc that counts, in groups.
+        weight: how often each of these follows; set by `follow`.
+        starts: the first arc of each group.
+        row: the row of each group, ascending.
+        first: the first group of each row.
+    """
+
+    def __init__(self, alternatives: Alternatives, known: Floats) -> None:
+        self._alternatives = alternatives
+        self.sign = np.flatnonzero((known > 0.0) & (known < math.inf))
+        rows = np.full(len(known), -1)
+        rows[self.sign] = np.arange(len(self.sign))
+        row = rows[alternatives.context[alternatives.group]]
+        counts = np.flatnonzero((row >= 0) & (known[alternatives.outcome] < math.inf))
+        counts = counts[np.argsort(row[counts], kind="stable")]
+        group = alternatives.group[counts]
+        self._counts = counts
+        self.outcome = alternatives.outcome[counts]
+        self.arc = np.full(len(counts), -1)
+        own = counts < len(alternatives.arc)
+        self.arc[own] = alternatives.arc[counts[own]]
+        self.starts = np.flatnonzero(np.diff(group, prepend=-1))
+        self._groups = group[self.starts]
+        sizes = np.diff(self.starts, append=len(counts))
+        self._group = np.repeat(np.arange(len(self.starts)), sizes)
+        self.row = row[counts[self.starts]]
+        self.first = np.flatnonzero(np.diff(self.row, prepend=-1))
+        self._column = rows[self.outcome]
+        self._solver: Callable[[Floats], Floats] | None = None
+        self._solved: Ids = np.empty(0, dtype=np.int64)
+
+    def follow(self) -> None:
+        """Take in the measures and costs as they are; call this before anything else."""
+        self.weight = self._alternatives.weights()[self._counts]
+        self._cost = self._alternatives.costs()[self._groups]
+        self._total = np.add.reduceat(self.weight, self.starts) if len(self.starts) else self.weight
+        self._crowded = self._total > 1.0
+
+    def backup(self, value: Floats) -> Backup:
+        """What follows from the values of all Signs, by id."""
+        onward = value[self.outcome]
+        share, total = self._shares(onward)
+        usable = total > 0.0
+        with np.errstate(divide="ignore", over="ignore"):
+            attempts = np.minimum(self._cost / total, _MOST)
+        q = np.add.reduceat(share * onward, self.starts) + attempts
+        q[~usable] = math.inf
+        least = np.minimum.reduceat(q, self.first)
+        tied = np.flatnonzero(q == least[self.row])[::-1]
+        choice = np.empty(len(self.sign), dtype=np.int64)
+        choice[self.row[tied]] = tied
+        return Backup(q, least, choice, share)
+
+    def _shares(self, onward: Floats) -> tuple[Floats, Floats]:
+        """The share of each arc in its group, and what the outcomes that count sum up to."""
+        weight, total = self.weight, self._total
+        if self._crowded.any():
+            weight, total = weight.copy(), np.minimum(total, 1.0)
+            arcs = np.flatnonzero(self._crowded[self._group])
+            arcs = arcs[np.lexsort((onward[arcs], self._group[arcs]))]
+            taken = np.cumsum(weight[arcs])
+            first = np.flatnonzero(np.diff(self._group[arcs], prepend=-1))
+            before = np.repeat(
+                (taken - weight[arcs])[first], np.diff(first, append=len(arcs))
+            )
+            left = 1.0 - (taken - weight[arcs] - before)
+            weight[arcs] = np.clip(left, 0.0, weight[arcs])
+        with np.errstate(invalid="ignore"):
+            return np.nan_to_num(weight / total[self._group]), total
+
+    def solve(self, guess: Floats) -> Floats:
+        """The values of all Signs, by id.
+
+        Args:
+            guess: values to begin with, changed in place. The nearer they are, the sooner this is
+                done; what comes out does not depend on them, but for the last bits.
+        """
+        value, before = guess, math.inf
+        for _ in range(_ROUNDS if len(self.sign) else 0):
+            found = self.backup(value)
+            short = found.value - value[self.sign]
+            worst = float(np.max(np.abs(short) / found.value))
+            if worst <= _EXACT:
+                break
+            # As long as the policy is the same, the equations are nearly so: those solved last
+            # are good enough while each round comes so much nearer.
+            same = np.array_equal(found.choice, self._solved) and worst < before / 16
+            before = worst if same else math.inf
+            if not same or self._solver is None:
+                self._solver, self._solved = self._factored(found), found.choice
+            value[self.sign] = np.clip(value[self.sign] + self._solver(short), 0.0, _MOST)
+        return value
+
+    def _factored(self, found: Backup) -> Callable[[Floats], Floats]:
+        """What solves the linear equations of a policy."""
+        chosen = np.zeros(len(self.starts), dtype=bool)
+        chosen[found.choice] = True
+        arcs = np.flatnonzero(chosen[self._group] & (self._column >= 0))
+        row, column = self.row[self._group[arcs]], self._column[arcs]
+        share, size = found.share[arcs] * _KEEPS_ON, len(self.sign)
+        if size < FEW_SIGNS:
+            dense = np.bincount(row * size + column, share, size * size).reshape(size, size)
+            inverse = np.linalg.inv(np.eye(size) - dense)
+            return lambda short: inverse @ short
+        from scipy.sparse import csc_array, eye_array  # type: ignore[import-untyped] # noqa: PLC0415
+        from scipy.sparse.linalg import splu  # type: ignore[import-untyped] # noqa: PLC0415
+
+        sparse = csc_array((share, (row, column)), shape=(size, size))
+        solver: Callable[[Floats], Floats] = splu((eye_array(size) - sparse).tocsc()).solve
+        return solver
