@@ -29,6 +29,7 @@ from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import GoalsState
 from farside.dem.lists.inherent import InherentGoal
 from farside.dem.parameters import Parameters
+from farside.dem.policy.aversions import Aversion, checked
 
 FORMAT = 4
 """Version of the format that is written; no other is read."""
@@ -75,6 +76,7 @@ class ModelState(msgspec.Struct, frozen=True, array_like=True):
     random: bytes
     learner: LearnerState
     goals: GoalsState
+    aversions: tuple[Aversion, ...]
     active: tuple[int, ...]
     awaits_action: bool
     chosen: str | None
@@ -201,6 +203,7 @@ def _check(state: ModelState) -> None:
     lists.check_due(learner, awaits_action=state.awaits_action)
     lists.check_active(state.active)
     check_goal_list(state.goals)
+    checked(state.aversions)
     if state.chosen is not None:
         actions.id_of(state.chosen)
 

@@ -13,7 +13,7 @@ from farside.dem.lists.goals import OPERATOR, Goal
 from farside.dem.lists.inherent import InherentGoal
 from farside.dem.lists.signs import to_sign
 from farside.dem.memory import ModelState, random_state, read, restored_generator, written
-from farside.dem.parameters import Exploration, Parameters
+from farside.dem.parameters import Exploration, Parameters, Values
 from farside.dem.policy.curiosity import CuriousMap
 from farside.dem.policy.pursuit import Pursuit
 from farside.dem.views import ModelViews
@@ -124,7 +124,7 @@ class DynamicExpectancyModel(ModelViews):
         if choice is None:
             if exploration is Exploration.NONE or not self._actions:
                 return None
-            choice = Choice(self._actions.names[self._rng.integers(len(self._actions))])
+            choice = Choice(self._any_action())
         self._chosen = choice.action if choice.goal else None
         return choice
 
@@ -182,12 +182,29 @@ class DynamicExpectancyModel(ModelViews):
             cost_to_go=self._planner.value(sign),
         )
 
+    def _any_action(self) -> str:
+        """An action at random, of those that are known to risk least of what is to be avoided."""
+        names, risks = self._actions.names, self._hypotheses.risks
+        if risks:
+            most = [
+                max([risks.get((context, action), 0.0) for context in self._active], default=0.0)
+                for action in range(len(names))
+            ]
+            names = tuple(name for name, risk in zip(names, most, strict=True) if risk == min(most))
+        return names[self._rng.integers(len(names))]
+
     def _curious(self) -> Choice | None:
         if not self._actions:
             return None
         sought = self._goals.sought
         goal = None if sought is None else self._signs.find(sought)
+        directed = None
+        if self._parameters.values is Values.EXPECTED:
+            # The curious map is one of best outcomes. So it leads to the frontier only.
+            directed, goal = self._goal_directed(), None
         curious = CuriousMap(self._learner, self._parameters, goal, self._active)
+        if directed is not None and (directed.cost_to_go or 0.0) <= curious.least:
+            return directed
         lead = curious.lead(self._learner.last_action, self._rng)
         if lead is None:
             return None
@@ -243,6 +260,48 @@ class DynamicExpectancyModel(ModelViews):
         self._attend()
         return withdrawn
 
+    def avert(self, tokens: Iterable[str], cost: float, source: str = OPERATOR) -> None:
+        """Avoid a Sign: whatever makes it active costs so much more, each time that it does.
+
+        Several sources may avoid the same Sign; the highest of their costs counts. It counts in
+        every map and on every path, for the goals of all sources; and whoever explores at random
+        takes one of the actions that are known to risk least. A Sign of several Tokens becomes
+        known by being averted, and stays so while it is.
+
+        Args:
+            tokens: the Sign.
+            cost: in the unit of the action costs, finite and 0 or more.
+            source: who avoids it.
+
+        Raises:
+            ValueError: if there are no Tokens, or the cost is not finite and 0 or more.
+            TypeError: if `tokens` is a string, or the cost no number.
+        """
+        sign = to_sign(tokens)
+        self._learner.aversions.avert(sign, cost, source)
+        if len(sign) > 1:
+            self._learner.know(sign)
+        self._hypotheses.follow_aversions()
+        self._attend()
+
+    def accept(self, tokens: Iterable[str], source: str = OPERATOR) -> bool:
+        """Take back what `source` averted; False if it averted no such Sign.
+
+        The Sign is avoided as long as another source avoids it. With removal on, one of several
+        Tokens that nothing refers to any more is removed.
+
+        Raises:
+            TypeError: if `tokens` is a string.
+        """
+        sign = to_sign(tokens)
+        accepted, known = self._learner.aversions.accept(sign, source), self._signs.find(sign)
+        if accepted:
+            self._hypotheses.follow_aversions()
+            if known is not None:
+                self._learner.forget(known, [*self._pursuit.needed(), *self._active])
+            self._attend()
+        return accepted
+
     def _attend(self) -> None:
         # Before the first `sense`, no Sign is active and nothing can be said of any goal.
         if self._awaits_action or self._learner.cycle:
@@ -267,6 +326,7 @@ class DynamicExpectancyModel(ModelViews):
                 random=random_state(self._rng),
                 learner=self._learner.state(),
                 goals=self._goals.state(),
+                aversions=self._learner.aversions.ordered,
                 active=tuple(self._active),
                 awaits_action=self._awaits_action,
                 chosen=self._chosen,
@@ -290,6 +350,7 @@ class DynamicExpectancyModel(ModelViews):
             inherent=state.inherent,
         )
         model._actions.restore(state.action_costs)
+        model._learner.aversions.become(state.aversions)
         model._learner.restore(state.learner)
         model._goals.restore(state.goals)
         model._active = list(state.active)
@@ -309,7 +370,13 @@ class DynamicExpectancyModel(ModelViews):
     def record_changes(self) -> None:
         """From now on, record the changes of the lists for a `ShadowModel`; see `take_delta`."""
         if self._feed is None:
-            self._feed = ChangeFeed(self._actions, self._parameters, self._signs, self._hypotheses)
+            self._feed = ChangeFeed(
+                self._actions,
+                self._parameters,
+                self._signs,
+                self._hypotheses,
+                self._learner.aversions,
+            )
 
     def take_delta(self) -> Delta:
         """The changes of the lists since the last delta.
@@ -330,8 +397,14 @@ class DynamicExpectancyModel(ModelViews):
         return self._open_feed().whole(self._goals.ordered)
 
     def lists_check(self) -> int:
-        """CRC-32 of all lists and the goals, to be compared with that of a `ShadowModel`."""
-        return lists_check(self._actions, self._signs, self._hypotheses, self._goals.ordered)
+        """CRC-32 of all lists, goals and aversions, to be compared with that of a `ShadowModel`."""
+        return lists_check(
+            self._actions,
+            self._signs,
+            self._hypotheses,
+            self._goals.ordered,
+            self._learner.aversions.ordered,
+        )
 
     def _open_feed(self) -> ChangeFeed:
         if self._feed is None:

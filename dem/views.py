@@ -2,10 +2,12 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from farside.dem.learning.learner import Learner
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import Goal, GoalList
 from farside.dem.lists.hypotheses import Hypothesis, HypothesisList
 from farside.dem.lists.signs import Sign, SignList, to_sign
+from farside.dem.policy.aversions import Aversion
 from farside.dem.policy.planning import Planner, PolicyStep, PolicyValue, Why
 from farside.dem.policy.pursuit import Pursuit
 
@@ -60,6 +62,7 @@ class ModelViews(ListViews):
     _goals: GoalList
     _planner: Planner
     _pursuit: Pursuit
+    _learner: Learner
     _active: list[int]
 
     @property
@@ -77,6 +80,11 @@ class ModelViews(ListViews):
             TypeError: if `tokens` is a string.
         """
         return self._goals.priorities(to_sign(tokens))
+
+    @property
+    def aversions(self) -> tuple[Aversion, ...]:
+        """The Signs to be avoided, the oldest aversion first."""
+        return self._learner.aversions.ordered
 
     def policy_map(self) -> tuple[PolicyValue, ...]:
         """The top-goal's DPM, ordered by value, then Sign.

@@ -95,7 +95,6 @@ class AversionList:
             return []
         return [sign for sign in self.signs if set(sign).issubset(name)]
 
-
     def risk(self, outcomes: Iterable[tuple[int, float]]) -> float:
         """What an attempt risks that leads to these outcomes, each with its measure."""
         likely: dict[Sign, float] = {}

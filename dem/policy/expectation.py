@@ -183,9 +183,7 @@ class System:
             arcs = arcs[np.lexsort((onward[arcs], self._group[arcs]))]
             taken = np.cumsum(weight[arcs])
             first = np.flatnonzero(np.diff(self._group[arcs], prepend=-1))
-            before = np.repeat(
-                (taken - weight[arcs])[first], np.diff(first, append=len(arcs))
-            )
+            before = np.repeat((taken - weight[arcs])[first], np.diff(first, append=len(arcs)))
             left = 1.0 - (taken - weight[arcs] - before)
             weight[arcs] = np.clip(left, 0.0, weight[arcs])
         with np.errstate(invalid="ignore"):

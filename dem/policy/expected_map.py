@@ -71,6 +71,7 @@ class ExpectedMap:
         self._spread = expectation.spread
         self._hypotheses = self._spread.hypotheses
         self._alternatives: Alternatives | None = None
+        self._usable = np.empty(0, dtype=np.bool_)
         self._exact: Floats = np.empty(0)
         self._is_current = False
 
@@ -148,12 +149,12 @@ class ExpectedMap:
         values, outcome = self._values, self._hypotheses.outcome
         sign = np.flatnonzero(values < math.inf)
         sign = sign[np.argsort(values[sign], kind="stable")]
-        best, depth = np.full(len(values), -1), np.zeros(len(values), dtype=np.int64)
+        best, depth = [-1] * len(values), [0] * len(values)
         for one in sign[values[sign] > 0.0].tolist():
             best[one] = arc = self._option(one).arc
             is_nearer = values[outcome[arc]] < values[one]
-            depth[one] = depth[outcome[arc]] + 1 if is_nearer else self.depth(one)
-        return PolicyTable(sign, values[sign], best[sign], depth[sign])
+            depth[one] = 1 + depth[outcome[arc]] if is_nearer else sum(1 for _ in self.walk(one))
+        return PolicyTable(sign, values[sign], np.array(best)[sign], np.array(depth)[sign])
 
     # --- what there is to do -------------------------------------------------------------------
 
