@@ -155,39 +155,41 @@ class System:
     def follow(self) -> None:
         """Take in the measures and costs as they are; call this before anything else."""
         self.weight = self._alternatives.weights()[self._counts]
-        self._cost = self._alternatives.costs()[self._groups]
-        self._total = np.add.reduceat(self.weight, self.starts) if len(self.starts) else self.weight
-        self._crowded = self._total > 1.0
+        starts, group = self.starts, self._group
+        total = np.add.reduceat(self.weight, starts) if len(starts) else self.weight
+        counted = np.minimum(total, 1.0)
+        with np.errstate(divide="ignore", over="ignore"):
+            attempts = np.minimum(self._alternatives.costs()[self._groups] / counted, _MOST)
+        self._attempts = np.where(counted > 0.0, attempts, math.inf)
+        self._counted = np.where(counted > 0.0, counted, 1.0)[group]
+        # The arcs of groups whose outcomes come together, and the first arc of the group of each.
+        self._crowded = np.flatnonzero((total > 1.0)[group])
+        first = np.searchsorted(self._crowded, starts)
+        self._crowded_first = first[group[self._crowded]]
 
     def backup(self, value: Floats) -> Backup:
         """What follows from the values of all Signs, by id."""
         onward = value[self.outcome]
-        share, total = self._shares(onward)
-        usable = total > 0.0
-        with np.errstate(divide="ignore", over="ignore"):
-            attempts = np.minimum(self._cost / total, _MOST)
-        q = np.add.reduceat(share * onward, self.starts) + attempts
-        q[~usable] = math.inf
+        share = self._together(onward) / self._counted
+        q = np.add.reduceat(share * onward, self.starts) + self._attempts
         least = np.minimum.reduceat(q, self.first)
-        tied = np.flatnonzero(q == least[self.row])[::-1]
+        tied = (q == least[self.row]).nonzero()[0][::-1]
         choice = np.empty(len(self.sign), dtype=np.int64)
         choice[self.row[tied]] = tied
         return Backup(q, least, choice, share)
 
-    def _shares(self, onward: Floats) -> tuple[Floats, Floats]:
-        """The share of each arc in its group, and what the outcomes that count sum up to."""
-        weight, total = self.weight, self._total
-        if self._crowded.any():
-            weight, total = weight.copy(), np.minimum(total, 1.0)
-            arcs = np.flatnonzero(self._crowded[self._group])
-            arcs = arcs[np.lexsort((onward[arcs], self._group[arcs]))]
-            taken = np.cumsum(weight[arcs])
-            first = np.flatnonzero(np.diff(self._group[arcs], prepend=-1))
-            before = np.repeat((taken - weight[arcs])[first], np.diff(first, append=len(arcs)))
-            left = 1.0 - (taken - weight[arcs] - before)
-            weight[arcs] = np.clip(left, 0.0, weight[arcs])
-        with np.errstate(invalid="ignore"):
-            return np.nan_to_num(weight / total[self._group]), total
+    def _together(self, onward: Floats) -> Floats:
+        """How much each arc counts, where those that lead to the least values count first."""
+        arcs = self._crowded
+        if not len(arcs):
+            return self.weight
+        order = arcs[np.lexsort((onward[arcs], self._group[arcs]))]
+        weight = self.weight[order]
+        taken = weight.cumsum() - weight
+        left = 1.0 - (taken - taken[self._crowded_first])
+        together = self.weight.copy()
+        together[order] = np.minimum(np.maximum(left, 0.0), weight)
+        return together
 
     def solve(self, guess: Floats) -> Floats:
         """The values of all Signs, by id.
@@ -206,6 +208,7 @@ class System:
             # As long as the policy is the same, the equations are nearly so: those solved last
             # are good enough while each round comes so much nearer.
             same = np.array_equal(found.choice, self._solved) and worst < before / 16
+            same = same and len(self.sign) >= FEW_SIGNS
             before = worst if same else math.inf
             if not same or self._solver is None:
                 self._solver, self._solved = self._factored(found), found.choice
