@@ -9,6 +9,7 @@ from farside.dem.feed import ChangeFeed, Delta
 from farside.dem.learning.learner import Learner
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.check import lists_check
+from farside.dem.lists.given import given
 from farside.dem.lists.goals import OPERATOR, Goal
 from farside.dem.lists.inherent import InherentGoal
 from farside.dem.lists.signs import to_sign
@@ -299,10 +300,18 @@ class DynamicExpectancyModel(ModelViews):
         return model
 
     def change(self, parameters: Parameters) -> None:
-        """Learn and act by these from now on; raises what `Learner.change` does."""
-        self._learner.change(parameters)
+        """Learn and act by these from now on, and keep what was learned: train, then judge.
+
+        A shadow must `agree` to them. With `plain`, nothing that own rules made is taken back.
+
+        Raises:
+            TypeError: if these are no `Parameters`.
+            ValueError: if `reach` is less than before.
+        """
+        self._learner.change(given(Parameters, "parameters", parameters))
         self._parameters = parameters
         self._goals.change(parameters.break_multiple, parameters.recovery)
+        self._attend()
         if self._feed is not None:
             self._feed.change(parameters)
 

@@ -6,6 +6,7 @@ from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import Goal, GoalList
 from farside.dem.lists.hypotheses import Hypothesis, HypothesisList
 from farside.dem.lists.signs import Sign, SignList, to_sign
+from farside.dem.parameters import Parameters
 from farside.dem.policy.planning import Planner, PolicyStep, PolicyValue, Why
 from farside.dem.policy.pursuit import Pursuit
 
@@ -57,10 +58,16 @@ class ListViews:
 class ModelViews(ListViews):
     """What a model wants and what it knows of the way; nothing here changes what it learned."""
 
+    _parameters: Parameters
     _goals: GoalList
     _planner: Planner
     _pursuit: Pursuit
     _active: list[int]
+
+    @property
+    def parameters(self) -> Parameters:
+        """How it learns and acts; see `DynamicExpectancyModel.change`."""
+        return self._parameters
 
     @property
     def goals(self) -> tuple[Goal, ...]:

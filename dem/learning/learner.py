@@ -86,14 +86,16 @@ class Learner:
         """Learn by these from now on.
 
         Raises:
-            ValueError: if `reach`, `own_credit` or `maturity` are others than before: traces, costs
-                and watches are laid out by them.
+            ValueError: if `reach` is less than before: nothing would tell any more whether
+                hypotheses of a longer delay come true.
         """
-        for name in ("reach", "own_credit", "maturity"):
-            before, after = getattr(self._parameters, name), getattr(parameters, name)
-            if before != after:
-                raise ValueError(f"{name}: expected {before} as before, found {after}")
+        before, reach = self._parameters.reach, parameters.reach
+        if reach < before:
+            raise ValueError(f"reach: expected at least {before}, as before, found {reach}")
         self._parameters = parameters
+        self._traces = deque(self._traces, maxlen=reach)
+        self._predictions.extend(reach - before)
+        self._differentiation.change(parameters.maturity)
         self.hypotheses.change(parameters)
 
     def register(self, action: str, cost: float) -> int:

@@ -116,8 +116,11 @@ class HypothesisList:
         self._births = 0
 
     def change(self, parameters: Parameters) -> None:
-        """Strengthen and weaken by these from now on."""
-        self._parameters = parameters
+        """Strengthen, weaken and estimate costs by these from now on."""
+        before, self._parameters = self._parameters, parameters
+        if parameters.own_credit is not before.own_credit:
+            self._measure = self.credit if parameters.own_credit else self.cm
+            self._estimate_costs(range(len(self)))
 
     def register(self, action: str, cost: float) -> int:
         """Add an action that is met for the first time, and return its id.
@@ -133,10 +136,7 @@ class HypothesisList:
     def set_cost(self, action: int, cost: float) -> None:
         """Have an action cost something else: the cost estimates follow at once."""
         self._actions.set_cost(action, cost)
-        for hypothesis, performed in enumerate(self.action):
-            if performed == action and self.is_living(hypothesis):
-                self._note_cost_change(hypothesis)
-                self._estimate_cost(hypothesis)
+        self._estimate_costs(one for one, done in enumerate(self.action) if done == action)
         if self.recorded is not None:
             self.recorded.append(CostSet(action, cost))
 
@@ -357,6 +357,13 @@ class HypothesisList:
         self.cm[hypothesis] = cm
         self.credit[hypothesis] = credit
         self._estimate_cost(hypothesis)
+
+    def _estimate_costs(self, hypotheses: Iterable[int]) -> None:
+        """Estimate costs anew, because something else than C_m has changed."""
+        for hypothesis in hypotheses:
+            if self.is_living(hypothesis):
+                self._note_cost_change(hypothesis)
+                self._estimate_cost(hypothesis)
 
     def _estimate_cost(self, hypothesis: int) -> None:
         self.cost[hypothesis] = cost_estimate(
