@@ -60,9 +60,8 @@ class DynamicExpectancyModel(ModelViews):
         self._pursuit = Pursuit(self._learner, parameters, self._inherent)
         self._goals, self._planner = self._pursuit.goals, self._pursuit.planner
         self._active: list[int] = []
-        self._awaits_action = False
+        self._awaits_action = self._on_course = False
         self._chosen: str | None = None
-        self._on_course = False
         self._feed: ChangeFeed | None = None
 
     # --- the cycle -----------------------------------------------------------------------------
@@ -189,7 +188,7 @@ class DynamicExpectancyModel(ModelViews):
             return None
         sought = self._goals.sought
         goal = None if sought is None else self._signs.find(sought)
-        curious = CuriousMap(self._learner, self._parameters.curiosity, goal, self._active)
+        curious = CuriousMap(self._learner, self._parameters, goal, self._active)
         lead = curious.lead(self._learner.last_action, self._rng)
         if lead is None:
             return None
@@ -310,7 +309,7 @@ class DynamicExpectancyModel(ModelViews):
         """
         self._learner.change(given(Parameters, "parameters", parameters))
         self._parameters = parameters
-        self._goals.change(parameters.break_multiple, parameters.recovery)
+        self._pursuit.change(parameters)
         self._attend()
         if self._feed is not None:
             self._feed.change(parameters)

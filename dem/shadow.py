@@ -256,7 +256,7 @@ class ShadowModel(ListViews):
         self._actions.restore(self._first_actions if costs is None else costs)
         self._signs = SignList()
         self._hypotheses = HypothesisList(self._actions, self._parameters)
-        self._planner = Planner(self._signs, self._hypotheses, self._actions)
+        self._planner = Planner(self._signs, self._hypotheses, self._actions, self._parameters)
 
     def _restore(self, packed: bytes) -> None:
         whole = decompress(packed, Whole)

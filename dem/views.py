@@ -111,7 +111,7 @@ class ModelViews(ListViews):
         return self._planner.why(self._active)
 
     def cost_to(self, goal: Iterable[str], start: Iterable[str] | None = None) -> float:
-        """P_v towards any Sign, of the best active Sign or of the Sign `start`.
+        """P_v towards any Sign, of the best active Sign, now or where the Sign `start` is active.
 
         0.0 if the Sign is active, or `start` implies it; infinite where no way is known, or a Sign
         is unknown. The maps of the last few Signs asked for are kept up to date like that of the

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 
 from numpy.random import Generator
 
-from farside.dem import Choice, Goal, Hypothesis, PolicyStep, Sensed, Sign, Why
+from farside.dem import Choice, Goal, Hypothesis, Parameters, PolicyStep, Sensed, Sign, Why
 from farside.dem.lists.goals import OPERATOR, GoalList
 from farside.dem.lists.signs import to_sign
 
@@ -39,7 +39,7 @@ class PlainController(ABC):
         self.actions = tuple(action_costs)
         self.rng = rng
         self.tokens: Sign = ()
-        self._goals = GoalList(break_multiple=2.0, recovery=1)  # none is ever put aside
+        self._goals = GoalList(Parameters(put_aside=False, break_point=False))
         self._known: set[str] = set()
         self._performed: str | None = None
         self._is_open = False

@@ -29,10 +29,14 @@ class Chains:
 
     def of(self, key: int) -> Iterator[int]:
         """The rows of a chain."""
-        row = self.first[key] if key < len(self.first) else NO_ROW
+        row = self.head(key)
         while row != NO_ROW:
             yield row
             row = self.following[row]
+
+    def head(self, key: int) -> int:
+        """The first row of a chain, `NO_ROW` if it has none."""
+        return self.first[key] if key < len(self.first) else NO_ROW
 
     def append(self, key: int, row: int) -> None:
         """Add a row at the end of a chain."""

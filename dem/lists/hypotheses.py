@@ -22,7 +22,13 @@ from farside.dem.changes import (
     PredictionResult,
     encoded_result,
 )
-from farside.dem.equations import cost_estimate, reinforced, weakened
+from farside.dem.equations import (
+    averaged,
+    averaging_rate,
+    cost_estimate,
+    reinforced,
+    weakened,
+)
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.chains import Chains
 from farside.dem.lists.packing import crc_of, packed, unpack_into
@@ -83,6 +89,8 @@ class HypothesisList:
     Attributes:
         context, action, outcome, delay, cm, credit, predictions, successes: see `Hypothesis`;
             of a free row only the delay is defined: 0.
+        results, run: what C_m is the average of, and its latest results; see
+            `farside.dem.equations.averaged`.
         cost: the current cost estimate C_e; infinite for a free row.
         born: serial number of creation, which gives the order of age.
         structure: incremented whenever a hypothesis is created or removed.
@@ -102,6 +110,8 @@ class HypothesisList:
         self.cost = array("d")
         self.predictions = array("i")
         self.successes = array("i")
+        self.results = array("i")
+        self.run = array("d")
         self.born = array("q")
         self.structure = 0
         self.cm_sum = 0.0
@@ -210,7 +220,7 @@ class HypothesisList:
         self._births += 1
         self.structure += 1
         self.cm_sum += cm
-        row = (context, action, outcome, delay, cm, credit, cost, 0, 0, self._births)
+        row = (context, action, outcome, delay, cm, credit, cost, 0, 0, 1, 1.0, self._births)
         if self._free:
             added = self._free.pop()
             for column, value in zip(self._columns(), row, strict=True):
@@ -242,12 +252,12 @@ class HypothesisList:
 
     def succeed(self, hypothesis: int, *, alone: bool) -> None:
         """A prediction came true; `alone` if no hypothesis with more credit predicted the same."""
-        alpha = self._parameters.alpha
+        cm, credit = self.cm[hypothesis], self.credit[hypothesis]
+        alpha = self._rate(hypothesis, self._parameters.alpha, cm, success=True)
         self.successes[hypothesis] += 1
-        credit = self.credit[hypothesis]
         self._settle(
             hypothesis,
-            reinforced(self.cm[hypothesis], alpha),
+            reinforced(cm, alpha),
             reinforced(credit, alpha) if alone else credit,
         )
         if self.recorded is not None:
@@ -256,10 +266,9 @@ class HypothesisList:
 
     def fail(self, hypothesis: int) -> None:
         """A prediction failed."""
-        beta = self._parameters.beta
-        self._settle(
-            hypothesis, weakened(self.cm[hypothesis], beta), weakened(self.credit[hypothesis], beta)
-        )
+        cm = self.cm[hypothesis]
+        beta = self._rate(hypothesis, self._parameters.beta, 1.0 - cm, success=False)
+        self._settle(hypothesis, weakened(cm, beta), weakened(self.credit[hypothesis], beta))
         if self.recorded is not None:
             self.recorded.append(encoded_result(hypothesis, PredictionResult.FAILED))
 
@@ -350,6 +359,18 @@ class HypothesisList:
             self._of_cause.append(cause, hypothesis)
             self.by_outcome.append(self.outcome[hypothesis], hypothesis)
 
+    def _rate(
+        self, hypothesis: int, constant: float, probability: float, *, success: bool
+    ) -> float:
+        """The rate of the next result, which had this probability by C_m."""
+        if not self._parameters.averaging:
+            return constant
+        results, self.run[hypothesis] = averaged(
+            self.results[hypothesis], self.run[hypothesis], probability, success=success
+        )
+        self.results[hypothesis] = results
+        return averaging_rate(constant, results)
+
     def _settle(self, hypothesis: int, cm: float, credit: float) -> None:
         self._note_cost_change(hypothesis)
         self.predictions[hypothesis] += 1
@@ -395,5 +416,7 @@ class HypothesisList:
             self.cost,
             self.predictions,
             self.successes,
+            self.results,
+            self.run,
             self.born,
         )

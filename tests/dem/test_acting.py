@@ -121,7 +121,7 @@ def test_a_failure_raises_the_cost_in_the_same_cycle(
     cycle(model, A, "E")
     assert value_of(model, A) == 2.66 / 0.5
     model.sense(C)
-    assert value_of(model, A) == 2.66 / 0.4
+    assert value_of(model, A) == 2.66 / 0.25
 
 
 def test_a_blocked_path_is_left_for_a_known_detour(

@@ -102,7 +102,12 @@ def test_it_is_trained_and_then_judged(make_model: MakeModel, cycle: RunCycle) -
     for tokens, action in [(A, "E"), (B, "N"), (C, None)]:
         cycle(model, tokens, action)
     judged = Parameters(
-        alpha=0, beta=0, learning_probability=0, removal=False, exploration=Exploration.NONE
+        alpha=0,
+        beta=0,
+        averaging=False,
+        learning_probability=0,
+        removal=False,
+        exploration=Exploration.NONE,
     )
     model.change(judged)
     known = model.hypotheses

@@ -138,9 +138,9 @@ def test_every_result_moves_cm_but_only_a_success_that_stands_alone_raises_credi
     hypotheses.succeed(row, alone=False)
     assert (hypotheses.cm[row], hypotheses.credit[row]) == (0.75, 0.4)
     hypotheses.succeed(row, alone=True)
-    assert (hypotheses.cm[row], hypotheses.credit[row]) == (0.875, 0.7)
+    assert (hypotheses.cm[row], hypotheses.credit[row]) == pytest.approx((5 / 6, 0.6))
     hypotheses.fail(row)
-    assert (hypotheses.cm[row], hypotheses.credit[row]) == pytest.approx((0.7, 0.56))
+    assert (hypotheses.cm[row], hypotheses.credit[row]) == pytest.approx((5 / 8, 0.45))
     assert (hypotheses.predictions[row], hypotheses.successes[row]) == (3, 2)
 
 
@@ -151,7 +151,7 @@ def test_every_cost_change_is_noted_with_the_old_cost(hypotheses: HypothesisList
     assert hypotheses.cost_changes == [
         CostChange(row, 0, 3, math.inf),
         CostChange(row, 0, 3, 2.0 / 0.5),
-        CostChange(row, 0, 3, 2.0 / 0.4),
+        CostChange(row, 0, 3, 2.0 / 0.25),
     ]
 
 
