@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from farside.lazily import lazily
 
 if TYPE_CHECKING:
-    from farside.dem.cycle import Choice, Sensed
+    from farside.dem.cycle import Choice, Prediction, Sensed, Trace
     from farside.dem.feed import Delta
     from farside.dem.lists.goals import Aside, Goal
     from farside.dem.lists.hypotheses import Hypothesis
@@ -36,9 +36,11 @@ __all__ = [
     "Parameters",
     "PolicyStep",
     "PolicyValue",
+    "Prediction",
     "Sensed",
     "ShadowModel",
     "Sign",
+    "Trace",
     "UnreadableMemoryError",
     "Why",
 ]
@@ -59,9 +61,11 @@ __getattr__ = lazily(
         "Parameters": "parameters",
         "PolicyStep": "policy.planning",
         "PolicyValue": "policy.planning",
+        "Prediction": "cycle",
         "Sensed": "cycle",
         "ShadowModel": "shadow",
         "Sign": "lists.signs",
+        "Trace": "cycle",
         "UnreadableMemoryError": "memory",
         "Why": "policy.planning",
     },

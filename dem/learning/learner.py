@@ -189,6 +189,16 @@ class Learner:
         self.cycle = state.cycle
 
     @property
+    def open_predictions(self) -> tuple[tuple[int, ...], ...]:
+        """P, as hypotheses by the number of cycles until they are due, from 1 on."""
+        return self._predictions.state()
+
+    @property
+    def traces(self) -> tuple[tuple[list[int], int | None], ...]:
+        """The active Signs and the action of each past cycle within reach, the latest first."""
+        return tuple(self._traces)
+
+    @property
     def last_action(self) -> int | None:
         """The action performed in the last cycle, if any."""
         return self._traces[0].action if self._traces else None
