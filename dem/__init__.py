@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from farside.dem.cycle import Choice, Prediction, Sensed, Trace
     from farside.dem.feed import Delta
     from farside.dem.lists.goals import Aside, Goal
-    from farside.dem.lists.hypotheses import Hypothesis
+    from farside.dem.lists.hypothesis import Hypothesis
     from farside.dem.lists.inherent import InherentGoal
     from farside.dem.lists.signs import Sign
     from farside.dem.memory import UnreadableMemoryError
@@ -56,7 +56,7 @@ __getattr__ = lazily(
         "DynamicExpectancyModel": "model",
         "Exploration": "parameters",
         "Goal": "lists.goals",
-        "Hypothesis": "lists.hypotheses",
+        "Hypothesis": "lists.hypothesis",
         "InherentGoal": "lists.inherent",
         "Parameters": "parameters",
         "PolicyStep": "policy.planning",

@@ -3,7 +3,7 @@
 import msgspec
 
 from farside.dem.lists.goals import Goal
-from farside.dem.lists.hypotheses import Hypothesis
+from farside.dem.lists.hypothesis import Hypothesis
 from farside.dem.lists.signs import Sign
 
 

@@ -25,7 +25,8 @@ from farside.dem.lists.actions import ActionList
 from farside.dem.lists.check import lists_check
 from farside.dem.lists.given import given, shown
 from farside.dem.lists.goals import Goal, sought
-from farside.dem.lists.hypotheses import Hypothesis, HypothesisList
+from farside.dem.lists.hypotheses import HypothesisList
+from farside.dem.lists.hypothesis import Hypothesis
 from farside.dem.lists.signs import Sign, SignList, to_sign
 from farside.dem.memory import UnreadableMemoryError, decompress
 from farside.dem.parameters import Parameters, same

@@ -6,7 +6,8 @@ from farside.dem.cycle import Prediction, Trace
 from farside.dem.learning.learner import Learner
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import Goal, GoalList
-from farside.dem.lists.hypotheses import Hypothesis, HypothesisList
+from farside.dem.lists.hypotheses import HypothesisList
+from farside.dem.lists.hypothesis import Hypothesis
 from farside.dem.lists.signs import Sign, SignList, to_sign
 from farside.dem.parameters import Parameters, others_than_default
 from farside.dem.policy.planning import Planner, PolicyStep, PolicyValue, Why

@@ -8,7 +8,6 @@ both in order of age.
 import math
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
-from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -31,48 +30,10 @@ from farside.dem.equations import (
 )
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.chains import Chains
+from farside.dem.lists.hypothesis import CostChange, Hypothesis
 from farside.dem.lists.packing import crc_of, packed, unpack_into
 from farside.dem.lists.signs import Sign
 from farside.dem.parameters import Parameters
-
-
-class Hypothesis(msgspec.Struct, frozen=True):
-    """A µ-hypothesis: context ∧ action → outcome after `delay` cycles.
-
-    Attributes:
-        context, outcome: Signs.
-        action: name of the Action.
-        delay: cycles from context and action to outcome, 1 or more.
-        cm: corroboration measure C_m, 0 to 1.
-        credit: the same measure without the successes that a better hypothesis predicted too,
-            0 to 1; see `farside.dem.learning.credit`.
-        predictions: number of its predictions that have fallen due.
-        successes: number of these that came true.
-    """
-
-    context: Sign
-    action: str
-    outcome: Sign
-    delay: int
-    cm: float
-    credit: float
-    predictions: int
-    successes: int
-
-
-class CostChange(NamedTuple):
-    """A hypothesis was created or removed, or its cost estimate changed.
-
-    Attributes:
-        hypothesis: its id, which may have been reused since.
-        context, outcome: its Signs.
-        old_cost: the cost estimate C_e before; infinite if the hypothesis was created.
-    """
-
-    hypothesis: int
-    context: int
-    outcome: int
-    old_cost: float
 
 
 class HypothesesState(msgspec.Struct, frozen=True, array_like=True):

@@ -5,11 +5,15 @@ from collections.abc import Sequence
 import numpy as np
 from hypothesis import given, settings
 
-from farside.dem import DynamicExpectancyModel, Parameters, Trace
+from farside.dem import DynamicExpectancyModel, Parameters, Sign, Trace
 from tests.dem.conftest import MakeModel, RunCycle
 from tests.dem.test_plain import Pair, learning, streams
 
 A, B, C = ("at:A",), ("at:B",), ("at:C",)
+
+
+def told(model: DynamicExpectancyModel) -> list[tuple[int, Sign]]:
+    return [(one.due_in, one.outcome) for one in model.predictions]
 
 
 def test_what_is_predicted_when_and_by_which_hypothesis(
@@ -19,24 +23,23 @@ def test_what_is_predicted_when_and_by_which_hypothesis(
     model = make_model(reach=2)
     for tokens, action in [(A, "E"), (B, "N"), (C, None), (C, None)]:
         cycle(model, tokens, action)
-    assert len(model.predictions) == len(model.due) == 0
+    assert told(model) == []
     cycle(model, A, "E")
-    told = [(one.due_in, one.outcome, one.hypothesis.delay) for one in model.predictions]
-    assert told == [(1, B, 1), (2, C, 2)]
+    assert told(model) == [(1, B), (2, C)]
     assert [one.outcome for one in model.due] == [B]
+    assert [one.hypothesis.delay for one in model.predictions] == [1, 2]
     assert {one.hypothesis for one in model.predictions} <= set(model.hypotheses)
     assert model.sense(B).succeeded == 1
-    assert [(one.due_in, one.outcome) for one in model.predictions] == [(1, C)]
+    assert told(model) == [(1, C)]
     model.perform(None)
     assert model.sense(A).failed == 1
-    assert len(model.predictions) == 0
+    assert told(model) == []
 
 
 def test_the_traces_are_what_was_active_and_what_was_done_the_latest_first(
     make_model: MakeModel, cycle: RunCycle
 ) -> None:
     model = make_model(reach=2)
-    assert len(model.traces) == 0
     for tokens, action in [(A, "E"), ((*B, "dust"), None), (C, "N")]:
         cycle(model, tokens, action)
     assert model.traces == (Trace((C,), "N"), Trace((B, ("dust",)), None))
