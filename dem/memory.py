@@ -27,7 +27,7 @@ from farside.dem.checking import CheckedLists, check_goal_list
 from farside.dem.learning.learner import LearnerState
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import GoalsState
-from farside.dem.lists.inherent import InherentGoal
+from farside.dem.lists.inherent import InherentGoal, RuleState
 from farside.dem.parameters import Parameters
 
 FORMAT = 4
@@ -71,7 +71,7 @@ class ModelState(msgspec.Struct, frozen=True, array_like=True):
 
     action_costs: dict[str, float]
     parameters: Parameters
-    inherent: tuple[InherentGoal, ...]
+    inherent: tuple[RuleState, ...]
     random: bytes
     learner: LearnerState
     goals: GoalsState
@@ -201,6 +201,8 @@ def _check(state: ModelState) -> None:
     lists.check_due(learner, awaits_action=state.awaits_action)
     lists.check_active(state.active)
     check_goal_list(state.goals)
+    for when, goal, priority in map(msgspec.structs.astuple, state.inherent):
+        InherentGoal(when, goal, 0.0 if priority is None else priority)
     if state.chosen is not None:
         actions.id_of(state.chosen)
 

@@ -11,7 +11,7 @@ from farside.dem.lists.actions import ActionList
 from farside.dem.lists.check import lists_check
 from farside.dem.lists.given import given
 from farside.dem.lists.goals import OPERATOR, Goal
-from farside.dem.lists.inherent import InherentGoal
+from farside.dem.lists.inherent import InherentGoal, restored, saved
 from farside.dem.lists.signs import to_sign
 from farside.dem.memory import ModelState, random_state, read, restored_generator, written
 from farside.dem.parameters import Exploration, Parameters
@@ -56,7 +56,7 @@ class DynamicExpectancyModel(ModelViews):
         self._learner = Learner(self._actions, parameters, rng)
         self._signs = self._learner.signs
         self._hypotheses = self._learner.hypotheses
-        self._inherent = tuple(inherent)
+        self._inherent = tuple(given(InherentGoal, "inherent", rule) for rule in inherent)
         self._pursuit = Pursuit(self._learner, parameters, self._inherent)
         self._goals, self._planner = self._pursuit.goals, self._pursuit.planner
         self._active: list[int] = []
@@ -75,7 +75,8 @@ class DynamicExpectancyModel(ModelViews):
 
         Raises:
             RuntimeError: if `perform` has not ended the last cycle.
-            TypeError: if `tokens` is a string.
+            TypeError: if `tokens` is a string, or no Tokens.
+            TypeError, ValueError: if a rule gives its goal no finite priority. Nothing is sensed.
         """
         if self._awaits_action:
             raise RuntimeError(
@@ -83,12 +84,13 @@ class DynamicExpectancyModel(ModelViews):
                 "perform(None) if nothing was done"
             )
         sensed = to_sign(tokens)
+        by_rules = self._pursuit.wanted(sensed)
         learned = self._learner.sense(sensed, self._pursuit.needed())
         self._active = learned.active
         self._awaits_action = True
         if self._feed is not None:
             self._feed.trim()
-        news = self._pursuit.sense(sensed, learned.active, on_course=self._on_course)
+        news = self._pursuit.sense(sensed, learned.active, by_rules, on_course=self._on_course)
         return Sensed(
             tokens=sensed,
             active=self._named(learned.active),
@@ -264,7 +266,7 @@ class DynamicExpectancyModel(ModelViews):
             ModelState(
                 action_costs=self._actions.by_name,
                 parameters=self._parameters,
-                inherent=self._inherent,
+                inherent=saved(self._inherent),
                 random=random_state(self._rng),
                 learner=self._learner.state(),
                 goals=self._goals.state(),
@@ -276,10 +278,18 @@ class DynamicExpectancyModel(ModelViews):
         )
 
     @classmethod
-    def load(cls, data: bytes) -> "DynamicExpectancyModel":
+    def load(
+        cls, data: bytes, *, inherent: Sequence[InherentGoal] | None = None
+    ) -> "DynamicExpectancyModel":
         """The model that was saved, with its own copy of the random generator.
 
+        Args:
+            data: what `save` returned.
+            inherent: the rules of the model; needed only where a priority is a function, which
+                cannot be saved.
+
         Raises:
+            ValueError: if rules are needed, or are others than the model had.
             UnreadableMemoryError: if `data` is damaged, truncated, of another version, or not a
                 saved model.
         """
@@ -288,7 +298,7 @@ class DynamicExpectancyModel(ModelViews):
             {},
             state.parameters,
             rng=restored_generator(state.random),
-            inherent=state.inherent,
+            inherent=restored(state.inherent, inherent),
         )
         model._actions.restore(state.action_costs)
         model._learner.restore(state.learner)
