@@ -26,6 +26,7 @@ from numpy.random import Generator
 from farside.dem.checking import CheckedLists, check_goal_list
 from farside.dem.learning.learner import LearnerState
 from farside.dem.lists.actions import ActionList
+from farside.dem.lists.given import shown
 from farside.dem.lists.goals import GoalsState
 from farside.dem.lists.inherent import InherentGoal, RuleState
 from farside.dem.parameters import Parameters
@@ -183,8 +184,11 @@ def read(data: bytes) -> ModelState:
     """The model that was `written`, checked.
 
     Raises:
+        TypeError: if `data` is no bytes.
         UnreadableMemoryError: if `data` is not the whole of such a model.
     """
+    if not isinstance(data, bytes | bytearray | memoryview):
+        raise TypeError(f"a model's memory: expected the bytes of save(), found {shown(data)}")
     state = decompress(_checked_body(data), ModelState)
     try:
         _check(state)

@@ -1,6 +1,6 @@
 """The cycle of the Dynamic Expectancy Model: sense and learn, choose, perform and predict."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 
 from numpy.random import Generator
 
@@ -11,7 +11,7 @@ from farside.dem.lists.actions import ActionList
 from farside.dem.lists.check import lists_check
 from farside.dem.lists.given import given
 from farside.dem.lists.goals import OPERATOR, Goal
-from farside.dem.lists.inherent import InherentGoal, restored, saved
+from farside.dem.lists.inherent import InherentGoal, restored, rules_given, saved
 from farside.dem.lists.signs import to_sign
 from farside.dem.memory import ModelState, random_state, read, restored_generator, written
 from farside.dem.parameters import Exploration, Parameters
@@ -48,15 +48,15 @@ class DynamicExpectancyModel(ModelViews):
         parameters: Parameters = _DEFAULTS,
         *,
         rng: Generator,
-        inherent: Sequence[InherentGoal] = (),
+        inherent: Iterable[InherentGoal] = (),
     ) -> None:
-        self._rng = rng
-        self._parameters = parameters
+        self._rng = given(Generator, "rng, of numpy.random.default_rng(seed)", rng)
+        self._parameters = given(Parameters, "parameters", parameters)
         self._actions = ActionList(action_costs)
         self._learner = Learner(self._actions, parameters, rng)
         self._signs = self._learner.signs
         self._hypotheses = self._learner.hypotheses
-        self._inherent = tuple(given(InherentGoal, "inherent", rule) for rule in inherent)
+        self._inherent = rules_given(inherent)
         self._pursuit = Pursuit(self._learner, parameters, self._inherent)
         self._goals, self._planner = self._pursuit.goals, self._pursuit.planner
         self._active: list[int] = []
@@ -119,8 +119,10 @@ class DynamicExpectancyModel(ModelViews):
 
         Raises:
             RuntimeError: if `sense` was not called since the last `perform`.
+            TypeError: if `explore` is neither true nor false.
         """
         self._expect_sensed("choose")
+        explore = given(bool, "explore", explore)
         exploration = self._parameters.exploration if explore else Exploration.NONE
         curious = exploration is Exploration.CURIOUS
         choice = self._curious() if curious else self._goal_directed()
@@ -223,7 +225,8 @@ class DynamicExpectancyModel(ModelViews):
         Raises:
             ValueError: if there are no Tokens, `priority` is not finite, or `source` is `"rule"`,
                 which stands for the robot's own rules.
-            TypeError: if `tokens` is a string.
+            TypeError: if `tokens` is a string or no Tokens, `priority` no number, or `source` no
+                name.
         """
         sign = to_sign(tokens)
         is_active = self._awaits_action and self._pursuit.is_active(sign, self._active)
@@ -279,7 +282,7 @@ class DynamicExpectancyModel(ModelViews):
 
     @classmethod
     def load(
-        cls, data: bytes, *, inherent: Sequence[InherentGoal] | None = None
+        cls, data: bytes, *, inherent: Iterable[InherentGoal] | None = None
     ) -> "DynamicExpectancyModel":
         """The model that was saved, with its own copy of the random generator.
 

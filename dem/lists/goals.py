@@ -187,7 +187,7 @@ class GoalList:
 
         The goal stays as long as another source wants it.
         """
-        entry = self._entries.get(sign)
+        entry, source = self._entries.get(sign), given.name("source of a goal", source)
         if source == RULE or entry is None or source not in entry.priorities:
             return False
         del entry.priorities[source]

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 
 import msgspec
 
-from farside.dem.lists.given import number, shown
+from farside.dem.lists.given import given, number, shown
 from farside.dem.lists.signs import Sign, to_sign
 
 
@@ -80,6 +80,17 @@ def check_goal(sign: Sign, priority: float) -> float:
     return much
 
 
+def rules_given(found: object) -> tuple[InherentGoal, ...]:
+    """The rules that a caller gave.
+
+    Raises:
+        TypeError: if they are none.
+    """
+    if not isinstance(found, Iterable):
+        raise TypeError(f"inherent: expected rules, found {shown(found)}")
+    return tuple(given(InherentGoal, "inherent", rule) for rule in found)
+
+
 def wanted(rules: Iterable[InherentGoal], tokens: Sign) -> dict[Sign, float]:
     """The goals of those rules that are active when `tokens` are sensed, with their priorities.
 
@@ -103,7 +114,7 @@ def saved(rules: Sequence[InherentGoal]) -> tuple[RuleState, ...]:
 
 
 def restored(
-    states: Sequence[RuleState], rules: Sequence[InherentGoal] | None
+    states: Sequence[RuleState], rules: Iterable[InherentGoal] | None
 ) -> tuple[InherentGoal, ...]:
     """The rules that were `saved`.
 
@@ -112,6 +123,7 @@ def restored(
         rules: the rules themselves; not needed where all priorities are numbers.
 
     Raises:
+        TypeError: if they are no rules.
         ValueError: if they are needed, or are others than those that were saved.
     """
     if rules is None:
@@ -122,9 +134,10 @@ def restored(
                 f"found none; functions give the priorities of {shown(functions)}"
             )
         return tuple(InherentGoal(*msgspec.structs.astuple(rule)) for rule in states)
+    rules = rules_given(rules)
     if saved(rules) != tuple(states):
         raise ValueError(
             f"inherent: expected the rules that were saved, {shown(tuple(states))}, "
             f"found {shown(saved(rules))}"
         )
-    return tuple(rules)
+    return rules
