@@ -10,6 +10,7 @@ from farside.lazily import lazily
 
 if TYPE_CHECKING:
     from farside.dem.lab.judging import Estimate, Judged, Judgement, still, train_then_judge
+    from farside.dem.lab.layouts import Layout
     from farside.dem.lab.metrics import CycleMetrics, cycle_metrics
     from farside.dem.lab.observations import (
         as_one,
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
         tiles,
         tokens_of,
     )
+    from farside.dem.lab.picture import Picture, map_picture
     from farside.dem.lab.playing import Episode, play
     from farside.dem.lab.recall import Recall, memory
     from farside.dem.lab.tables import SignRow, Table, hypotheses, policy, signs
@@ -34,6 +36,8 @@ __all__ = [
     "GymWorld",
     "Judged",
     "Judgement",
+    "Layout",
+    "Picture",
     "Recall",
     "SignRow",
     "Situation",
@@ -46,6 +50,7 @@ __all__ = [
     "fields",
     "hypotheses",
     "label",
+    "map_picture",
     "memory",
     "one_hot",
     "play",
@@ -67,6 +72,8 @@ __getattr__ = lazily(
         "GymWorld": "worlds",
         "Judged": "judging",
         "Judgement": "judging",
+        "Layout": "layouts",
+        "Picture": "picture",
         "Recall": "recall",
         "SignRow": "tables",
         "Situation": "worlds",
@@ -79,6 +86,7 @@ __getattr__ = lazily(
         "fields": "observations",
         "hypotheses": "tables",
         "label": "observations",
+        "map_picture": "picture",
         "memory": "recall",
         "one_hot": "observations",
         "play": "playing",

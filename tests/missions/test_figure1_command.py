@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
+from farside.dem.lab.picture import mixed, ramp
 from farside.missions.commands import main as cli
 from farside.missions.figure1.example import (
     GOALS,
@@ -15,8 +16,6 @@ from farside.missions.figure1.example import (
     Figure1,
     blocks,
     greatest_value,
-    mixed,
-    ramp,
     run_figure1,
 )
 from farside.missions.figure1.page import write_page
