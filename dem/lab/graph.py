@@ -108,10 +108,8 @@ def _arcs(
             by_cause[one.context, one.action].append(one)
     arcs = []
     for node in drawn.values():
-        if node.action is None:
-            continue
         part = _part_of_equal_value(node, drawn)
-        known = by_cause[node.sign, node.action]
+        known = [] if node.action is None else by_cause[node.sign, node.action]
         if part is not None:
             arcs.append(Arc(node.sign, part, None, 1.0, is_ahead=node.sign in path))
         elif known:
@@ -122,7 +120,7 @@ def _arcs(
 
 def _part_of_equal_value(node: Node, drawn: dict[Sign, Node]) -> Sign | None:
     """The part whose value a whole has, as to reach it is to reach its parts."""
-    if len(node.sign) == 1:
+    if len(node.sign) == 1 or node.value == math.inf:
         return None
     for other in drawn.values():
         if other.value == node.value and len(other.sign) < len(node.sign):

@@ -19,7 +19,7 @@ SVG = "{http://www.w3.org/2000/svg}"
 def walked(
     size: int = 4, cycles: int = 400, named: str = "at:{},{}", also: Sequence[str] = ()
 ) -> DynamicExpectancyModel:
-    """A square of places, walked at random, with the far corner as the goal."""
+    """A square of places, walked at random, and back at its start; the goal is the far corner."""
     model = DynamicExpectancyModel(dict.fromkeys(MOVES, 1.0), rng=np.random.default_rng(0))
     rng, x, y = np.random.default_rng(1), 0, 0
     for action in rng.choice(list(MOVES), cycles):
@@ -28,6 +28,8 @@ def walked(
         east, north = MOVES[str(action)]
         x, y = min(max(x + east, 0), size - 1), min(max(y + north, 0), size - 1)
     model.sense([named.format(x, y), *also])
+    model.perform(None)
+    model.sense([named.format(0, 0), *also])
     model.set_goal([named.format(size - 1, size - 1)], priority=1.0)
     return model
 
@@ -66,6 +68,8 @@ def test_the_arcs_lead_to_the_goal_in_as_many_steps_as_the_map_says(*, credited:
         model.perform(str(action))
         at = int(rng.integers(12)) if rng.random() < 0.2 else (at + 1 + (action == "b")) % 12
     model.sense([f"s{at}", "bright"])
+    model.perform(None)
+    model.sense(["s1", "bright"])
     model.set_goal(["s7"], priority=1.0)
     graph = graph_of(model, 500)
     onward = {arc.source: arc for arc in graph.arcs}
