@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from farside.dem.model import DynamicExpectancyModel
     from farside.dem.parameters import Curiosity, Exploration, Parameters
     from farside.dem.policy.planning import PolicyStep, PolicyValue, Why
+    from farside.dem.recall import Recall
     from farside.dem.shadow import DeltaError, ShadowModel
 
 __all__ = [
@@ -36,6 +37,7 @@ __all__ = [
     "Parameters",
     "PolicyStep",
     "PolicyValue",
+    "Recall",
     "Sensed",
     "ShadowModel",
     "Sign",
@@ -59,6 +61,7 @@ __getattr__ = lazily(
         "Parameters": "parameters",
         "PolicyStep": "policy.planning",
         "PolicyValue": "policy.planning",
+        "Recall": "recall",
         "Sensed": "cycle",
         "ShadowModel": "shadow",
         "Sign": "lists.signs",

@@ -261,6 +261,9 @@ class RoverConfig(Section, frozen=True):
             `docs/extend.md`.
         controller_options: what a controller other than `dem` is made with.
         dem: parameters of the Dynamic Expectancy Model.
+        memory: how many steps back the controller senses what was sensed and done, as one more
+            Token, such as `was:at:3,4|did:N`; 0 to 8. For yards where places look alike: it takes
+            longer to learn, and its lists are longer.
         shadow: whether the ground holds a shadow of that model: its lists, fed over the downlink,
             with every map and path. Changes are sent in what all else leaves of the rate, some 130
             bytes an update with its frame; the summary of a run states the price.
@@ -278,6 +281,7 @@ class RoverConfig(Section, frozen=True):
     controller: str = "dem"
     controller_options: Options = field(default_factory=dict)
     dem: DemConfig = DemConfig()
+    memory: Annotated[int, Meta(ge=0, le=8)] = 0
     shadow: bool = True
 
     @property

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     )
     from farside.dem.lab.picture import Picture, map_picture
     from farside.dem.lab.playing import Episode, play
-    from farside.dem.lab.recall import Recall, memory
+    from farside.dem.lab.remembering import memory
     from farside.dem.lab.tables import SignRow, Table, hypotheses, policy, signs
     from farside.dem.lab.worlds import REWARDED, GymWorld, Situation, World
 
@@ -38,7 +38,6 @@ __all__ = [
     "Judgement",
     "Layout",
     "Picture",
-    "Recall",
     "SignRow",
     "Situation",
     "Table",
@@ -74,7 +73,6 @@ __getattr__ = lazily(
         "Judgement": "judging",
         "Layout": "layouts",
         "Picture": "picture",
-        "Recall": "recall",
         "SignRow": "tables",
         "Situation": "worlds",
         "Table": "tables",
@@ -87,7 +85,7 @@ __getattr__ = lazily(
         "hypotheses": "tables",
         "label": "observations",
         "map_picture": "picture",
-        "memory": "recall",
+        "memory": "remembering",
         "one_hot": "observations",
         "play": "playing",
         "policy": "tables",
