@@ -262,8 +262,8 @@ class RoverConfig(Section, frozen=True):
         controller_options: what a controller other than `dem` is made with.
         dem: parameters of the Dynamic Expectancy Model.
         memory: how many steps back the controller senses what was sensed and done, as one more
-            Token, such as `was:at:3,4|did:N`; 0 to 8. For yards where places look alike: it takes
-            longer to learn, and its lists are longer.
+            Token; 0 to 8. For worlds where places look alike, see `docs/dem.md`: learning takes
+            longer, and the lists are several times as long.
         shadow: whether the ground holds a shadow of that model: its lists, fed over the downlink,
             with every map and path. Changes are sent in what all else leaves of the rate, some 130
             bytes an update with its frame; the summary of a run states the price.
