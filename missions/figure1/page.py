@@ -7,6 +7,7 @@ from string import Template
 from plotly import graph_objects  # type: ignore[import-untyped]
 from plotly.io import to_html  # type: ignore[import-untyped]
 
+from farside.dem.lab.picture import mixed, ramp
 from farside.missions.figure1.example import (
     ACTION_COST,
     CYCLES,
@@ -17,8 +18,6 @@ from farside.missions.figure1.example import (
     Panel,
     blocks,
     greatest_value,
-    mixed,
-    ramp,
 )
 
 _CORNERS = tuple((east, north, up) for up in (0, 1) for north in (0, 1) for east in (0, 1))
