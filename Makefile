@@ -46,6 +46,7 @@ bench: $(VENV)/.ready-to-develop ## measure simulated seconds per wall second
 	$(BIN)/python tests/bench/dem_map.py
 	$(BIN)/python tests/bench/dem_worlds.py
 	$(BIN)/python tests/bench/gym_table.py
+	$(BIN)/python tests/bench/environment.py
 	$(BIN)/python tests/bench/console.py
 	$(BIN)/python tests/bench/peers/table.py
 
