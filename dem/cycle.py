@@ -17,7 +17,8 @@ class Sensed(msgspec.Struct, frozen=True):
             `farside.dem.learning.credit`.
         succeeded, failed: number of due predictions that came true, or did not.
         created, removed: number of hypotheses created, or removed as ineffective.
-        reached: goals satisfied and removed, highest first.
+        reached: goals satisfied and removed, highest first; also those that were satisfied as they
+            were set, since the last cycle was sensed.
         suspended: goals put aside since the last cycle was sensed, or for another reason than then,
             highest first; see `farside.dem.Aside`.
         recovered: goals that were aside when the last cycle was sensed and are no longer, highest

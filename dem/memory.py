@@ -64,6 +64,7 @@ class ModelState(msgspec.Struct, frozen=True, array_like=True):
     """The state of a model: its constructor's arguments, its lists, and its point in the cycle.
 
     Attributes:
+        action_costs: in order of id.
         random: state of the random generator, see `random_state`.
         active, awaits_action, chosen, on_course: the private attributes of these names.
     """
@@ -193,7 +194,8 @@ def read(data: bytes) -> ModelState:
 
 
 def _check(state: ModelState) -> None:
-    actions, learner = ActionList(state.action_costs), state.learner
+    actions, learner = ActionList({}), state.learner
+    actions.restore(state.action_costs)
     lists = CheckedLists(actions, state.parameters, learner.signs, learner.hypotheses)
     lists.check_learner(learner)
     lists.check_due(learner, awaits_action=state.awaits_action)

@@ -9,7 +9,7 @@ from farside.dem.feed import ChangeFeed, Delta
 from farside.dem.learning.learner import Learner
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.check import lists_check
-from farside.dem.lists.goals import OPERATOR
+from farside.dem.lists.goals import OPERATOR, Goal
 from farside.dem.lists.inherent import InherentGoal
 from farside.dem.lists.signs import to_sign
 from farside.dem.memory import ModelState, random_state, read, restored_generator, written
@@ -29,14 +29,16 @@ class DynamicExpectancyModel(ModelViews):
     may be set and withdrawn at any time.
 
     Args:
-        action_costs: cost of each action, above 0, all in the same unit (s, J).
+        action_costs: cost of each action that is known from the start, above 0, all in the same
+            unit (s, J); there may be none.
         parameters: how to learn and act.
         rng: the only source of randomness: one draw for each opportunity to create a hypothesis,
             and one for each exploratory choice between equals.
         inherent: the robot's own goals.
 
     Raises:
-        ValueError: if there is no action, or a cost is not finite and above 0.
+        TypeError: if something is not of the type that it must have.
+        ValueError: if a cost is not finite and above 0.
     """
 
     def __init__(
@@ -57,9 +59,8 @@ class DynamicExpectancyModel(ModelViews):
         self._pursuit = Pursuit(self._learner, parameters, self._inherent)
         self._goals, self._planner = self._pursuit.goals, self._pursuit.planner
         self._active: list[int] = []
-        self._awaits_action = False
+        self._awaits_action = self._on_course = False
         self._chosen: str | None = None
-        self._on_course = False
         self._feed: ChangeFeed | None = None
 
     # --- the cycle -----------------------------------------------------------------------------
@@ -105,9 +106,9 @@ class DynamicExpectancyModel(ModelViews):
         """The action to take now; `perform` is still to be called.
 
         Goal-directed if there is a top-goal: the best action of the active Sign with the least
-        policy value. Otherwise exploratory, as `Parameters.exploration` says; also if the top-goal
-        was set after `sense` and is active already. `None` where there is nothing to do: no action
-        is suggested by the map, and the model does not explore.
+        policy value. Otherwise exploratory, as `Parameters.exploration` says. `None` where there is
+        nothing to do: no action is suggested by the map, and the model does not explore, or does
+        not know any action.
 
         Args:
             explore: whether the model may explore. Without, a curious model chooses by the
@@ -121,7 +122,7 @@ class DynamicExpectancyModel(ModelViews):
         curious = exploration is Exploration.CURIOUS
         choice = self._curious() if curious else self._goal_directed()
         if choice is None:
-            if exploration is Exploration.NONE:
+            if exploration is Exploration.NONE or not self._actions:
                 return None
             choice = Choice(self._actions.names[self._rng.integers(len(self._actions))])
         self._chosen = choice.action if choice.goal else None
@@ -131,18 +132,36 @@ class DynamicExpectancyModel(ModelViews):
         """End a cycle with the action really performed, `None` if there was none.
 
         Every hypothesis whose context and action are active makes its prediction. Standing still
-        is not an action: it leads to no predictions and no hypotheses.
+        is not an action: it leads to no predictions and no hypotheses. An action that is met for
+        the first time is registered (source: seed), at the cost of the dearest known one, or 1 if
+        it is the first (project default); see `set_cost`.
 
         Raises:
             RuntimeError: if `sense` was not called since the last `perform`.
-            ValueError: if the action is unknown. The message names the known ones.
+            TypeError: if the action is no string.
         """
         self._expect_sensed("perform")
-        performed = None if action is None else self._actions.id_of(action)
+        performed = None if action is None else self._registered(action)
         self._learner.perform(self._active, performed, self._pursuit.needed())
         self._on_course = action is not None and action == self._chosen
         self._chosen = None
         self._awaits_action = False
+
+    def _registered(self, action: str) -> int:
+        known = self._actions.find(action)
+        if known is None:
+            known = self._learner.register(action, self._actions.default_cost)
+        return known
+
+    def set_cost(self, action: str, cost: float) -> None:
+        """Have an action cost something else from now on: all policy values follow at once.
+
+        Raises:
+            TypeError: if the action is no string, or the cost no number.
+            ValueError: if the action is unknown, or the cost is not finite and above 0.
+        """
+        self._hypotheses.set_cost(self._actions.id_of(action), cost)
+        self._attend()
 
     def _expect_sensed(self, wanted: str) -> None:
         if not self._awaits_action:
@@ -164,9 +183,11 @@ class DynamicExpectancyModel(ModelViews):
         )
 
     def _curious(self) -> Choice | None:
+        if not self._actions:
+            return None
         sought = self._goals.sought
         goal = None if sought is None else self._signs.find(sought)
-        curious = CuriousMap(self._learner, self._parameters.curiosity, goal, self._active)
+        curious = CuriousMap(self._learner, self._parameters, goal, self._active)
         lead = curious.lead(self._learner.last_action, self._rng)
         if lead is None:
             return None
@@ -179,22 +200,35 @@ class DynamicExpectancyModel(ModelViews):
 
     # --- goals ---------------------------------------------------------------------------------
 
-    def set_goal(self, tokens: Iterable[str], priority: float, source: str = OPERATOR) -> None:
+    def set_goal(
+        self, tokens: Iterable[str], priority: float = 1.0, source: str = OPERATOR
+    ) -> Goal | None:
         """Put a Sign on the Goal List, or change the priority that `source` gives it.
 
         Several sources may want the same Sign; the highest of their priorities counts. A Sign of
         several Tokens becomes known by being set. A single Token that was never sensed can be a
-        goal too, but is put aside until it is sensed. A goal that is active already is satisfied
-        at the next `sense`.
+        goal too, but is put aside until it is sensed.
+
+        Within a cycle, between `sense` and `perform`, a goal that is active is satisfied at once:
+        it never comes on the list, and nothing is done for it. It is returned, and told once more
+        in `Sensed.reached` of the next cycle, for those who wait there. To pursue a goal again that
+        was just reached, set it after `perform`.
+
+        Returns:
+            the goal, if it is satisfied at once.
 
         Raises:
             ValueError: if there are no Tokens, `priority` is not finite, or `source` is `"rule"`,
                 which stands for the robot's own rules.
             TypeError: if `tokens` is a string.
         """
-        self._goals.set(to_sign(tokens), priority, source)
-        self._pursuit.know_goals()
-        self._attend()
+        sign = to_sign(tokens)
+        is_active = self._awaits_action and self._pursuit.is_active(sign, self._active)
+        satisfied = self._goals.set(sign, priority, source, is_active=is_active)
+        if satisfied is None:
+            self._pursuit.know_goals()
+            self._attend()
+        return satisfied
 
     def withdraw_goal(self, tokens: Iterable[str], source: str = OPERATOR) -> bool:
         """Take back what `source` set; False if it set no such goal.
@@ -227,7 +261,7 @@ class DynamicExpectancyModel(ModelViews):
         """
         return written(
             ModelState(
-                action_costs=dict(zip(self._actions.names, self._actions.costs, strict=True)),
+                action_costs=self._actions.by_name,
                 parameters=self._parameters,
                 inherent=self._inherent,
                 random=random_state(self._rng),
@@ -250,11 +284,12 @@ class DynamicExpectancyModel(ModelViews):
         """
         state = read(data)
         model = cls(
-            state.action_costs,
+            {},
             state.parameters,
             rng=restored_generator(state.random),
             inherent=state.inherent,
         )
+        model._actions.restore(state.action_costs)
         model._learner.restore(state.learner)
         model._goals.restore(state.goals)
         model._active = list(state.active)
@@ -265,8 +300,9 @@ class DynamicExpectancyModel(ModelViews):
     def change(self, parameters: Parameters) -> None:
         """Learn and act by these from now on; raises what `Learner.change` does."""
         self._learner.change(parameters)
+        self._pursuit.change(parameters)
         self._parameters = parameters
-        self._goals.change(parameters.break_multiple, parameters.recovery)
+        self._attend()
         if self._feed is not None:
             self._feed.change(parameters)
 
@@ -294,8 +330,8 @@ class DynamicExpectancyModel(ModelViews):
         return self._open_feed().whole(self._goals.ordered)
 
     def lists_check(self) -> int:
-        """CRC-32 of Signs, hypotheses and goals, to be compared with that of a `ShadowModel`."""
-        return lists_check(self._signs, self._hypotheses, self._goals.ordered)
+        """CRC-32 of all lists and the goals, to be compared with that of a `ShadowModel`."""
+        return lists_check(self._actions, self._signs, self._hypotheses, self._goals.ordered)
 
     def _open_feed(self) -> ChangeFeed:
         if self._feed is None:

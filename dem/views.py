@@ -13,8 +13,17 @@ from farside.dem.policy.pursuit import Pursuit
 class ListViews:
     """The lists that a model and its shadow both have."""
 
+    _actions: ActionList
     _signs: SignList
     _hypotheses: HypothesisList
+
+    @property
+    def actions(self) -> dict[str, float]:
+        """The Action List with the cost of each: those known from the start by name, then others.
+
+        The others follow in the order in which they were first performed.
+        """
+        return self._actions.by_name
 
     @property
     def signs(self) -> tuple[Sign, ...]:
@@ -48,7 +57,6 @@ class ListViews:
 class ModelViews(ListViews):
     """What a model wants and what it knows of the way; nothing here changes what it learned."""
 
-    _actions: ActionList
     _goals: GoalList
     _planner: Planner
     _pursuit: Pursuit
@@ -96,7 +104,7 @@ class ModelViews(ListViews):
         return self._planner.why(self._active)
 
     def cost_to(self, goal: Iterable[str], start: Iterable[str] | None = None) -> float:
-        """P_v towards any Sign, of the best active Sign or of the Sign `start`.
+        """P_v towards any Sign, of the best active Sign, now or where the Sign `start` is active.
 
         0.0 if the Sign is active, or `start` implies it; infinite where no way is known, or a Sign
         is unknown. The maps of the last few Signs asked for are kept up to date like that of the

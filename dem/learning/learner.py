@@ -96,6 +96,11 @@ class Learner:
         self._parameters = parameters
         self.hypotheses.change(parameters)
 
+    def register(self, action: str, cost: float) -> int:
+        """Add an action that is met for the first time, and return its id."""
+        self.trials.widen(len(self.actions), len(self.actions) + 1)
+        return self.hypotheses.register(action, cost)
+
     def sense(self, tokens: Sign, needed: Sequence[int]) -> CycleResult:
         """Begin a cycle: settle predictions, differentiate, remove and create hypotheses.
 

@@ -3,6 +3,8 @@
 from array import array
 from collections.abc import Iterator
 
+from farside.dem.lists.packing import widen
+
 NO_ROW = -1
 """In place of a row, where there is none."""
 
@@ -20,12 +22,21 @@ class Chains:
         self.following = array("i")
         self._last = array("i")
 
+    def widen(self, before: int, after: int) -> None:
+        """Have key `r * before + i` be `r * after + i` from now on; see `packing.widen`."""
+        widen(self.first, before, after, NO_ROW)
+        widen(self._last, before, after, NO_ROW)
+
     def of(self, key: int) -> Iterator[int]:
         """The rows of a chain."""
-        row = self.first[key] if key < len(self.first) else NO_ROW
+        row = self.head(key)
         while row != NO_ROW:
             yield row
             row = self.following[row]
+
+    def head(self, key: int) -> int:
+        """The first row of a chain, `NO_ROW` if it has none."""
+        return self.first[key] if key < len(self.first) else NO_ROW
 
     def append(self, key: int, row: int) -> None:
         """Add a row at the end of a chain."""

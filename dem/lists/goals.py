@@ -1,7 +1,7 @@
 """G, the Goal List: the Signs that are wanted, by whom, and how much."""
 
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -9,6 +9,7 @@ import msgspec
 
 from farside.dem.lists.inherent import InherentGoal, check_goal
 from farside.dem.lists.signs import Sign
+from farside.dem.parameters import Parameters
 
 OPERATOR = "operator"
 """The source of a goal that is set without naming one."""
@@ -63,10 +64,14 @@ class GoalState(msgspec.Struct, frozen=True, array_like=True):
 
 
 class GoalsState(msgspec.Struct, frozen=True, array_like=True):
-    """A Goal List as it is saved: its goals, the oldest first, and the goals that rules hold."""
+    """A Goal List as it is saved: its goals, the oldest first, and the goals that rules hold.
+
+    Then those that were satisfied as they were set, and are not told yet, with their priorities.
+    """
 
     goals: tuple[GoalState, ...]
     held: tuple[Sign, ...]
+    met: tuple[tuple[Sign, dict[str, float]], ...]
 
 
 class Outlook(NamedTuple):
@@ -117,8 +122,7 @@ class GoalList:
     project defaults.
 
     Args:
-        break_multiple: the multiple, above 1.
-        recovery: number of cycles for which a blocked goal stays aside.
+        parameters: whether, when and for how long to put goals aside.
 
     Attributes:
         ordered: the goals, the top-goal first.
@@ -127,19 +131,23 @@ class GoalList:
         unreachable: those that are aside because no way to them is known, highest first.
     """
 
-    def __init__(self, break_multiple: float, recovery: int) -> None:
+    def __init__(self, parameters: Parameters) -> None:
         self.ordered: tuple[Goal, ...] = ()
         self.sought: Sign | None = None
         self.unreachable: tuple[Sign, ...] = ()
         self._ranked: list[tuple[Sign, _Entry]] = []
-        self.change(break_multiple, recovery)
         self._entries: dict[Sign, _Entry] = {}
         # Goals of rules that were reached and have been active ever since.
         self._held: set[Sign] = set()
+        # Satisfied as they were set, and not told yet.
+        self._met: dict[Sign, dict[str, float]] = {}
+        self._parameters = parameters
 
-    def change(self, break_multiple: float, recovery: int) -> None:
-        """Put goals aside by these from now on."""
-        self._break_multiple, self._recovery = break_multiple, recovery
+    def change(self, parameters: Parameters) -> None:
+        """Put goals aside by these from now on; without a break point, take up the blocked ones."""
+        self._parameters = parameters
+        if not parameters.break_point:
+            self._take_up([entry for entry in self._entries.values() if entry.blocked_until])
 
     @property
     def top(self) -> Sign | None:
@@ -149,10 +157,16 @@ class GoalList:
     def __contains__(self, sign: Sign) -> bool:
         return sign in self._entries
 
-    def set(self, sign: Sign, priority: float, source: str = OPERATOR) -> None:
+    def set(
+        self, sign: Sign, priority: float, source: str = OPERATOR, *, is_active: bool = False
+    ) -> Goal | None:
         """Want a Sign on behalf of `source`, or change the priority that the source gives it.
 
-        The goal keeps its age.
+        The goal keeps its age. One that is active is satisfied at once: it never comes on the list,
+        and is among those that `take_satisfied` returns next.
+
+        Returns:
+            the goal, if it is satisfied at once.
 
         Raises:
             ValueError: if `sign` has no Tokens, `priority` is not finite, or `source` is `RULE`.
@@ -160,8 +174,12 @@ class GoalList:
         check_goal(sign, priority)
         if source == RULE:
             raise ValueError(f"source of goal {sign}: expected any but {RULE!r}, found {RULE!r}")
+        if is_active:
+            self._met.setdefault(sign, {})[source] = priority
+            return Goal(sign, {source: priority})
         self._entries.setdefault(sign, _Entry()).priorities[source] = priority
         self._order()
+        return None
 
     def withdraw(self, sign: Sign, source: str = OPERATOR) -> bool:
         """Take back what `source` set; False if it set no such goal.
@@ -198,57 +216,64 @@ class GoalList:
         self._order()
 
     def take_satisfied(self, tokens: Sign) -> tuple[Goal, ...]:
-        """Remove and return the goals that are active when `tokens` are sensed.
+        """Remove and return the goals that are active when `tokens` are sensed, highest first.
 
-        None of these is aside any more.
+        Those that were satisfied as they were set, since the last call, are among them. None of
+        these is aside any more.
         """
-        if not self.ordered:
+        if not self.ordered and not self._met:
             return ()
-        satisfied = tuple(
-            msgspec.structs.replace(goal, aside=None)
-            for goal in self.ordered
-            if set(goal.tokens).issubset(tokens)
-        )
+        met, self._met = self._met, {}
+        satisfied = [goal for goal in self.ordered if set(goal.tokens).issubset(tokens)]
         for goal in satisfied:
             del self._entries[goal.tokens]
             if RULE in goal.priorities:
                 self._held.add(goal.tokens)
+            met[goal.tokens] = {**met.get(goal.tokens, {}), **goal.priorities}
         if satisfied:
             self._order()
-        return satisfied
+        goals = (Goal(sign, priorities) for sign, priorities in met.items())
+        return tuple(sorted(goals, key=lambda goal: -goal.priority))
 
     def recover(self, cycle: int) -> tuple[Sign, ...]:
         """Take up the goals whose block is over by `cycle`, and return them."""
-        recovered = []
-        for sign, entry in self._entries.items():
-            if entry.blocked_until is not None and entry.blocked_until <= cycle:
-                entry.blocked_until = entry.aside = None
-                entry.value_at_start = math.inf
-                recovered.append(sign)
-        if recovered:
-            self._order()
+        recovered = {
+            sign: entry
+            for sign, entry in self._entries.items()
+            if entry.blocked_until is not None and entry.blocked_until <= cycle
+        }
+        self._take_up(recovered.values())
         return tuple(recovered)
+
+    def _take_up(self, blocked: Collection[_Entry]) -> None:
+        for entry in blocked:
+            entry.blocked_until = entry.aside = None
+            entry.value_at_start = math.inf
+        if blocked:
+            self._order()
 
     def put_aside(
         self, is_known: Callable[[Sign], bool], is_reachable: Callable[[Sign], bool]
     ) -> None:
         """Put aside the goals that cannot be reached, and take up those that can be again.
 
-        Blocked goals stay so. Whether there is a way is asked only of goals down to the top-goal,
-        and of those below it that are aside already: a map is needed to know it.
+        Blocked goals stay so; all others are taken up without `Parameters.put_aside`. Whether there
+        is a way is asked only of goals down to the top-goal, and of those below it that are aside
+        already: a map is needed to know it.
 
         Args:
             is_known: whether a Sign is known.
-            is_reachable: whether a way leads from the active Signs to a Sign that is known.
+            is_reachable: whether a way leads from the active Signs to a known Sign.
         """
         changed = has_top = False
+        can_wait = self._parameters.put_aside
         for sign, entry in self._ranked:
             if entry.aside is Aside.BLOCKED:
                 continue
             aside = None
-            if not is_known(sign):
+            if can_wait and not is_known(sign):
                 aside = Aside.UNKNOWN
-            elif (entry.aside or not has_top) and not is_reachable(sign):
+            elif can_wait and (entry.aside or not has_top) and not is_reachable(sign):
                 aside = Aside.UNREACHABLE
             has_top |= aside is None
             changed |= aside is not entry.aside
@@ -280,6 +305,8 @@ class GoalList:
     ) -> tuple[Sign, ...]:
         """Put aside one top-goal after another while each is past its break point.
 
+        Without `Parameters.break_point`, their values are only measured.
+
         Args:
             cycle: the current cycle.
             outlook_of: the outlook of a goal. A goal that no known path leads to is not blocked;
@@ -299,13 +326,14 @@ class GoalList:
                 entry.value_at_start = value
             elif not on_course:
                 entry.value_at_start = max(entry.value_at_start, value)
-            multiple = self._break_multiple
-            if value <= multiple * entry.value_at_start or value <= multiple * planned():
+            multiple, on = self._parameters.break_multiple, self._parameters.break_point
+            low = value <= multiple * entry.value_at_start
+            if not on or low or value <= multiple * planned():
                 break
             detour = detour_of(sign)
             if detour.value <= multiple * detour.planned() < math.inf:
                 break
-            entry.blocked_until = cycle + self._recovery
+            entry.blocked_until = cycle + self._parameters.recovery
             entry.aside = Aside.BLOCKED
             suspended.append(sign)
             self._order()
@@ -324,7 +352,7 @@ class GoalList:
             )
             for sign, entry in self._entries.items()
         )
-        return GoalsState(goals, tuple(sorted(self._held)))
+        return GoalsState(goals, tuple(sorted(self._held)), tuple(self._met.items()))
 
     def restore(self, state: GoalsState) -> None:
         """Become the list that `state` was taken from. This one must be new."""
@@ -335,6 +363,7 @@ class GoalList:
             entry.blocked_until = saved.blocked_until
             entry.aside, entry.told = saved.aside, saved.told
         self._held.update(state.held)
+        self._met.update(state.met)
         self._order()
 
     def _order(self) -> None:

@@ -14,13 +14,21 @@ import msgspec
 import numpy as np
 
 from farside.dem.changes import (
+    ActionAdded,
+    CostSet,
     HypothesisAdded,
     HypothesisRemoved,
     ListChange,
     PredictionResult,
     encoded_result,
 )
-from farside.dem.equations import cost_estimate, reinforced, weakened
+from farside.dem.equations import (
+    averaged,
+    averaging_rate,
+    cost_estimate,
+    reinforced,
+    weakened,
+)
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.chains import Chains
 from farside.dem.lists.packing import crc_of, packed, unpack_into
@@ -81,6 +89,8 @@ class HypothesisList:
     Attributes:
         context, action, outcome, delay, cm, credit, predictions, successes: see `Hypothesis`;
             of a free row only the delay is defined: 0.
+        results, run: what C_m is the average of, and its latest results; see
+            `farside.dem.equations.averaged`.
         cost: the current cost estimate C_e; infinite for a free row.
         born: serial number of creation, which gives the order of age.
         structure: incremented whenever a hypothesis is created or removed.
@@ -100,6 +110,8 @@ class HypothesisList:
         self.cost = array("d")
         self.predictions = array("i")
         self.successes = array("i")
+        self.results = array("i")
+        self.run = array("d")
         self.born = array("q")
         self.structure = 0
         self.cm_sum = 0.0
@@ -116,6 +128,27 @@ class HypothesisList:
     def change(self, parameters: Parameters) -> None:
         """Strengthen and weaken by these from now on."""
         self._parameters = parameters
+
+    def register(self, action: str, cost: float) -> int:
+        """Add an action that is met for the first time, and return its id.
+
+        The columns by cause are laid out anew: that takes time in proportion to them, once.
+        """
+        self._of_cause.widen(len(self._actions), len(self._actions) + 1)
+        added = self._actions.add(action, cost)
+        if self.recorded is not None:
+            self.recorded.append(ActionAdded(action, cost))
+        return added
+
+    def set_cost(self, action: int, cost: float) -> None:
+        """Have an action cost something else: the cost estimates follow at once."""
+        self._actions.set_cost(action, cost)
+        for hypothesis, performed in enumerate(self.action):
+            if performed == action and self.is_living(hypothesis):
+                self._note_cost_change(hypothesis)
+                self._estimate_cost(hypothesis)
+        if self.recorded is not None:
+            self.recorded.append(CostSet(action, cost))
 
     def __len__(self) -> int:
         """Number of rows, free ones included."""
@@ -187,7 +220,7 @@ class HypothesisList:
         self._births += 1
         self.structure += 1
         self.cm_sum += cm
-        row = (context, action, outcome, delay, cm, credit, cost, 0, 0, self._births)
+        row = (context, action, outcome, delay, cm, credit, cost, 0, 0, 1, 1.0, self._births)
         if self._free:
             added = self._free.pop()
             for column, value in zip(self._columns(), row, strict=True):
@@ -219,12 +252,12 @@ class HypothesisList:
 
     def succeed(self, hypothesis: int, *, alone: bool) -> None:
         """A prediction came true; `alone` if no hypothesis with more credit predicted the same."""
-        alpha = self._parameters.alpha
+        cm, credit = self.cm[hypothesis], self.credit[hypothesis]
+        alpha = self._rate(hypothesis, self._parameters.alpha, cm, success=True)
         self.successes[hypothesis] += 1
-        credit = self.credit[hypothesis]
         self._settle(
             hypothesis,
-            reinforced(self.cm[hypothesis], alpha),
+            reinforced(cm, alpha),
             reinforced(credit, alpha) if alone else credit,
         )
         if self.recorded is not None:
@@ -233,10 +266,9 @@ class HypothesisList:
 
     def fail(self, hypothesis: int) -> None:
         """A prediction failed."""
-        beta = self._parameters.beta
-        self._settle(
-            hypothesis, weakened(self.cm[hypothesis], beta), weakened(self.credit[hypothesis], beta)
-        )
+        cm = self.cm[hypothesis]
+        beta = self._rate(hypothesis, self._parameters.beta, 1.0 - cm, success=False)
+        self._settle(hypothesis, weakened(cm, beta), weakened(self.credit[hypothesis], beta))
         if self.recorded is not None:
             self.recorded.append(encoded_result(hypothesis, PredictionResult.FAILED))
 
@@ -327,12 +359,27 @@ class HypothesisList:
             self._of_cause.append(cause, hypothesis)
             self.by_outcome.append(self.outcome[hypothesis], hypothesis)
 
+    def _rate(
+        self, hypothesis: int, constant: float, probability: float, *, success: bool
+    ) -> float:
+        """The rate of the next result, which had this probability by C_m."""
+        if not self._parameters.averaging:
+            return constant
+        results, self.run[hypothesis] = averaged(
+            self.results[hypothesis], self.run[hypothesis], probability, success=success
+        )
+        self.results[hypothesis] = results
+        return averaging_rate(constant, results)
+
     def _settle(self, hypothesis: int, cm: float, credit: float) -> None:
         self._note_cost_change(hypothesis)
         self.predictions[hypothesis] += 1
         self.cm_sum += cm - self.cm[hypothesis]
         self.cm[hypothesis] = cm
         self.credit[hypothesis] = credit
+        self._estimate_cost(hypothesis)
+
+    def _estimate_cost(self, hypothesis: int) -> None:
         self.cost[hypothesis] = cost_estimate(
             self._actions.costs[self.action[hypothesis]], self._measure[hypothesis]
         )
@@ -362,5 +409,7 @@ class HypothesisList:
             self.cost,
             self.predictions,
             self.successes,
+            self.results,
+            self.run,
             self.born,
         )

@@ -12,8 +12,8 @@ from numpy.random import Generator
 from numpy.typing import NDArray
 
 from farside.dem.learning.learner import Learner
-from farside.dem.parameters import Curiosity
-from farside.dem.policy.spread import relax
+from farside.dem.parameters import Parameters
+from farside.dem.policy.spread import Implications, relax
 
 
 class Lead(NamedTuple):
@@ -40,16 +40,17 @@ class CuriousMap:
 
     Args:
         learner: the lists.
-        curiosity: the costs of trying.
+        parameters: those of the model, with the costs of trying.
         goal: the goal's Sign; `None` if there is no goal, or it is not known.
         active: the active Signs.
     """
 
     def __init__(
-        self, learner: Learner, curiosity: Curiosity, goal: int | None, active: Sequence[int]
+        self, learner: Learner, parameters: Parameters, goal: int | None, active: Sequence[int]
     ) -> None:
         self._learner = learner
-        self._curiosity = curiosity
+        self._curiosity = parameters.curiosity
+        self._implied = Implications(learner.signs, parameters)
         self._active = active
         cost = self._try_costs()
         if goal is not None:
@@ -93,14 +94,14 @@ class CuriousMap:
         near = near[np.argsort(cost[near], kind="stable")]
         frontier = list(zip(cost[near].tolist(), near.tolist(), strict=True))
         lists = self._learner
-        relax(self._value, frontier, lists.hypotheses, lists.signs, until=frozenset(self._active))
+        relax(self._value, frontier, lists.hypotheses, self._implied, until=frozenset(self._active))
 
     def _known(self, sign: int) -> Lead | None:
         """The hypothesis behind the value of a Sign: one of its own, or of one of its parts."""
         hypotheses, value = self._learner.hypotheses, self._value[sign]
         arcs = [
             arc
-            for context in (sign, *self._learner.signs.parts(sign))
+            for context in (sign, *self._implied.parts(sign))
             for arc in hypotheses.from_context(context)
             if hypotheses.cost[arc] + self._value[hypotheses.outcome[arc]] == value
         ]
@@ -110,7 +111,7 @@ class CuriousMap:
         return Lead(sign, hypotheses.action[best], value, tries=False)
 
     def _untried(self, sign: int, last_action: int | None, rng: Generator) -> Lead:
-        contexts = (sign, *self._learner.signs.parts(sign))
+        contexts = (sign, *self._implied.parts(sign))
         costs = [
             min(self._cost_of_trying(context, action) for context in contexts)
             for action in range(len(self._learner.actions))

@@ -9,6 +9,7 @@ from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import Outlook
 from farside.dem.lists.hypotheses import HypothesisList
 from farside.dem.lists.signs import Sign, SignList
+from farside.dem.parameters import Parameters
 from farside.dem.policy.policy_map import PolicyMap
 from farside.dem.policy.spread import Spread
 
@@ -85,15 +86,26 @@ class Planner:
 
     Args:
         signs, hypotheses, actions: the lists.
+        parameters: those of the model.
     """
 
-    def __init__(self, signs: SignList, hypotheses: HypothesisList, actions: ActionList) -> None:
+    def __init__(
+        self,
+        signs: SignList,
+        hypotheses: HypothesisList,
+        actions: ActionList,
+        parameters: Parameters,
+    ) -> None:
         self._signs, self._hypotheses, self._actions = signs, hypotheses, actions
-        self._spread = Spread(self._hypotheses, self._signs)
-        self._map: PolicyMap | None = None
-        self._maps: dict[Sign, PolicyMap] = {}
+        self.change(parameters)
         # The one asked for longest ago comes first.
         self._watched: dict[Sign, None] = {}
+
+    def change(self, parameters: Parameters) -> None:
+        """Plan by these from now on; all maps are built anew when they are needed."""
+        self._spread = Spread(self._hypotheses, self._signs, parameters)
+        self._map: PolicyMap | None = None
+        self._maps: dict[Sign, PolicyMap] = {}
 
     def refresh(self) -> None:
         """Bring all maps up to date with the lists."""
@@ -141,13 +153,7 @@ class Planner:
     def reaches(self, goal: Sign, active: Sequence[int]) -> bool:
         """Whether a way is known from one of the active Signs to a goal, or it is active itself."""
         policy = self._map_of(goal)
-        if policy is None:
-            return False
-        value = policy.value
-        for sign in active:  # noqa: SIM110 - half the time of `any`
-            if value[sign] < math.inf:
-                return True
-        return False
+        return policy is not None and policy.nearest(active) < math.inf
 
     def cost_to(self, goal: Sign, starts: Sequence[int]) -> float:
         """P_v of the best of some Signs towards any goal, infinite where no way is known.
@@ -163,7 +169,7 @@ class Planner:
         self._watched[goal] = None
         if len(self._watched) > WATCHED:
             del self._watched[next(iter(self._watched))]
-        return min((policy.value[sign] for sign in starts), default=math.inf)
+        return policy.nearest(starts)
 
     def entry(self, active: Sequence[int]) -> int | None:
         """The active Sign to act from, `None` if the map suggests no action."""
@@ -171,7 +177,7 @@ class Planner:
 
     def value(self, sign: int) -> float:
         """P_v of a Sign on the map; infinite without a map."""
-        return math.inf if self._map is None else self._map.value[sign]
+        return math.inf if self._map is None else self._map.nearest((sign,))
 
     def action(self, sign: int) -> str:
         """The best action at the Sign that `entry` returned."""
@@ -206,7 +212,7 @@ class Planner:
             costs, action = self._actions.costs, self._hypotheses.action
             return sum(costs[action[arc]] for arc in policy.walk(entry))
 
-        return Outlook(policy.value[entry], planned)
+        return Outlook(policy.nearest(active), planned)
 
     def path(self, active: Sequence[int]) -> tuple[PolicyStep, ...]:
         """The best-estimate walk from the active Signs to the goal."""

@@ -1,15 +1,13 @@
 """The Dynamic Policy Map (DPM): the policy value of every Sign towards one goal."""
 
 import math
-from collections.abc import Iterable, Iterator, Sequence
-from heapq import heapify, heappop, heappush
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from farside.dem.lists.hypotheses import CostChange
-from farside.dem.policy.spread import Spread, implications, relax
+from farside.dem.policy.repair import RepairedValues
 
 
 class Reason(NamedTuple):
@@ -44,145 +42,24 @@ class PolicyTable(NamedTuple):
     depth: NDArray[np.int64]
 
 
-class PolicyMap:
-    """Policy values of all Signs towards one goal, repaired whenever hypotheses change.
+class PolicyMap(RepairedValues):
+    """Policy values of all Signs towards one goal, and what follows from them.
 
     P_v(goal) = 0 and P_v(s) = min over hypotheses (s ∧ a → s′) of C_e + P_v(s′). Source: seed,
     equations 4 and 5. To reach a whole is to reach its parts, so P_v(whole) ≤ P_v(part) for each
-    part (project default).
+    part (project default; `Parameters.whole_implies_parts`).
 
-    Only the values are stored. They are the same to the last bit however the map came about;
-    actions, depths and paths are derived from them on demand. So a model that was loaded, or built
-    from telemetry, acts as the original would. Ties go to the hypothesis with the higher C_m, then
-    to the older one (project default).
-
-    After any change to the lists, call `update` before any other method.
-
-    Args:
-        goal: id of the goal's Sign.
-        spread: the lists.
-
-    Attributes:
-        goal: id of the goal's Sign.
-        value: P_v by Sign id, infinite if no path leads to the goal.
+    Only the values are stored; actions, depths and paths are derived from them on demand. So a
+    model that was loaded, or built from telemetry, acts as the original would. Ties go to the
+    hypothesis with the higher C_m, then to the older one (project default).
     """
-
-    def __init__(self, goal: int, spread: Spread) -> None:
-        self.goal = goal
-        self.value = spread.values(goal)
-        self._spread = spread
-        self._hypotheses = spread.hypotheses
-        self._signs = spread.signs
-
-    # --- repair --------------------------------------------------------------------------------
-
-    def update(self, changes: Iterable[CostChange], signs: Iterable[int] = ()) -> None:
-        """Repair the values after changes of the lists.
-
-        Takes time in proportion to the number of values that change, and at most about twice as
-        long as a new map.
-
-        Args:
-            changes: hypotheses created, removed or changed in cost, in any order.
-            signs: Signs added or removed, and those that implied a removed one.
-        """
-        value, names = self.value, self._signs.names
-        value.extend([math.inf] * (len(names) - len(value)))
-        improved, doubtful = self._concerning(changes)
-        for sign in signs:
-            if names[sign]:
-                doubtful.append(sign)
-            else:
-                value[sign] = math.inf
-        if (improved or doubtful) and not self._repair(improved, doubtful):
-            self.value = self._spread.values(self.goal)
-
-    def _concerning(self, changes: Iterable[CostChange]) -> tuple[list[int], list[int]]:
-        """The hypotheses that lower a value, and the Signs that may have lost their best one."""
-        arcs, value = self._hypotheses, self.value
-        context, outcome, cost = arcs.context, arcs.outcome, arcs.cost
-        improved, doubtful = [], []
-        for arc, before, after, old_cost in changes:
-            # The id may have been reused for another hypothesis.
-            if cost[arc] + value[outcome[arc]] < value[context[arc]]:
-                improved.append(arc)
-            stands = cost[arc] <= old_cost and (context[arc], outcome[arc]) == (before, after)
-            if not stands and old_cost + value[after] <= value[before] < math.inf:
-                doubtful.append(before)
-        return improved, doubtful
-
-    def _repair(self, improved: Iterable[int], doubtful: list[int]) -> bool:
-        """Repair the values; False if a new map is faster, with the repair unfinished."""
-        value, limit = self.value, self._spread.repairable
-        lost = self._lose(doubtful, limit)
-        if lost is None:
-            return False
-        offers = [(self._offer(sign), sign) for sign in (*lost, *doubtful)]
-        offers += [(self._total(arc), self._hypotheses.context[arc]) for arc in improved]
-        frontier = []
-        for offer, sign in offers:
-            if offer < value[sign]:
-                value[sign] = offer
-                frontier.append((offer, sign))
-        heapify(frontier)
-        limit += len(frontier)
-        return relax(value, frontier, self._hypotheses, self._signs, limit=limit)
-
-    def _lose(self, doubtful: Iterable[int], limit: int) -> list[int] | None:
-        """Set every value that may have grown to infinity, and return those Signs.
-
-        Nearest to the goal first (after Ramalingam and Reps). The remaining values are supported:
-        along existing arcs they still fall from Sign to Sign, to 0 at the goal.
-
-        Returns:
-            the Signs, or `None` if there are more than `limit`.
-        """
-        arcs, value = self._hypotheses, self.value
-        context, cost = arcs.context, arcs.cost
-        queue = [(value[sign], sign) for sign in doubtful if sign != self.goal]
-        heapify(queue)
-        lost: list[int] = []
-        while queue:
-            held, sign = heappop(queue)
-            if value[sign] != held or held == math.inf or self._is_supported(sign):
-                continue
-            value[sign] = math.inf
-            lost.append(sign)
-            if len(lost) > limit:
-                return None
-            for arc in arcs.of_outcome(sign):
-                before = context[arc]
-                if cost[arc] + held <= value[before] < math.inf:
-                    heappush(queue, (value[before], before))
-            for whole in self._signs.wholes(sign):
-                if held <= value[whole] < math.inf:
-                    heappush(queue, (value[whole], whole))
-        return lost
-
-    def _is_supported(self, sign: int) -> bool:
-        # Only a Sign strictly nearer to the goal supports another. Signs of equal value could
-        # support each other, along implications or where a cost vanishes beside a value.
-        arcs, value = self._hypotheses, self.value
-        outcome, cost, held = arcs.outcome, arcs.cost, value[sign]
-        return any(
-            value[outcome[arc]] < held and cost[arc] + value[outcome[arc]] <= held
-            for arc in arcs.from_context(sign)
-        )
-
-    def _offer(self, sign: int) -> float:
-        arcs, value = self._hypotheses, self.value
-        onward = [arcs.cost[arc] + value[arcs.outcome[arc]] for arc in arcs.from_context(sign)]
-        implied = [value[part] for part in self._signs.parts(sign)]
-        return min(onward + implied, default=math.inf)
-
-    # --- queries -------------------------------------------------------------------------------
 
     def best(self, sign: int) -> int | None:
         """The hypothesis to act on at a Sign; its context is the Sign or a part of it.
 
         `None` if no path leads to the goal, or if the Sign is the goal or implies it.
         """
-        return self._best(sign) if 0.0 < self.value[sign] < math.inf else None
+        return self._best(sign) if 0.0 < self.nearest((sign,)) < math.inf else None
 
     def _best(self, sign: int) -> int:
         arcs = self._best_arcs(sign)
@@ -192,20 +69,20 @@ class PolicyMap:
     def _arcs_from(self, sign: int) -> list[int]:
         """The hypotheses that can be acted on at a Sign: its own and those of its parts."""
         found = list(self._hypotheses.from_context(sign))
-        for part in self._signs.parts(sign):
+        for part in self._implied.parts(sign):
             found += self._hypotheses.from_context(part)
         return found
 
     def _best_arcs(self, sign: int) -> list[int]:
         """The hypotheses with the least total at a Sign, in order of rank."""
-        held = self.value[sign]
+        held = self._values[sign]
         return sorted(
             (arc for arc in self._arcs_from(sign) if self._total(arc) == held), key=self._rank
         )
 
     def _first_nearer(self, arcs: Sequence[int]) -> int | None:
         """The first arc that leads to a strictly lesser value, as arcs normally do."""
-        value, context, outcome = self.value, self._hypotheses.context, self._hypotheses.outcome
+        value, context, outcome = self._values, self._hypotheses.context, self._hypotheses.outcome
         return next((arc for arc in arcs if value[outcome[arc]] < value[context[arc]]), None)
 
     def _through_equals(self, arcs: Sequence[int]) -> int:
@@ -231,7 +108,7 @@ class PolicyMap:
         raise AssertionError("a finite value without a path to the goal")
 
     def _total(self, arc: int) -> float:
-        return self._hypotheses.cost[arc] + self.value[self._hypotheses.outcome[arc]]
+        return self._hypotheses.cost[arc] + self._values[self._hypotheses.outcome[arc]]
 
     def _rank(self, arc: int) -> tuple[float, int]:
         return -self._hypotheses.cm[arc], self._hypotheses.born[arc]
@@ -241,10 +118,10 @@ class PolicyMap:
 
         `None` if no active Sign is on the map, or if the goal itself is active.
         """
-        least = min((self.value[sign] for sign in active), default=math.inf)
+        least = self.nearest(active)
         if least in {0.0, math.inf}:
             return None
-        tied = [sign for sign in active if self.value[sign] == least]
+        tied = [sign for sign in active if self._values[sign] == least]
         if len(tied) == 1:
             return tied[0]
         return min(tied, key=lambda sign: self._rank(self._best(sign)))
@@ -258,7 +135,7 @@ class PolicyMap:
 
     def depth(self, sign: int) -> int | None:
         """Valence depth, the number of actions to the goal; `None` if no path leads there."""
-        if self.value[sign] == math.inf:
+        if self.nearest((sign,)) == math.inf:
             return None
         return sum(1 for _ in self.walk(sign))
 
@@ -269,12 +146,15 @@ class PolicyMap:
             return None
         action = self._hypotheses.action[arc]
         others = [
-            (self._total(other), self._rank(other), other)
-            for other in self._arcs_from(sign)
-            if self._hypotheses.action[other] != action and self._total(other) < math.inf
+            other for other in self._arcs_from(sign) if self._hypotheses.action[other] != action
         ]
-        rival_total, _, rival = min(others, default=(math.inf, None, None))
-        return Reason(arc, self.value[sign], rival, rival_total)
+        outcomes = frozenset(self._hypotheses.outcome[other] for other in others)
+        self._settle(lambda: min(map(self._total, others), default=0.0), outcomes)
+        ranks = ((self._total(other), self._rank(other), other) for other in others)
+        rival_total, _, rival = min(ranks, default=(math.inf, None, None))
+        return Reason(
+            arc, self._values[sign], rival if rival_total < math.inf else None, rival_total
+        )
 
     def table(self) -> PolicyTable:
         """All Signs that can reach the goal, with `value`, `best` and `depth` of each."""
@@ -293,7 +173,7 @@ class PolicyMap:
         arc = np.flatnonzero(on_best)
         best = self._best_of(context[arc], arc)
         # A whole acts on the best of its own arcs and those of parts with the same value.
-        pairs = implications(self._signs)
+        pairs = self._implied.pairs()
         whole, part = pairs[(value[pairs[:, 0]] == value[pairs[:, 1]]) & (best[pairs[:, 1]] >= 0)].T
         best = self._best_of(np.append(context[arc], whole), np.append(arc, best[part]))
         for sign in np.flatnonzero((best < 0) & (value > 0.0) & (value < math.inf)).tolist():
@@ -308,7 +188,7 @@ class PolicyMap:
             arc: the arcs.
         """
         cm, born = np.asarray(self._hypotheses.cm)[arc], np.asarray(self._hypotheses.born)[arc]
-        best = np.full(len(self.value), -1, dtype=np.int64)
+        best = np.full(len(self._values), -1, dtype=np.int64)
         last_first = np.lexsort((born, -cm))[::-1]
         best[sign[last_first]] = arc[last_first]
         return best

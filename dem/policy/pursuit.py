@@ -35,12 +35,17 @@ class Pursuit:
     def __init__(
         self, learner: Learner, parameters: Parameters, inherent: Sequence[InherentGoal]
     ) -> None:
-        self.goals = GoalList(parameters.break_multiple, parameters.recovery)
-        self.planner = Planner(learner.signs, learner.hypotheses, learner.actions)
+        self.goals = GoalList(parameters)
+        self.planner = Planner(learner.signs, learner.hypotheses, learner.actions, parameters)
         self._learner = learner
         self._signs = learner.signs
         self._inherent = inherent
         self._active: Sequence[int] = ()  # in the present call
+
+    def change(self, parameters: Parameters) -> None:
+        """Pursue goals by these from now on; call `attend` before any other method."""
+        self.goals.change(parameters)
+        self.planner.change(parameters)
 
     def sense(self, tokens: Sign, active: Sequence[int], *, on_course: bool) -> GoalNews:
         """Drop the goals that were reached, and choose among the others.
@@ -77,7 +82,11 @@ class Pursuit:
     def _is_reachable(self, goal: Sign) -> bool:
         # A Sign that became known in this cycle is not among the active ones yet.
         active = self._active
-        return self.planner.reaches(goal, active) or set(goal).issubset(self._sensed(active))
+        return self.planner.reaches(goal, active) or self.is_active(goal, active)
+
+    def is_active(self, sign: Sign, active: Sequence[int]) -> bool:
+        """Whether a Sign is active, known or not, where these Signs are."""
+        return set(sign).issubset(self._sensed(active))
 
     def _sensed(self, active: Sequence[int]) -> set[str]:
         return {token for sign in active for token in self._signs.names[sign]}
@@ -105,7 +114,7 @@ class Pursuit:
         if start is None:
             return self.planner.cost_to(goal, active)
         known = self._signs.find(start)
-        return self.planner.cost_to(goal, [] if known is None else [known])
+        return self.planner.cost_to(goal, [] if known is None else self._signs.active(start))
 
     def needed(self) -> list[int]:
         """The Signs that are goals now, or may become goals by a rule."""

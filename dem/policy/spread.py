@@ -6,7 +6,7 @@ repair in `policy_map` agree to the last bit.
 """
 
 import math
-from collections.abc import Container
+from collections.abc import Callable, Container, Sequence
 from heapq import heappop, heappush
 from typing import Any
 
@@ -15,28 +15,51 @@ from numpy.typing import NDArray
 
 from farside.dem.lists.hypotheses import HypothesisList
 from farside.dem.lists.signs import SignList
+from farside.dem.parameters import Parameters
 
 FEW_ARCS = 50_000
 """The number of arcs from which scipy is used (project default): importing scipy takes 0.7 s,
 once, and the priority queue 25 ms for so many arcs."""
 
 
-def implications(signs: SignList) -> NDArray[np.int64]:
-    """All pairs of a Sign and a Sign that it implies, one in each row."""
-    pairs = [
-        (whole, part)
-        for whole, tokens in enumerate(signs.names)
-        if len(tokens) > 1
-        for part in signs.parts(whole)
-    ]
-    return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+class Implications:
+    """The arcs from whole to part, at no cost; none without `Parameters.whole_implies_parts`.
+
+    Args:
+        signs: the Sign List.
+        parameters: those of the model.
+
+    Attributes:
+        parts: the Signs that a Sign implies.
+        wholes: the Signs that imply a Sign.
+    """
+
+    def __init__(self, signs: SignList, parameters: Parameters) -> None:
+        self._signs = signs
+        self._hold = parameters.whole_implies_parts
+        self.parts: Callable[[int], Sequence[int]] = signs.parts if self._hold else _none
+        self.wholes: Callable[[int], Sequence[int]] = signs.wholes if self._hold else _none
+
+    def pairs(self) -> NDArray[np.int64]:
+        """All pairs of a Sign and a Sign that it implies, one in each row."""
+        pairs = [
+            (whole, part)
+            for whole, tokens in enumerate(self._signs.names if self._hold else ())
+            if len(tokens) > 1
+            for part in self.parts(whole)
+        ]
+        return np.array(pairs, dtype=np.int64).reshape(-1, 2)
+
+
+def _none(_: int) -> Sequence[int]:
+    return ()
 
 
 def relax(
     value: list[float],
     frontier: list[tuple[float, int]],
     hypotheses: HypothesisList,
-    signs: SignList,
+    implied: Implications,
     *,
     limit: float = math.inf,
     until: Container[int] = (),
@@ -50,7 +73,7 @@ def relax(
         value: total cost from each Sign to the goal, changed in place.
         frontier: heap of (value, Sign) with the values that were lowered; emptied.
         hypotheses: arcs from context to outcome, at their cost estimates.
-        signs: arcs from whole to part, at no cost.
+        implied: arcs from whole to part, at no cost.
         limit: greatest number of Signs to spread from.
         until: stop at the nearest of these Signs, when it and all Signs at the same value are
             final. Values of Signs farther from the goal may then be too high.
@@ -58,7 +81,7 @@ def relax(
     Returns:
         False if `limit` was exceeded, in which case `value` is only partly relaxed.
     """
-    context, cost, wholes = hypotheses.context, hypotheses.cost, signs.wholes
+    context, cost, wholes = hypotheses.context, hypotheses.cost, implied.wholes
     first, following = hypotheses.by_outcome.first, hypotheses.by_outcome.following
     spread_from, farthest = 0, math.inf
     while frontier:
@@ -92,13 +115,19 @@ def relax(
 class Spread:
     """Policy values of all Signs for any goal. Caches what does not depend on goal and costs.
 
+    Args:
+        hypotheses, signs: the lists.
+        parameters: those of the model.
+
     Attributes:
-        hypotheses, signs: the lists that give the arcs.
+        hypotheses, signs: the lists.
+        implied: the arcs beside the hypotheses.
     """
 
-    def __init__(self, hypotheses: HypothesisList, signs: SignList) -> None:
+    def __init__(self, hypotheses: HypothesisList, signs: SignList, parameters: Parameters) -> None:
         self.hypotheses = hypotheses
         self.signs = signs
+        self.implied = Implications(signs, parameters)
         self._graph: _Graph | None = None
 
     @property
@@ -122,11 +151,11 @@ class Spread:
         if self._is_small:
             value = [math.inf] * len(self.signs.names)
             value[goal] = 0.0
-            relax(value, [(0.0, goal)], self.hypotheses, self.signs)
+            relax(value, [(0.0, goal)], self.hypotheses, self.implied)
             return value
         structure = (self.hypotheses.structure, self.signs.structure)
         if self._graph is None or self._graph.structure != structure:
-            self._graph = _Graph(self.hypotheses, self.signs)
+            self._graph = _Graph(self)
         return self._graph.values(goal, self.hypotheses)
 
 
@@ -136,14 +165,15 @@ class _Graph:
     scipy is imported here because few runs need it.
     """
 
-    def __init__(self, hypotheses: HypothesisList, signs: SignList) -> None:
+    def __init__(self, spread: Spread) -> None:
         from scipy.sparse import csr_array  # type: ignore[import-untyped] # noqa: PLC0415
         from scipy.sparse.csgraph import dijkstra  # type: ignore[import-untyped] # noqa: PLC0415
 
+        hypotheses, signs = spread.hypotheses, spread.signs
         self.structure = (hypotheses.structure, signs.structure)
         self._dijkstra = dijkstra
         sign_count = len(signs.names)
-        implied = implications(signs)
+        implied = spread.implied.pairs()
         self._free = np.zeros(len(implied))
         context = np.concatenate((np.asarray(hypotheses.context), implied[:, 0]))
         outcome = np.concatenate((np.asarray(hypotheses.outcome), implied[:, 1]))

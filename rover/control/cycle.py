@@ -47,22 +47,30 @@ class ControlCycle:
         self._controller, self._goals, self._journal = controller, goals, journal
         self.shadowed = controller if is_shadowed and isinstance(controller, Shadowed) else None
         self._mapped: Tokens | None = None
-        self._checked: tuple[int, tuple[Goal, ...], int] = (-1, (), 0)
+        self._checked: tuple[int, bool, tuple[Goal, ...], int] = (-1, False, (), 0)
         self._active: tuple[Tokens, ...] = ()
         self._is_open = False
         self.tokens: frozenset[str] = frozenset()
         self.number = 0
 
-    def sense(self, tokens: frozenset[str], action: str | None = None) -> None:
-        """End the cycle with what was performed since it began, and begin the next one.
+    def perform(self, action: str) -> None:
+        """End the cycle with the action that begins now, whoever chose it (path A3).
+
+        From now on, what was last sensed may not be so any more: a goal that is set is not taken
+        for satisfied until the next cycle begins.
+        """
+        self._controller.perform(action)
+        self._is_open = False
+
+    def sense(self, tokens: frozenset[str]) -> None:
+        """Begin the next cycle; nothing was performed in one that is not ended yet.
 
         Args:
             tokens: what is sensed now.
-            action: the action performed, whoever chose it (path A3); `None` for none.
         """
         controller = self._controller
         if self._is_open:
-            controller.perform(action)
+            controller.perform(None)
         self._is_open = True
         self.tokens = tokens
         self.number += 1
@@ -88,8 +96,7 @@ class ControlCycle:
 
     def follow(self, tokens: frozenset[str]) -> None:
         """Begin a new cycle while standing, if the Tokens changed or satisfy a new goal."""
-        met = any(tokens.issuperset(goal) for goal in self._goals.listed)
-        if met or tokens != self.tokens:
+        if self._goals.are_met(tokens) or tokens != self.tokens:
             self.sense(tokens)
         else:
             self._goals.follow_aside(tokens)
@@ -111,11 +118,11 @@ class ControlCycle:
         """CRC-32 of the controller's lists as they are; `None` without a shadow at the ground."""
         if self.shadowed is None:
             return None
-        # They change with the cycle and with the goals, and not otherwise.
-        now = self.number, self._controller.goals
-        if self._checked[:2] != now:
+        # They change as a cycle begins and ends, and with the goals, and not otherwise.
+        now = self.number, self._is_open, self._controller.goals
+        if self._checked[:3] != now:
             self._checked = (*now, self.shadowed.lists_check())
-        return self._checked[2]
+        return self._checked[3]
 
     def choose(self, *, explore: bool) -> Choice | None:
         """What the controller would do now; `None` for nothing.

@@ -118,14 +118,14 @@ def whole_map(graph: Graph) -> WholeMap:
     hypotheses, signs = lists(graph)
     matrix = _plain_matrix(graph)
     goal = graph.sign_count // 2
-    spread = Spread(hypotheses, signs)
+    spread = Spread(hypotheses, signs, Parameters())
     policy = PolicyMap(goal, spread)
     assert policy.value == dijkstra(matrix, indices=goal).tolist()
     runs = [
         (
             _seconds(lambda: dijkstra(matrix, indices=goal)),
             _seconds(lambda: PolicyMap(goal, spread)),
-            _seconds(lambda: PolicyMap(goal, Spread(hypotheses, signs))),
+            _seconds(lambda: PolicyMap(goal, Spread(hypotheses, signs, Parameters()))),
             _seconds(policy.table),
         )
         for _ in range(BUILDS)
@@ -149,7 +149,7 @@ def updates(graph: Graph, rng: np.random.Generator, *, on_paths: bool = False) -
     cost affects a value, unless it makes the hypothesis the best.
     """
     hypotheses, signs = lists(graph)
-    spread = Spread(hypotheses, signs)
+    spread = Spread(hypotheses, signs, Parameters())
     policy = PolicyMap(graph.sign_count // 2, spread)
     chosen = policy.table().best if on_paths else np.arange(len(hypotheses))
     took = []
@@ -176,7 +176,7 @@ def updates(graph: Graph, rng: np.random.Generator, *, on_paths: bool = False) -
 def seed_map_s() -> float:
     """Seconds to build a map of 74 Signs, as many as in the seed's example."""
     graph = grid(37, 2, np.random.default_rng(0))
-    spread = Spread(*lists(graph))
+    spread = Spread(*lists(graph), Parameters())
     return statistics.median(_seconds(lambda: PolicyMap(0, spread)) for _ in range(2000))
 
 

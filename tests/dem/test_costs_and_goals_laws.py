@@ -30,7 +30,9 @@ def plain_values(model: DynamicExpectancyModel, goal: Sign) -> dict[Sign, float]
     for one in model.hypotheses:
         measure = one.credit if credited else one.cm
         arcs.append((one.context, COSTS[one.action] / measure, one.outcome))
-    arcs += [(s, 0.0, part) for s in model.signs for part in model.signs if set(part) < set(s)]
+    implies = model._parameters.whole_implies_parts
+    wholes = model.signs if implies else ()
+    arcs += [(s, 0.0, part) for s in wholes for part in model.signs if set(part) < set(s)]
     value, before = dict.fromkeys(model.signs, math.inf), None
     if goal in value:
         value[goal] = 0.0
@@ -90,30 +92,39 @@ class Witness:
         by_rank = sorted(goals, key=lambda g: (-g.priority, list(self.ages).index(g.tokens)))
         assert list(goals) == sorted(by_rank, key=lambda goal: goal.aside is not None)
         cost = {goal.tokens: self.cost(goal.tokens) for goal in goals}
-        can_be = [g for g in by_rank if g.aside is not Aside.BLOCKED and cost[g.tokens] < math.inf]
+        waits = self.model._parameters.put_aside
+        can_be = [
+            goal
+            for goal in by_rank
+            if goal.aside is not Aside.BLOCKED and (cost[goal.tokens] < math.inf or not waits)
+        ]
         top = goals[0] if goals and goals[0].aside is None else None
         assert top == (can_be[0] if can_be else None)
         for goal in goals:
             if goal.aside in {Aside.UNKNOWN, Aside.UNREACHABLE}:
                 assert cost[goal.tokens] == math.inf
-            assert (goal.aside is Aside.UNKNOWN) == (goal.tokens not in self.model.signs)
+            unknown = waits and goal.tokens not in self.model.signs
+            assert (goal.aside is Aside.UNKNOWN) == unknown
+            assert self.model._parameters.break_point or goal.aside is not Aside.BLOCKED
         if top is None or top.tokens in self.active or not self.is_here(top.tokens):
             self.goes_to(top, 0.0 if top is None else cost[top.tokens])
 
     def goes_to(self, top: Goal | None, cost: float) -> None:
         path, why = self.model.policy_path(), self.model.why()
-        assert (path != ()) == (why is not None) == (top is not None and cost > 0)
+        assert (path != ()) == (why is not None) == (top is not None and 0 < cost < math.inf)
         if path:
             assert path[0].cost_to_go == why.cost_to_go == cost
             assert path[0].action == why.action
 
     def asks(self, goal: Sign, start: Sign) -> None:
         value = plain_values(self.model, goal)
-        expected = 0.0 if set(goal) <= set(start) else value.get(start, math.inf)
+        here = [name for name in value if set(name) <= set(start)] if start in value else []
+        least = min((value[name] for name in here), default=math.inf)
+        expected = 0.0 if set(goal) <= set(start) else least
         assert self.model.cost_to(goal, start) == expected
         known = self.model._signs.find(goal)
         if known is not None:
-            spread = Spread(self.model._hypotheses, self.model._signs)
+            spread = Spread(self.model._hypotheses, self.model._signs, self.model._parameters)
             fresh = PolicyMap(known, spread).value
             assert fresh == [value.get(name, math.inf) for name in self.model._signs.names]
             assert self.active is None or self.model.cost_to(goal) == self.cost(goal)
@@ -285,7 +296,7 @@ def test_of_equally_credible_ones_the_longest_context_counts_then_the_oldest(
 ) -> None:
     """E led from A at dusk to B and to C, once each time, and never from A alone."""
     dusk = ("at:A", "dusk")
-    model = make_model(own_credit=False, beta=0.0, alpha=0.0)
+    model = make_model(own_credit=False, averaging=False, beta=0.0, alpha=0.0)
     model.set_goal(dusk, priority=1.0)
     for tokens, action in [(A, "E"), (B, None), (dusk, "E"), (C, None), (dusk, "E"), (B, None)]:
         cycle(model, tokens, action)

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+import msgspec
 import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
@@ -23,6 +24,11 @@ def cost_of_trying(
     return curiosity.optimistic_cost + (curiosity.restlessness / ago if last >= 0 else 0.0)
 
 
+def implied(model: DynamicExpectancyModel, sign: int) -> Sequence[int]:
+    """The Signs that a Sign implies, where that counts."""
+    return model._signs.parts(sign) if model._parameters.whole_implies_parts else []
+
+
 def plain_values(
     model: DynamicExpectancyModel, curiosity: Curiosity, goal: int | None
 ) -> dict[int, float]:
@@ -33,7 +39,7 @@ def plain_values(
         (hypotheses.context[arc], hypotheses.outcome[arc], hypotheses.cost[arc])
         for arc in hypotheses.by_age()
     ]
-    arcs += [(whole, part, 0.0) for whole in known for part in signs.parts(whole)]
+    arcs += [(whole, part, 0.0) for whole in known for part in implied(model, whole)]
     value = {
         sign: min(cost_of_trying(model, curiosity, sign, action) for action in range(len(COSTS)))
         for sign in known
@@ -61,7 +67,7 @@ def plain_lead(
     signs, hypotheses = model._learner.signs, model._learner.hypotheses
     value = plain_values(model, curiosity, goal)
     sign = min(active, key=lambda one: (value[one], signs.born[one]))
-    contexts = [sign, *signs.parts(sign)]
+    contexts = [sign, *implied(model, sign)]
     ways = [
         (-hypotheses.cm[arc], hypotheses.born[arc], hypotheses.action[arc])
         for arc in hypotheses.by_age()
@@ -94,6 +100,7 @@ def plain_lead(
         alpha=st.just(0.5),
         beta=st.just(0.5),
         own_credit=st.booleans(),
+        whole_implies_parts=st.booleans(),
         reach=st.integers(1, 2),
         maturity=st.integers(1, 6),
         ineffective=st.sampled_from([0.02, 0.3]),
@@ -113,6 +120,7 @@ def test_the_partial_map_gives_the_same_lead_as_a_full_one(
     data: DataObject,
 ) -> None:
     model = DynamicExpectancyModel(COSTS, parameters, rng=np.random.default_rng(1))
+    curious = msgspec.structs.replace(parameters, curiosity=curiosity)
     live(model, [(["a"], "go", None), (["b"], None, None), *eventful(lived, seed)])
     known = st.sampled_from(model._learner.signs.by_age())
     for _ in range(4):
@@ -120,7 +128,7 @@ def test_the_partial_map_gives_the_same_lead_as_a_full_one(
         active = data.draw(st.lists(known, min_size=1, max_size=4, unique=True), "active")
         for last_action in (None, 0, 1):
             ours, plain = (np.random.default_rng(2) for _ in "ab")
-            lead = CuriousMap(model._learner, curiosity, goal, active).lead(last_action, ours)
+            lead = CuriousMap(model._learner, curious, goal, active).lead(last_action, ours)
             assert lead == plain_lead(
                 model, curiosity, goal, active, last_action=last_action, rng=plain
             )
@@ -129,9 +137,9 @@ def test_the_partial_map_gives_the_same_lead_as_a_full_one(
 
 def test_without_an_active_sign_there_is_no_lead(make_model: MakeModel, cycle: RunCycle) -> None:
     model = make_model()
-    assert CuriousMap(model._learner, Curiosity(), None, []).lead(None, model._rng) is None
+    assert CuriousMap(model._learner, Parameters(), None, []).lead(None, model._rng) is None
     cycle(model, ["a"], "E")
-    assert CuriousMap(model._learner, Curiosity(), None, []).lead(None, model._rng) is None
+    assert CuriousMap(model._learner, Parameters(), None, []).lead(None, model._rng) is None
 
 
 def test_a_whole_with_the_value_of_its_part_decides_if_it_is_the_oldest(cycle: RunCycle) -> None:
@@ -147,6 +155,6 @@ def test_a_whole_with_the_value_of_its_part_decides_if_it_is_the_oldest(cycle: R
         cycle(model, tokens, "go")
         cycle(model, outcome, None)
     east, dusk = (model._signs.find(sign) for sign in [("east",), ("dusk", "west")])
-    curiosity = Curiosity(optimistic_cost=1.0, restlessness=1e6)
-    lead = CuriousMap(model._learner, curiosity, None, [east, dusk]).lead(None, model._rng)
+    curious = Parameters(curiosity=Curiosity(optimistic_cost=1.0, restlessness=1e6))
+    lead = CuriousMap(model._learner, curious, None, [east, dusk]).lead(None, model._rng)
     assert lead == Lead(dusk, 0, 1.0 + 2 / 0.5, tries=False)

@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from farside.dem import Aside, Goal, InherentGoal
+from farside.dem import Aside, Goal, InherentGoal, Parameters
 from farside.dem.lists.goals import GoalList, Outlook
 
 A, B, C = ("a",), ("b",), ("c",)
@@ -14,7 +14,7 @@ A, B, C = ("a",), ("b",), ("c",)
 @pytest.fixture
 def goals() -> GoalList:
     """A list that puts a goal aside for ten cycles at more than four times its first value."""
-    return GoalList(break_multiple=4.0, recovery=10)
+    return GoalList(Parameters(break_multiple=4.0, recovery=10))
 
 
 def goal(sign: tuple[str, ...], priority: float, aside: Aside | None = None) -> Goal:

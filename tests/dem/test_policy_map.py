@@ -7,7 +7,6 @@ import pytest
 from policy_lists import Lists, Persistent, by_scipy
 
 from farside.dem.policy import spread as spread_module
-from farside.dem.policy.spread import Spread
 
 A, B, C, D = range(4)
 
@@ -124,7 +123,7 @@ def test_a_compound_loses_its_value_with_its_part(lists: Lists) -> None:
     whole = lists.know(("b", "c"))
     lists.link(A, whole)
     onward = lists.link(B, D, 2.0)
-    policy = lists.map(D, Persistent(lists.hypotheses, lists.signs))
+    policy = lists.map(D, lists.spread(Persistent))
     lists.cut(onward)
     lists.follow(policy)
     assert policy.value == [math.inf, math.inf, math.inf, 0.0, math.inf]
@@ -134,7 +133,7 @@ def test_a_compound_loses_the_value_of_a_part_that_was_removed(lists: Lists) -> 
     """{a, b, c} reaches d only through {a, b}; arc and part are removed before the update."""
     part, whole = lists.know(("a", "b")), lists.know(("a", "b", "c"))
     onward = lists.link(part, D)
-    policy = lists.map(D, Persistent(lists.hypotheses, lists.signs))
+    policy = lists.map(D, lists.spread(Persistent))
     assert policy.value[whole] == 1.0
     lists.cut(onward)
     lists.forget(part)
@@ -164,7 +163,7 @@ def test_signs_of_equal_value_do_not_support_each_other_without_a_way_out(lists:
     lists.link(A, B)
     lists.link(B, A)
     out = lists.link(B, D, 1e300)
-    policy = lists.map(D, Persistent(lists.hypotheses, lists.signs))
+    policy = lists.map(D, lists.spread(Persistent))
     lists.cut(out)
     lists.follow(policy)
     assert policy.value == [math.inf, math.inf, math.inf, 0.0]
@@ -172,7 +171,7 @@ def test_signs_of_equal_value_do_not_support_each_other_without_a_way_out(lists:
 
 def test_an_arc_that_grew_cheaper_is_useless_without_what_it_led_to(lists: Lists) -> None:
     to_b, onward = lists.link(A, B, 3.0), lists.link(B, D)
-    policy = lists.map(D, Persistent(lists.hypotheses, lists.signs))
+    policy = lists.map(D, lists.spread(Persistent))
     lists.reprice(to_b, 2.0)
     lists.cut(onward)
     lists.follow(policy)
@@ -193,7 +192,7 @@ def test_a_change_reaches_every_sign_even_if_the_repair_gives_up(cost: float) ->
 def test_a_removed_arc_whose_row_was_reused_is_gone(lists: Lists) -> None:
     """Here a → d is removed, and c → d takes its row at the same cost, before the update."""
     gone = lists.link(A, D)
-    policy = lists.map(D, Persistent(lists.hypotheses, lists.signs))
+    policy = lists.map(D, lists.spread(Persistent))
     lists.cut(gone)
     assert lists.link(C, D) == gone
     lists.follow(policy)
@@ -202,7 +201,7 @@ def test_a_removed_arc_whose_row_was_reused_is_gone(lists: Lists) -> None:
 
 def test_the_goal_never_loses_its_value(lists: Lists) -> None:
     lists.know(("a", "d"))
-    policy = lists.map(4, Persistent(lists.hypotheses, lists.signs))
+    policy = lists.map(4, lists.spread(Persistent))
     lists.changed_signs.append(4)
     lists.follow(policy)
     assert policy.value[4] == 0.0
@@ -215,7 +214,7 @@ def test_with_scipy_too_the_cheapest_of_parallel_arcs_counts(lists: Lists) -> No
 
 
 def test_one_spread_serves_any_number_of_goals_as_the_lists_change(lists: Lists) -> None:
-    spread = Spread(lists.hypotheses, lists.signs)
+    spread = lists.spread()
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(spread_module, "FEW_ARCS", 0)
         arc = lists.link(A, B, 2.0)

@@ -9,6 +9,7 @@ from hypothesis.stateful import RuleBasedStateMachine, initialize, precondition,
 from hypothesis.strategies._internal.core import DataObject
 from policy_lists import TOKENS, Lists, Persistent, by_scipy
 
+from farside.dem import Parameters
 from farside.dem.policy.spread import Spread
 
 # Integers produce exact ties. 1e-300 and 1e300 vanish or dominate beside others, and an infinite
@@ -23,14 +24,14 @@ compounds = st.sets(st.sampled_from(TOKENS), min_size=2, max_size=3).map(sorted)
 class RepairedMap(RuleBasedStateMachine):
     """After any changes the map equals its definition, to the last bit."""
 
-    spread: type[Persistent | Spread] = Persistent
+    spread: type[Spread] = Persistent
+    parameters = Parameters()
 
     @initialize(goal=st.sampled_from([("a",), ("a", "b")]))
     def begin(self, goal: tuple[str, ...]) -> None:
-        self.lists = Lists()
+        self.lists = Lists(parameters=self.parameters)
         self.goal = self.lists.know(goal)
-        lists = self.lists
-        self.policy = lists.map(self.goal, self.spread(lists.hypotheses, lists.signs))
+        self.policy = self.lists.map(self.goal, self.lists.spread(self.spread))
 
     @rule(data=st.data(), cost=costs, cm=cms, action=st.integers(0, 1))
     def make(self, data: DataObject, cost: float, cm: float, action: int) -> None:
@@ -67,6 +68,27 @@ class RepairedMap(RuleBasedStateMachine):
     def update(self) -> None:
         self.lists.follow(self.policy)
         self.check()
+
+    @rule()
+    def note(self) -> None:
+        """Nothing is asked: what is pending grows."""
+        self.lists.follow(self.policy)
+
+    @rule(data=st.data())
+    def ask(self, data: DataObject) -> None:
+        """Only as far as somebody asks are the values to be right."""
+        self.lists.follow(self.policy)
+        lists, policy = self.lists, self.policy
+        known = [sign for sign, name in enumerate(lists.signs.names) if name]
+        active = data.draw(st.lists(st.sampled_from(known), max_size=3))
+        value = lists.bellman_ford(self.goal)
+        least = min((value[sign] for sign in active), default=math.inf)
+        entry, fresh = policy.entry(active), lists.map(self.goal)
+        assert policy.nearest(active) == least
+        assert entry == fresh.entry(active)
+        if entry is not None:
+            assert policy.why(entry) == fresh.why(entry)
+            assert list(islice(policy.walk(entry), 100)) == list(fresh.walk(entry))
 
     def teardown(self) -> None:
         if hasattr(self, "lists"):
@@ -120,6 +142,14 @@ class RepairedOrNewMap(RepairedMap):
     spread = Spread
 
 
+class PlainMap(RepairedMap):
+    """The seed's map: nothing but hypotheses."""
+
+    parameters = Parameters(plain=True)
+
+
+TestPlainMap = PlainMap.TestCase
+TestPlainMap.settings = settings(max_examples=15, stateful_step_count=40, deadline=None)
 TestRepairedMap = RepairedMap.TestCase
 TestRepairedMap.settings = settings(max_examples=100, stateful_step_count=40, deadline=None)
 TestRepairedOrNewMap = RepairedOrNewMap.TestCase

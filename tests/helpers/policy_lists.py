@@ -13,15 +13,17 @@ from farside.dem.policy.policy_map import PolicyMap
 from farside.dem.policy.spread import Spread
 
 TOKENS = "abcd"
+DEFAULTS = Parameters()
 
 
 class Lists:
     """Hypotheses with costs that a test chooses, and the test's own record of them."""
 
-    def __init__(self, tokens: str = TOKENS) -> None:
+    def __init__(self, tokens: str = TOKENS, parameters: Parameters = DEFAULTS) -> None:
         self.signs = SignList()
+        self.parameters = parameters
         actions = ActionList({"x": 1.0, "y": 1.0})
-        self.hypotheses = HypothesisList(actions, Parameters())
+        self.hypotheses = HypothesisList(actions, parameters)
         self.arcs: dict[int, tuple[int, int]] = {}
         self.changes: list[CostChange] = []
         self.changed_signs: list[int] = []
@@ -58,10 +60,13 @@ class Lists:
         self.changes.append(CostChange(arc, context, outcome, self.hypotheses.cost[arc]))
         self.hypotheses.remove(arc)
 
-    def map(self, goal: int, spread: "Persistent | Spread | None" = None) -> PolicyMap:
+    def spread(self, kind: type[Spread] = Spread) -> Spread:
+        return kind(self.hypotheses, self.signs, self.parameters)
+
+    def map(self, goal: int, spread: Spread | None = None) -> PolicyMap:
         self.changes.clear()
         self.changed_signs.clear()
-        return PolicyMap(goal, spread or Spread(self.hypotheses, self.signs))
+        return PolicyMap(goal, spread or self.spread())
 
     def follow(self, policy: PolicyMap) -> None:
         policy.update(self.changes, self.changed_signs)
@@ -73,7 +78,7 @@ class Lists:
         names = [set(name) for name in self.signs.names]
         ways = [(*ends, self.hypotheses.cost[arc]) for arc, ends in self.arcs.items()]
         ways += [(w, p, 0.0) for w in range(len(names)) for p in range(len(names))
-                 if names[p] and names[p] < names[w]]  # fmt: skip
+                 if self.implies(w, p)]  # fmt: skip
         value = [math.inf] * len(names)
         value[goal] = 0.0
         for _ in names:
@@ -83,12 +88,18 @@ class Lists:
 
     def ways(self, policy: PolicyMap, sign: int) -> list[tuple[tuple[float, float, int], int]]:
         """The hypotheses that can be acted on at a Sign, each after (total, -C_m, age)."""
-        name, listed = set(self.signs.names[sign]), self.hypotheses
+        listed = self.hypotheses
         return sorted(
             ((listed.cost[a] + policy.value[after], -listed.cm[a], listed.born[a]), a)
             for a, (before, after) in self.arcs.items()
-            if set(self.signs.names[before]) <= name
+            if before == sign or self.implies(sign, before)
         )
+
+    def implies(self, whole: int, part: int) -> bool:
+        """Whether a whole implies a part, where that counts."""
+        tokens = set(self.signs.names[part])
+        counts = self.parameters.whole_implies_parts
+        return counts and bool(tokens) and tokens < set(self.signs.names[whole])
 
 
 def by_scipy(lists: Lists, goal: int) -> PolicyMap:
