@@ -11,7 +11,8 @@ import msgspec
 from farside.dem.changes import ListChange
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import Goal
-from farside.dem.lists.hypotheses import HypothesesState, HypothesisList
+from farside.dem.lists.hypotheses import HypothesisList
+from farside.dem.lists.hypothesis import HypothesesState
 from farside.dem.lists.signs import SignList, SignsState
 from farside.dem.memory import compress
 from farside.dem.parameters import Parameters

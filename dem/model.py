@@ -1,6 +1,6 @@
 """The cycle of the Dynamic Expectancy Model: sense and learn, choose, perform and predict."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 
 from numpy.random import Generator
 
@@ -9,19 +9,19 @@ from farside.dem.feed import ChangeFeed, Delta
 from farside.dem.learning.learner import Learner
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.check import lists_check
-from farside.dem.lists.goals import OPERATOR, Goal
-from farside.dem.lists.inherent import InherentGoal
+from farside.dem.lists.given import given
+from farside.dem.lists.inherent import InherentGoal, restored, rules_given, saved
 from farside.dem.lists.signs import to_sign
 from farside.dem.memory import ModelState, random_state, read, restored_generator, written
 from farside.dem.parameters import Exploration, Parameters, Values
 from farside.dem.policy.curiosity import CuriousMap
 from farside.dem.policy.pursuit import Pursuit
-from farside.dem.views import ModelViews
+from farside.dem.wants import ModelWants
 
 _DEFAULTS = Parameters()
 
 
-class DynamicExpectancyModel(ModelViews):
+class DynamicExpectancyModel(ModelWants):
     """Learns what follows from each action, and how to reach goals.
 
     A cycle is `sense`, then `choose` if the model is to choose, then `perform` with the action
@@ -47,15 +47,15 @@ class DynamicExpectancyModel(ModelViews):
         parameters: Parameters = _DEFAULTS,
         *,
         rng: Generator,
-        inherent: Sequence[InherentGoal] = (),
+        inherent: Iterable[InherentGoal] = (),
     ) -> None:
-        self._rng = rng
-        self._parameters = parameters
+        self._rng = given(Generator, "rng, of numpy.random.default_rng(seed)", rng)
+        self._parameters = given(Parameters, "parameters", parameters)
         self._actions = ActionList(action_costs)
         self._learner = Learner(self._actions, parameters, rng)
         self._signs = self._learner.signs
         self._hypotheses = self._learner.hypotheses
-        self._inherent = tuple(inherent)
+        self._inherent = rules_given(inherent)
         self._pursuit = Pursuit(self._learner, parameters, self._inherent)
         self._goals, self._planner = self._pursuit.goals, self._pursuit.planner
         self._active: list[int] = []
@@ -74,7 +74,8 @@ class DynamicExpectancyModel(ModelViews):
 
         Raises:
             RuntimeError: if `perform` has not ended the last cycle.
-            TypeError: if `tokens` is a string.
+            TypeError: if `tokens` is a string, or no Tokens.
+            TypeError, ValueError: if a rule gives its goal no finite priority. Nothing is sensed.
         """
         if self._awaits_action:
             raise RuntimeError(
@@ -82,12 +83,13 @@ class DynamicExpectancyModel(ModelViews):
                 "perform(None) if nothing was done"
             )
         sensed = to_sign(tokens)
+        by_rules = self._pursuit.wanted(sensed)
         learned = self._learner.sense(sensed, self._pursuit.needed())
         self._active = learned.active
         self._awaits_action = True
         if self._feed is not None:
             self._feed.trim()
-        news = self._pursuit.sense(sensed, learned.active, on_course=self._on_course)
+        news = self._pursuit.sense(sensed, learned.active, by_rules, on_course=self._on_course)
         return Sensed(
             tokens=sensed,
             active=self._named(learned.active),
@@ -116,8 +118,10 @@ class DynamicExpectancyModel(ModelViews):
 
         Raises:
             RuntimeError: if `sense` was not called since the last `perform`.
+            TypeError: if `explore` is neither true nor false.
         """
         self._expect_sensed("choose")
+        explore = given(bool, "explore", explore)
         exploration = self._parameters.exploration if explore else Exploration.NONE
         curious = exploration is Exploration.CURIOUS
         choice = self._curious() if curious else self._goal_directed()
@@ -215,98 +219,6 @@ class DynamicExpectancyModel(ModelViews):
             cost_to_go=lead.cost,
         )
 
-    # --- goals ---------------------------------------------------------------------------------
-
-    def set_goal(
-        self, tokens: Iterable[str], priority: float = 1.0, source: str = OPERATOR
-    ) -> Goal | None:
-        """Put a Sign on the Goal List, or change the priority that `source` gives it.
-
-        Several sources may want the same Sign; the highest of their priorities counts. A Sign of
-        several Tokens becomes known by being set. A single Token that was never sensed can be a
-        goal too, but is put aside until it is sensed.
-
-        Within a cycle, between `sense` and `perform`, a goal that is active is satisfied at once:
-        it never comes on the list, and nothing is done for it. It is returned, and told once more
-        in `Sensed.reached` of the next cycle, for those who wait there. To pursue a goal again that
-        was just reached, set it after `perform`.
-
-        Returns:
-            the goal, if it is satisfied at once.
-
-        Raises:
-            ValueError: if there are no Tokens, `priority` is not finite, or `source` is `"rule"`,
-                which stands for the robot's own rules.
-            TypeError: if `tokens` is a string.
-        """
-        sign = to_sign(tokens)
-        is_active = self._awaits_action and self._pursuit.is_active(sign, self._active)
-        satisfied = self._goals.set(sign, priority, source, is_active=is_active)
-        if satisfied is None:
-            self._pursuit.know_goals()
-            self._attend()
-        return satisfied
-
-    def withdraw_goal(self, tokens: Iterable[str], source: str = OPERATOR) -> bool:
-        """Take back what `source` set; False if it set no such goal.
-
-        The goal stays as long as another source, or a rule of the robot's own, wants it. With
-        removal on, a Sign of several Tokens that nothing refers to any more is removed.
-        """
-        sign = to_sign(tokens)
-        withdrawn, known = self._goals.withdraw(sign, source), self._signs.find(sign)
-        if withdrawn and known is not None:
-            self._learner.forget(known, [*self._pursuit.needed(), *self._active])
-        self._attend()
-        return withdrawn
-
-    def avert(self, tokens: Iterable[str], cost: float, source: str = OPERATOR) -> None:
-        """Avoid a Sign: whatever makes it active costs so much more, each time that it does.
-
-        Several sources may avoid the same Sign; the highest of their costs counts. It counts in
-        every map and on every path, for the goals of all sources; and whoever explores at random
-        takes one of the actions that are known to risk least. A Sign of several Tokens becomes
-        known by being averted, and stays so while it is.
-
-        Args:
-            tokens: the Sign.
-            cost: in the unit of the action costs, finite and 0 or more.
-            source: who avoids it.
-
-        Raises:
-            ValueError: if there are no Tokens, or the cost is not finite and 0 or more.
-            TypeError: if `tokens` is a string, or the cost no number.
-        """
-        sign = to_sign(tokens)
-        self._learner.aversions.avert(sign, cost, source)
-        if len(sign) > 1:
-            self._learner.know(sign)
-        self._hypotheses.follow_aversions()
-        self._attend()
-
-    def accept(self, tokens: Iterable[str], source: str = OPERATOR) -> bool:
-        """Take back what `source` averted; False if it averted no such Sign.
-
-        The Sign is avoided as long as another source avoids it. With removal on, one of several
-        Tokens that nothing refers to any more is removed.
-
-        Raises:
-            TypeError: if `tokens` is a string.
-        """
-        sign = to_sign(tokens)
-        accepted, known = self._learner.aversions.accept(sign, source), self._signs.find(sign)
-        if accepted:
-            self._hypotheses.follow_aversions()
-            if known is not None:
-                self._learner.forget(known, [*self._pursuit.needed(), *self._active])
-            self._attend()
-        return accepted
-
-    def _attend(self) -> None:
-        # Before the first `sense`, no Sign is active and nothing can be said of any goal.
-        if self._awaits_action or self._learner.cycle:
-            self._pursuit.attend(self._active)
-
     # --- saving and shadowing ------------------------------------------------------------------
 
     def save(self) -> bytes:
@@ -322,7 +234,7 @@ class DynamicExpectancyModel(ModelViews):
             ModelState(
                 action_costs=self._actions.by_name,
                 parameters=self._parameters,
-                inherent=self._inherent,
+                inherent=saved(self._inherent),
                 random=random_state(self._rng),
                 learner=self._learner.state(),
                 goals=self._goals.state(),
@@ -335,10 +247,18 @@ class DynamicExpectancyModel(ModelViews):
         )
 
     @classmethod
-    def load(cls, data: bytes) -> "DynamicExpectancyModel":
+    def load(
+        cls, data: bytes, *, inherent: Iterable[InherentGoal] | None = None
+    ) -> "DynamicExpectancyModel":
         """The model that was saved, with its own copy of the random generator.
 
+        Args:
+            data: what `save` returned.
+            inherent: the rules of the model; needed only where a priority is a function, which
+                cannot be saved.
+
         Raises:
+            ValueError: if rules are needed, or are others than the model had.
             UnreadableMemoryError: if `data` is damaged, truncated, of another version, or not a
                 saved model.
         """
@@ -347,7 +267,7 @@ class DynamicExpectancyModel(ModelViews):
             {},
             state.parameters,
             rng=restored_generator(state.random),
-            inherent=state.inherent,
+            inherent=restored(state.inherent, inherent),
         )
         model._actions.restore(state.action_costs)
         model._learner.aversions.become(state.aversions)
@@ -359,10 +279,17 @@ class DynamicExpectancyModel(ModelViews):
         return model
 
     def change(self, parameters: Parameters) -> None:
-        """Learn and act by these from now on; raises what `Learner.change` does."""
-        self._learner.change(parameters)
-        self._pursuit.change(parameters)
+        """Learn and act by these from now on, and keep what was learned: train, then judge.
+
+        A shadow must `agree` to them. With `plain`, nothing that own rules made is taken back.
+
+        Raises:
+            TypeError: if these are no `Parameters`.
+            ValueError: if `reach` is less than before.
+        """
+        self._learner.change(given(Parameters, "parameters", parameters))
         self._parameters = parameters
+        self._pursuit.change(parameters)
         self._attend()
         if self._feed is not None:
             self._feed.change(parameters)

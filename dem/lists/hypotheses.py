@@ -8,9 +8,7 @@ both in order of age.
 import math
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
-from typing import NamedTuple
 
-import msgspec
 import numpy as np
 
 from farside.dem.changes import (
@@ -22,66 +20,14 @@ from farside.dem.changes import (
     PredictionResult,
     encoded_result,
 )
-from farside.dem.equations import (
-    averaged,
-    averaging_rate,
-    cost_estimate,
-    reinforced,
-    weakened,
-)
+from farside.dem.equations import averaged, averaging_rate, cost_estimate, reinforced, weakened
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.chains import Chains
+from farside.dem.lists.hypothesis import CostChange, HypothesesState, Hypothesis
 from farside.dem.lists.packing import crc_of, packed, unpack_into
 from farside.dem.lists.signs import Sign, SignList
 from farside.dem.parameters import Parameters
-from farside.dem.policy.aversions import AversionList
-
-
-class Hypothesis(msgspec.Struct, frozen=True):
-    """A µ-hypothesis: context ∧ action → outcome after `delay` cycles.
-
-    Attributes:
-        context, outcome: Signs.
-        action: name of the Action.
-        delay: cycles from context and action to outcome, 1 or more.
-        cm: corroboration measure C_m, 0 to 1.
-        credit: the same measure without the successes that a better hypothesis predicted too,
-            0 to 1; see `farside.dem.learning.credit`.
-        predictions: number of its predictions that have fallen due.
-        successes: number of these that came true.
-    """
-
-    context: Sign
-    action: str
-    outcome: Sign
-    delay: int
-    cm: float
-    credit: float
-    predictions: int
-    successes: int
-
-
-class CostChange(NamedTuple):
-    """A hypothesis was created or removed, or its cost estimate changed.
-
-    Attributes:
-        hypothesis: its id, which may have been reused since.
-        context, outcome: its Signs.
-        old_cost: the cost estimate C_e before; infinite if the hypothesis was created.
-    """
-
-    hypothesis: int
-    context: int
-    outcome: int
-    old_cost: float
-
-
-class HypothesesState(msgspec.Struct, frozen=True, array_like=True):
-    """A Hypothesis List as it is saved: `packed` columns, and what does not follow from them."""
-
-    columns: tuple[bytes, ...]
-    free: tuple[int, ...]
-    cm_sum: float
+from farside.dem.policy.aversions import AversionList, Risks
 
 
 class HypothesisList:
@@ -129,16 +75,20 @@ class HypothesisList:
         self._actions = actions
         self._parameters = parameters
         self.measure = self.credit if parameters.own_credit else self.cm
-        self.risks: dict[tuple[int, int], float] = {}
-        self._aversions = aversions or AversionList(SignList())
+        self._risks = Risks(aversions or AversionList(SignList()), self)
+        self.risks = self._risks.by_cause
         self._of_cause = Chains()
         self.by_outcome = Chains()
         self._free: list[int] = []
         self._births = 0
 
     def change(self, parameters: Parameters) -> None:
-        """Strengthen and weaken by these from now on."""
-        self._parameters = parameters
+        """Strengthen, weaken and estimate costs by these from now on."""
+        before, self._parameters = self._parameters, parameters
+        if parameters.own_credit is not before.own_credit:
+            self.measure = self.credit if parameters.own_credit else self.cm
+            self.estimate_costs(range(len(self)))
+            self.follow_aversions()
 
     def register(self, action: str, cost: float) -> int:
         """Add an action that is met for the first time, and return its id.
@@ -154,10 +104,7 @@ class HypothesisList:
     def set_cost(self, action: int, cost: float) -> None:
         """Have an action cost something else: the cost estimates follow at once."""
         self._actions.set_cost(action, cost)
-        for hypothesis, performed in enumerate(self.action):
-            if performed == action and self.is_living(hypothesis):
-                self._note_cost_change(hypothesis)
-                self._estimate_cost(hypothesis)
+        self.estimate_costs(one for one, done in enumerate(self.action) if done == action)
         if self.recorded is not None:
             self.recorded.append(CostSet(action, cost))
 
@@ -243,7 +190,7 @@ class HypothesisList:
         self._of_cause.append(self.cause(context, action), added)
         self.by_outcome.append(outcome, added)
         self.cost_changes.append(CostChange(added, context, outcome, math.inf))
-        self._follow_risk(added)
+        self._risks.follow(added)
         if self.recorded is not None:
             self.recorded.append(HypothesisAdded(context, action, outcome, delay, credit))
         return added
@@ -254,7 +201,7 @@ class HypothesisList:
         self._of_cause.remove(self.cause(context, action), hypothesis)
         self.by_outcome.remove(self.outcome[hypothesis], hypothesis)
         self._note_cost_change(hypothesis)
-        self._follow_risk(hypothesis)
+        self._risks.follow(hypothesis)
         self.cost[hypothesis] = math.inf
         self.delay[hypothesis] = 0
         self.cm_sum -= self.cm[hypothesis]
@@ -391,7 +338,14 @@ class HypothesisList:
         self.cm[hypothesis] = cm
         self.credit[hypothesis] = credit
         self._estimate_cost(hypothesis)
-        self._follow_risk(hypothesis)
+        self._risks.follow(hypothesis)
+
+    def estimate_costs(self, hypotheses: Iterable[int]) -> None:
+        """Estimate costs anew, because something else than C_m has changed."""
+        for hypothesis in hypotheses:
+            if self.is_living(hypothesis):
+                self._note_cost_change(hypothesis)
+                self._estimate_cost(hypothesis)
 
     def _estimate_cost(self, hypothesis: int) -> None:
         attempt = self.attempt_cost(self.context[hypothesis], self.action[hypothesis])
@@ -409,30 +363,7 @@ class HypothesisList:
 
     def follow_aversions(self) -> None:
         """Bring the cost estimates up to date after any change of the Aversion List."""
-        risky = {
-            (self.context[one], self.action[one])
-            for one in range(len(self))
-            if self.delay[one] and self._aversions.implied_by(self.outcome[one])
-        }
-        for context, action in sorted(risky.union(self.risks)):
-            self._assess(context, action)
-
-    def _follow_risk(self, hypothesis: int) -> None:
-        if self._aversions.signs and self._aversions.implied_by(self.outcome[hypothesis]):
-            self._assess(self.context[hypothesis], self.action[hypothesis])
-
-    def _assess(self, context: int, action: int) -> None:
-        """Reckon anew what an action risks, and with it the costs of all hypotheses of it."""
-        arcs = list(self.of_cause(context, action))
-        risk = self._aversions.risk((self.outcome[arc], self.measure[arc]) for arc in arcs)
-        if risk == self.risks.get((context, action), 0.0):
-            return
-        self.risks[context, action] = risk
-        if not risk:
-            del self.risks[context, action]
-        for arc in arcs:
-            self._note_cost_change(arc)
-            self._estimate_cost(arc)
+        self._risks.follow_all()
 
     def _note_cost_change(self, hypothesis: int) -> None:
         self.cost_changes.append(

@@ -11,11 +11,15 @@ that is often entered tilted is dear, though only the Token of the tilt is to be
 
 import math
 from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING
 
 import msgspec
 
 from farside.dem.lists import given
 from farside.dem.lists.signs import Sign, SignList, to_sign
+
+if TYPE_CHECKING:
+    from farside.dem.lists.hypotheses import HypothesisList
 
 
 class Aversion(msgspec.Struct, frozen=True):
@@ -103,6 +107,51 @@ class AversionList:
                 likely[sign] = max(measure, likely.get(sign, 0.0))
         # In the order of the list, so that the sum is the same to the last bit in every copy.
         return sum(cost * likely[sign] for sign, cost in self.signs.items() if sign in likely)
+
+
+class Risks:
+    """What an attempt risks, by context and action, kept up to date with the Hypothesis List.
+
+    Args:
+        aversions: what is to be avoided.
+        hypotheses: the list. It tells of every hypothesis whose measure has changed.
+
+    Attributes:
+        by_cause: the risk of each context and action that has any.
+    """
+
+    def __init__(self, aversions: AversionList, hypotheses: "HypothesisList") -> None:
+        self._aversions, self._hypotheses = aversions, hypotheses
+        self.by_cause: dict[tuple[int, int], float] = {}
+
+    def follow(self, hypothesis: int) -> None:
+        """A hypothesis was created or removed, or its measure has changed."""
+        arcs = self._hypotheses
+        if self._aversions.signs and self._aversions.implied_by(arcs.outcome[hypothesis]):
+            self._assess(arcs.context[hypothesis], arcs.action[hypothesis])
+
+    def follow_all(self) -> None:
+        """Anything may have changed."""
+        arcs = self._hypotheses
+        risky = {
+            (arcs.context[one], arcs.action[one])
+            for one, delay in enumerate(arcs.delay)
+            if delay and self._aversions.implied_by(arcs.outcome[one])
+        }
+        for context, action in sorted(risky.union(self.by_cause)):
+            self._assess(context, action)
+
+    def _assess(self, context: int, action: int) -> None:
+        """Reckon anew what an action risks, and with it the costs of all hypotheses of it."""
+        arcs = list(self._hypotheses.of_cause(context, action))
+        outcome, measure = self._hypotheses.outcome, self._hypotheses.measure
+        risk = self._aversions.risk((outcome[arc], measure[arc]) for arc in arcs)
+        if risk == self.by_cause.get((context, action), 0.0):
+            return
+        self.by_cause[context, action] = risk
+        if not risk:
+            del self.by_cause[context, action]
+        self._hypotheses.estimate_costs(arcs)
 
 
 def checked(aversions: Iterable[Aversion]) -> tuple[Aversion, ...]:

@@ -6,7 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from farside.dem.lists.hypotheses import CostChange
+from farside.dem.lists.actions import ActionList
+from farside.dem.lists.hypothesis import CostChange
 from farside.dem.policy.expectation import Alternatives, Backup, Floats, Ids, System
 from farside.dem.policy.policy_map import PolicyMap, PolicyTable, Reason
 from farside.dem.policy.spread import Spread
@@ -80,6 +81,12 @@ class ExpectedMap:
         del changes, signs
         self._is_current = False
 
+    def part(self) -> None:
+        """Go on apart from the map that this one was copied from."""
+        self._exact = self._exact.copy()
+        self._alternatives = None
+        self._is_current = False
+
     @property
     def value(self) -> list[float]:
         """P_v by Sign id, infinite if no path leads to the goal."""
@@ -121,6 +128,10 @@ class ExpectedMap:
                 # The cost of the action vanishes beside the value: this walk could loop.
                 yield from PolicyMap(self.goal, self._spread).walk(sign)
                 return
+
+    def planned(self, start: int, actions: ActionList) -> float:
+        """The cost of the actions along the path from a Sign, if each succeeds at once."""
+        return sum(actions.costs[self._hypotheses.action[arc]] for arc in self.walk(start))
 
     def depth(self, sign: int) -> int | None:
         """Number of actions along the path to the goal; `None` if no path leads there."""
