@@ -78,7 +78,8 @@ class ChangeFeed:
         self._parameters = parameters
         self._signs = signs
         self._hypotheses = hypotheses
-        self._aversions, self._told = aversions, aversions.ordered
+        self._aversions = aversions
+        self._told: tuple[Aversion, ...] = ()
         self._changes: list[ListChange] = []
         signs.recorded = hypotheses.recorded = self._changes
         self._number = 0
