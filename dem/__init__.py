@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from farside.dem.model import DynamicExpectancyModel
     from farside.dem.parameters import Curiosity, Exploration, Parameters
     from farside.dem.policy.planning import PolicyStep, PolicyValue, Why
+    from farside.dem.recall import Recall
     from farside.dem.shadow import DeltaError, ShadowModel
 
 __all__ = [
@@ -37,6 +38,7 @@ __all__ = [
     "PolicyStep",
     "PolicyValue",
     "Prediction",
+    "Recall",
     "Sensed",
     "ShadowModel",
     "Sign",
@@ -62,6 +64,7 @@ __getattr__ = lazily(
         "PolicyStep": "policy.planning",
         "PolicyValue": "policy.planning",
         "Prediction": "cycle",
+        "Recall": "recall",
         "Sensed": "cycle",
         "ShadowModel": "shadow",
         "Sign": "lists.signs",

@@ -81,7 +81,7 @@ class Outlook(NamedTuple):
     Attributes:
         value: least policy value P_v of the active Signs, infinite where no path is known.
         planned: gives the cost of the actions on the best path if each succeeds at the first
-            attempt. It takes a walk along the path, and is rarely needed.
+            attempt. To know it first takes a walk along the path, and is rarely needed.
     """
 
     value: float
