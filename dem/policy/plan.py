@@ -57,9 +57,8 @@ class Plan:
 
     def note(self, changes: Iterable[CostChange], signs: Iterable[int]) -> None:
         """Note changes of the lists; see `farside.dem.policy.repair.RepairedValues.update`."""
-        for arc, before, _, _ in changes:
-            self._touch(before)
-            self._touch(self._arcs.context[arc])
+        for change in changes:
+            self._touch(change.context)
         for sign in signs:
             self._touch(sign)
             for whole in self._implied.wholes(sign):
@@ -69,7 +68,6 @@ class Plan:
         """Note that the values of some Signs changed."""
         context = self._arcs.context
         for sign in signs:
-            self._touch(sign)
             for arc in self._arcs.of_outcome(sign):
                 self._touch(context[arc])
 

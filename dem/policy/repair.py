@@ -12,7 +12,7 @@ from heapq import heapify, heappop, heappush
 from farside.dem.lists.hypotheses import CostChange
 from farside.dem.policy.spread import Spread
 
-_DOUBT, _OFFER, _SPREAD = range(3)  # at equal values in this order
+_DOUBT, _OFFER, _SPREAD = range(3)  # at equal values in this order, so that less is done in vain
 
 FEW = 1000
 """So many changes are kept in any case (project default)."""
