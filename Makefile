@@ -2,6 +2,7 @@
 
 VENV := .venv
 BIN := $(VENV)/bin
+PEERS := $(VENV)/peers
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint constraints.txt
 FITNESS := import sys; \
   sys.version_info >= (3, 11) or sys.exit("too old: " + sys.version.split()[0]); \
@@ -34,7 +35,7 @@ lint: $(VENV)/.ready-to-develop ## check style, types and the direction of impor
 	$(BIN)/lint-imports
 
 bench: export PYTHONPATH := tests/helpers
-bench: $(VENV)/.ready-to-develop ## measure simulated seconds per wall second
+bench: $(VENV)/.ready-to-develop $(VENV)/.ready-to-compare ## measure simulated seconds per wall second
 	$(BIN)/python tests/bench/run.py
 	$(BIN)/python tests/bench/long_runs.py
 	$(BIN)/python tests/bench/logs.py
@@ -46,8 +47,11 @@ bench: $(VENV)/.ready-to-develop ## measure simulated seconds per wall second
 	$(BIN)/python tests/bench/dem_map.py
 	$(BIN)/python tests/bench/dem_worlds.py
 	$(BIN)/python tests/bench/gym_table.py
+	$(BIN)/python tests/bench/environment.py
 	$(BIN)/python tests/bench/console.py
 	$(BIN)/python tests/bench/peers/table.py
+	PYTHONHASHSEED=0 PYTHONPATH=$(PYTHONPATH):$(PEERS) $(BIN)/python tests/bench/peers/acs2_table.py
+	$(BIN)/python tests/bench/dem_claims.py
 
 study: export PYTHONPATH := tests/helpers
 study: $(VENV)/.ready-to-develop ## run the studies, and write docs/study.md and its pictures
@@ -75,6 +79,12 @@ $(VENV)/.ready-to-develop: pyproject.toml constraints.txt | $(BIN)/pip
 	@echo "Installing Farside and its development tools into $(VENV)"
 	@$(INSTALL) --editable '.[dev,astropy,console,figures,gymnasium,spice,tables]'
 	@touch $@ $(VENV)/.ready-to-run
+
+# pyalcs brings packages named `tests` and `examples`, so it stays out of the others' way.
+$(VENV)/.ready-to-compare: constraints.txt | $(BIN)/pip
+	@echo "Installing pyalcs into $(PEERS)"
+	@$(INSTALL) --no-deps --upgrade --target $(PEERS) pyalcs
+	@touch $@
 
 $(BIN)/pip:
 	@tried=""; \

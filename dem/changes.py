@@ -45,7 +45,23 @@ class PredictionResult(IntEnum):
     ACCOMPANIED = 2
 
 
-ListChange = int | SignAdded | SignRemoved | HypothesisAdded | HypothesisRemoved
+class ActionAdded(msgspec.Struct, frozen=True, array_like=True, tag=4):
+    """An action was met for the first time, and has this cost."""
+
+    action: str
+    cost: float
+
+
+class CostSet(msgspec.Struct, frozen=True, array_like=True, tag=5):
+    """The action with this id has another cost from now on."""
+
+    action: int
+    cost: float
+
+
+ListChange = (
+    int | SignAdded | SignRemoved | HypothesisAdded | HypothesisRemoved | ActionAdded | CostSet
+)
 """A change of the lists. An integer is the result of a prediction, see `encoded_result`: the most
 frequent change by far, it takes one to five bytes."""
 

@@ -61,10 +61,11 @@ class CheckedLists:
         self._check_ids("never active", state.never_active, self._compounds)
 
     def _check_hypotheses(self, state: HypothesesState) -> None:
-        kinds = "iiiiddiiq"
+        kinds = "iiiiddiiidq"
         _expect(len(state.columns) == len(kinds), f"{len(kinds)} columns of hypotheses")
         columns = [_column(kind, data) for kind, data in zip(kinds, state.columns, strict=True)]
-        context, action, outcome, delay, cm, credit, predictions, successes, born = columns
+        context, action, outcome, delay, cm, credit, predictions, successes = columns[:8]
+        results, run, born = columns[8:]
         rows = len(context)
         _expect(all(len(column) == rows for column in columns), "columns of one length")
         for column, low, high, what in (
@@ -81,6 +82,11 @@ class CheckedLists:
             bool(np.all((successes >= 0) & (successes <= predictions))),
             "no more successes than due",
         )
+        _expect(
+            bool(np.all((results >= 1) & (results <= predictions + 1))), "averages of past results"
+        )
+        possible = (abs(run) > 0) & (abs(run) <= 1) & ((run > 0) | (successes < predictions))
+        _expect(bool(np.all(possible)), "probabilities of past results")
         _check_births(born, rows)
         free = set(state.free)
         _expect(len(free) == len(state.free) and free <= set(range(rows)), "free rows")
@@ -195,6 +201,7 @@ def check_goal_list(state: GoalsState) -> None:
     """
     check_goals(state.goals)
     _expect(all(sign and _is_sign(sign) for sign in state.held), "goals held by rules")
+    check_goals(Goal(sign, priorities) for sign, priorities in state.met)
 
 
 def _check_priorities(priorities: Mapping[str, float]) -> None:

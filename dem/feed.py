@@ -45,7 +45,7 @@ class Delta(msgspec.Struct, frozen=True, array_like=True):
 
 
 class Whole(msgspec.Struct, frozen=True, array_like=True):
-    """All lists of a model, as they are saved, and what it was made with."""
+    """All lists of a model, as they are saved, and its parameters. Actions are in order of id."""
 
     action_costs: dict[str, float]
     parameters: Parameters
@@ -111,7 +111,7 @@ class ChangeFeed:
     def _packed(self) -> bytes:
         return compress(
             Whole(
-                action_costs=dict(zip(self._actions.names, self._actions.costs, strict=True)),
+                action_costs=self._actions.by_name,
                 parameters=self._parameters,
                 signs=self._signs.state(),
                 hypotheses=self._hypotheses.state(),

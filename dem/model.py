@@ -1,6 +1,6 @@
 """The cycle of the Dynamic Expectancy Model: sense and learn, choose, perform and predict."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 
 from numpy.random import Generator
 
@@ -9,8 +9,9 @@ from farside.dem.feed import ChangeFeed, Delta
 from farside.dem.learning.learner import Learner
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.check import lists_check
-from farside.dem.lists.goals import OPERATOR
-from farside.dem.lists.inherent import InherentGoal
+from farside.dem.lists.given import given
+from farside.dem.lists.goals import OPERATOR, Goal
+from farside.dem.lists.inherent import InherentGoal, restored, rules_given, saved
 from farside.dem.lists.signs import to_sign
 from farside.dem.memory import ModelState, random_state, read, restored_generator, written
 from farside.dem.parameters import Exploration, Parameters
@@ -29,14 +30,16 @@ class DynamicExpectancyModel(ModelViews):
     may be set and withdrawn at any time.
 
     Args:
-        action_costs: cost of each action, above 0, all in the same unit (s, J).
+        action_costs: cost of each action that is known from the start, above 0, all in the same
+            unit (s, J); there may be none.
         parameters: how to learn and act.
         rng: the only source of randomness: one draw for each opportunity to create a hypothesis,
             and one for each exploratory choice between equals.
         inherent: the robot's own goals.
 
     Raises:
-        ValueError: if there is no action, or a cost is not finite and above 0.
+        TypeError: if something is not of the type that it must have.
+        ValueError: if a cost is not finite and above 0.
     """
 
     def __init__(
@@ -45,15 +48,15 @@ class DynamicExpectancyModel(ModelViews):
         parameters: Parameters = _DEFAULTS,
         *,
         rng: Generator,
-        inherent: Sequence[InherentGoal] = (),
+        inherent: Iterable[InherentGoal] = (),
     ) -> None:
-        self._rng = rng
-        self._parameters = parameters
+        self._rng = given(Generator, "rng, of numpy.random.default_rng(seed)", rng)
+        self._parameters = given(Parameters, "parameters", parameters)
         self._actions = ActionList(action_costs)
         self._learner = Learner(self._actions, parameters, rng)
         self._signs = self._learner.signs
         self._hypotheses = self._learner.hypotheses
-        self._inherent = tuple(inherent)
+        self._inherent = rules_given(inherent)
         self._pursuit = Pursuit(self._learner, parameters, self._inherent)
         self._goals, self._planner = self._pursuit.goals, self._pursuit.planner
         self._active: list[int] = []
@@ -72,7 +75,8 @@ class DynamicExpectancyModel(ModelViews):
 
         Raises:
             RuntimeError: if `perform` has not ended the last cycle.
-            TypeError: if `tokens` is a string.
+            TypeError: if `tokens` is a string, or no Tokens.
+            TypeError, ValueError: if a rule gives its goal no finite priority. Nothing is sensed.
         """
         if self._awaits_action:
             raise RuntimeError(
@@ -80,12 +84,13 @@ class DynamicExpectancyModel(ModelViews):
                 "perform(None) if nothing was done"
             )
         sensed = to_sign(tokens)
+        by_rules = self._pursuit.wanted(sensed)
         learned = self._learner.sense(sensed, self._pursuit.needed())
         self._active = learned.active
         self._awaits_action = True
         if self._feed is not None:
             self._feed.trim()
-        news = self._pursuit.sense(sensed, learned.active, on_course=self._on_course)
+        news = self._pursuit.sense(sensed, learned.active, by_rules, on_course=self._on_course)
         return Sensed(
             tokens=sensed,
             active=self._named(learned.active),
@@ -104,9 +109,9 @@ class DynamicExpectancyModel(ModelViews):
         """The action to take now; `perform` is still to be called.
 
         Goal-directed if there is a top-goal: the best action of the active Sign with the least
-        policy value. Otherwise exploratory, as `Parameters.exploration` says; also if the top-goal
-        was set after `sense` and is active already. `None` where there is nothing to do: no action
-        is suggested by the map, and the model does not explore.
+        policy value. Otherwise exploratory, as `Parameters.exploration` says. `None` where there is
+        nothing to do: no action is suggested by the map, and the model does not explore, or does
+        not know any action.
 
         Args:
             explore: whether the model may explore. Without, a curious model chooses by the
@@ -114,13 +119,15 @@ class DynamicExpectancyModel(ModelViews):
 
         Raises:
             RuntimeError: if `sense` was not called since the last `perform`.
+            TypeError: if `explore` is neither true nor false.
         """
         self._expect_sensed("choose")
+        explore = given(bool, "explore", explore)
         exploration = self._parameters.exploration if explore else Exploration.NONE
         curious = exploration is Exploration.CURIOUS
         choice = self._curious() if curious else self._goal_directed()
         if choice is None:
-            if exploration is Exploration.NONE:
+            if exploration is Exploration.NONE or not self._actions:
                 return None
             choice = Choice(self._actions.names[self._rng.integers(len(self._actions))])
         self._chosen = choice.action if choice.goal else None
@@ -130,18 +137,36 @@ class DynamicExpectancyModel(ModelViews):
         """End a cycle with the action really performed, `None` if there was none.
 
         Every hypothesis whose context and action are active makes its prediction. Standing still
-        is not an action: it leads to no predictions and no hypotheses.
+        is not an action: it leads to no predictions and no hypotheses. An action that is met for
+        the first time is registered (source: seed), at the cost of the dearest known one, or 1 if
+        it is the first (project default); see `set_cost`.
 
         Raises:
             RuntimeError: if `sense` was not called since the last `perform`.
-            ValueError: if the action is unknown. The message names the known ones.
+            TypeError: if the action is no string.
         """
         self._expect_sensed("perform")
-        performed = None if action is None else self._actions.id_of(action)
+        performed = None if action is None else self._registered(action)
         self._learner.perform(self._active, performed, self._pursuit.needed())
         self._on_course = action is not None and action == self._chosen
         self._chosen = None
         self._awaits_action = False
+
+    def _registered(self, action: str) -> int:
+        known = self._actions.find(action)
+        if known is None:
+            known = self._learner.register(action, self._actions.default_cost)
+        return known
+
+    def set_cost(self, action: str, cost: float) -> None:
+        """Have an action cost something else from now on: all policy values follow at once.
+
+        Raises:
+            TypeError: if the action is no string, or the cost no number.
+            ValueError: if the action is unknown, or the cost is not finite and above 0.
+        """
+        self._hypotheses.set_cost(self._actions.id_of(action), cost)
+        self._attend()
 
     def _expect_sensed(self, wanted: str) -> None:
         if not self._awaits_action:
@@ -163,6 +188,8 @@ class DynamicExpectancyModel(ModelViews):
         )
 
     def _curious(self) -> Choice | None:
+        if not self._actions:
+            return None
         sought = self._goals.sought
         goal = None if sought is None else self._signs.find(sought)
         curious = CuriousMap(self._learner, self._parameters, goal, self._active)
@@ -178,22 +205,36 @@ class DynamicExpectancyModel(ModelViews):
 
     # --- goals ---------------------------------------------------------------------------------
 
-    def set_goal(self, tokens: Iterable[str], priority: float, source: str = OPERATOR) -> None:
+    def set_goal(
+        self, tokens: Iterable[str], priority: float = 1.0, source: str = OPERATOR
+    ) -> Goal | None:
         """Put a Sign on the Goal List, or change the priority that `source` gives it.
 
         Several sources may want the same Sign; the highest of their priorities counts. A Sign of
         several Tokens becomes known by being set. A single Token that was never sensed can be a
-        goal too, but is put aside until it is sensed. A goal that is active already is satisfied
-        at the next `sense`.
+        goal too, but is put aside until it is sensed.
+
+        Within a cycle, between `sense` and `perform`, a goal that is active is satisfied at once:
+        it never comes on the list, and nothing is done for it. It is returned, and told once more
+        in `Sensed.reached` of the next cycle, for those who wait there. To pursue a goal again that
+        was just reached, set it after `perform`.
+
+        Returns:
+            the goal, if it is satisfied at once.
 
         Raises:
             ValueError: if there are no Tokens, `priority` is not finite, or `source` is `"rule"`,
                 which stands for the robot's own rules.
-            TypeError: if `tokens` is a string.
+            TypeError: if `tokens` is a string or no Tokens, `priority` no number, or `source` no
+                name.
         """
-        self._goals.set(to_sign(tokens), priority, source)
-        self._pursuit.know_goals()
-        self._attend()
+        sign = to_sign(tokens)
+        is_active = self._awaits_action and self._pursuit.is_active(sign, self._active)
+        satisfied = self._goals.set(sign, priority, source, is_active=is_active)
+        if satisfied is None:
+            self._pursuit.know_goals()
+            self._attend()
+        return satisfied
 
     def withdraw_goal(self, tokens: Iterable[str], source: str = OPERATOR) -> bool:
         """Take back what `source` set; False if it set no such goal.
@@ -226,9 +267,9 @@ class DynamicExpectancyModel(ModelViews):
         """
         return written(
             ModelState(
-                action_costs=dict(zip(self._actions.names, self._actions.costs, strict=True)),
+                action_costs=self._actions.by_name,
                 parameters=self._parameters,
-                inherent=self._inherent,
+                inherent=saved(self._inherent),
                 random=random_state(self._rng),
                 learner=self._learner.state(),
                 goals=self._goals.state(),
@@ -240,20 +281,29 @@ class DynamicExpectancyModel(ModelViews):
         )
 
     @classmethod
-    def load(cls, data: bytes) -> "DynamicExpectancyModel":
+    def load(
+        cls, data: bytes, *, inherent: Iterable[InherentGoal] | None = None
+    ) -> "DynamicExpectancyModel":
         """The model that was saved, with its own copy of the random generator.
 
+        Args:
+            data: what `save` returned.
+            inherent: the rules of the model; needed only where a priority is a function, which
+                cannot be saved.
+
         Raises:
+            ValueError: if rules are needed, or are others than the model had.
             UnreadableMemoryError: if `data` is damaged, truncated, of another version, or not a
                 saved model.
         """
         state = read(data)
         model = cls(
-            state.action_costs,
+            {},
             state.parameters,
             rng=restored_generator(state.random),
-            inherent=state.inherent,
+            inherent=restored(state.inherent, inherent),
         )
+        model._actions.restore(state.action_costs)
         model._learner.restore(state.learner)
         model._goals.restore(state.goals)
         model._active = list(state.active)
@@ -262,10 +312,17 @@ class DynamicExpectancyModel(ModelViews):
         return model
 
     def change(self, parameters: Parameters) -> None:
-        """Learn and act by these from now on; raises what `Learner.change` does."""
-        self._learner.change(parameters)
-        self._pursuit.change(parameters)
+        """Learn and act by these from now on, and keep what was learned: train, then judge.
+
+        A shadow must `agree` to them. With `plain`, nothing that own rules made is taken back.
+
+        Raises:
+            TypeError: if these are no `Parameters`.
+            ValueError: if `reach` is less than before.
+        """
+        self._learner.change(given(Parameters, "parameters", parameters))
         self._parameters = parameters
+        self._pursuit.change(parameters)
         self._attend()
         if self._feed is not None:
             self._feed.change(parameters)
@@ -294,8 +351,8 @@ class DynamicExpectancyModel(ModelViews):
         return self._open_feed().whole(self._goals.ordered)
 
     def lists_check(self) -> int:
-        """CRC-32 of Signs, hypotheses and goals, to be compared with that of a `ShadowModel`."""
-        return lists_check(self._signs, self._hypotheses, self._goals.ordered)
+        """CRC-32 of all lists and the goals, to be compared with that of a `ShadowModel`."""
+        return lists_check(self._actions, self._signs, self._hypotheses, self._goals.ordered)
 
     def _open_feed(self) -> ChangeFeed:
         if self._feed is None:

@@ -2,7 +2,7 @@
 
 import math
 from enum import StrEnum
-from typing import Annotated, get_args
+from typing import Annotated, cast, get_args
 
 import msgspec
 from msgspec import Meta
@@ -26,6 +26,10 @@ OWN_RULES = (
     "whole_implies_parts",
 )
 """The parameters that switch a rule of ours on: all that `Parameters.plain` switches off."""
+
+_LATE_RATE = 0.01
+_CONSTANT_RATES = {"alpha": 0.5, "beta": 0.2}
+_BY_AVERAGING = cast("float", None)  # until `__post_init__` knows which of these
 
 
 class _Checked(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_fields=True):
@@ -103,8 +107,10 @@ class Parameters(_Checked, frozen=True):
     """How a model learns and acts. Every default is a project default: the seed leaves them open.
 
     Attributes:
-        alpha: α, the gain of C_m on success, as a fraction of its distance to 1; 0 to 1.
-        beta: β, the loss of C_m on failure, as a fraction of its value; 0 to 1.
+        alpha: α, the gain of C_m on success, as a fraction of its distance to 1; 0 to 1. By default
+            .01, and .5 without `averaging`.
+        beta: β, the loss of C_m on failure, as a fraction of its value; 0 to 1. By default .01, and
+            .2 without `averaging`.
         learning_probability: λ, the probability that an opportunity to create a hypothesis is
             taken; 0 to 1.
         initial_cm: C_m of a new hypothesis; 0 to 1.
@@ -114,8 +120,9 @@ class Parameters(_Checked, frozen=True):
             hypothesis; 1 to `MAX_REACH`.
         own_credit: base cost estimates on credit instead of C_m; see
             `farside.dem.learning.credit`. Off: the seed's costs.
-        averaging: let C_m be the average of the results at first, and again after results that
-            contradict it. Off: the constant rates α and β from the first result on, as in the seed.
+        averaging: let C_m be the average of the results until α and β are the greater rates, and
+            again after results that contradict it; see `farside.dem.equations.averaging_rate`. Off:
+            the constant rates α and β from the first result on, as in the seed.
         situations: let few things explain a surprise, and the situation as a whole where its parts
             cannot. Off: every Sign in the activation traces explains it.
         whole_implies_parts: to reach a whole is to reach its parts: P_v(whole) ≤ P_v(part).
@@ -139,8 +146,8 @@ class Parameters(_Checked, frozen=True):
         ValueError: if a value is out of range. The message names it.
     """
 
-    alpha: Fraction = 0.5
-    beta: Fraction = 0.2
+    alpha: Fraction = _BY_AVERAGING
+    beta: Fraction = _BY_AVERAGING
     learning_probability: Fraction = 1.0
     initial_cm: Fraction = 0.5
     plain: bool = False
@@ -161,6 +168,10 @@ class Parameters(_Checked, frozen=True):
     curiosity: Curiosity = Curiosity()
 
     def __post_init__(self) -> None:
+        for name, constant in _CONSTANT_RATES.items():
+            if getattr(self, name) is _BY_AVERAGING:
+                rate = _LATE_RATE if self.averaging and not self.plain else constant
+                msgspec.structs.force_setattr(self, name, rate)
         super().__post_init__()
         if not self.plain:
             return
@@ -174,3 +185,13 @@ def same(one: Parameters, other: Parameters) -> bool:
     """Whether two parameters are equal in every field, though one may be of a subclass."""
     names = [field.name for field in msgspec.structs.fields(Parameters)]
     return all(getattr(one, name) == getattr(other, name) for name in names)
+
+
+def others_than_default(parameters: Parameters) -> list[str]:
+    """The parameters that are not as they would be by default, such as "alpha=0.25"."""
+    default = Parameters(plain=parameters.plain, averaging=parameters.averaging)
+    named = ["plain=True"] * parameters.plain
+    named += ["averaging=False"] * (not parameters.plain and not parameters.averaging)
+    names = [field.name for field in msgspec.structs.fields(Parameters)]
+    values = {name: getattr(parameters, name) for name in names}
+    return named + [f"{n}={value}" for n, value in values.items() if value != getattr(default, n)]

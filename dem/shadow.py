@@ -9,6 +9,8 @@ import math
 from collections.abc import Iterable, Iterator, Mapping
 
 from farside.dem.changes import (
+    ActionAdded,
+    CostSet,
     HypothesisAdded,
     HypothesisRemoved,
     ListChange,
@@ -21,8 +23,10 @@ from farside.dem.checking import CheckedLists, check_goals
 from farside.dem.feed import FEW_CHANGES, Delta, Whole
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.check import lists_check
+from farside.dem.lists.given import given, shown
 from farside.dem.lists.goals import Goal, sought
-from farside.dem.lists.hypotheses import Hypothesis, HypothesisList
+from farside.dem.lists.hypotheses import HypothesisList
+from farside.dem.lists.hypothesis import Hypothesis
 from farside.dem.lists.signs import Sign, SignList, to_sign
 from farside.dem.memory import UnreadableMemoryError, decompress
 from farside.dem.parameters import Parameters, same
@@ -44,15 +48,18 @@ class ShadowModel(ListViews):
     It is empty until a whole is applied; the first delta of any model is one.
 
     Args:
-        action_costs, parameters: those of the model.
+        action_costs: those of the model at its start; it may have met more actions since, and
+            given them other costs.
+        parameters: those of the model.
 
     Raises:
-        ValueError: if there is no action, or a cost is not finite and above 0.
+        TypeError: if the costs are no numbers by name, or the parameters are none.
+        ValueError: if a cost is not finite and above 0.
     """
 
     def __init__(self, action_costs: Mapping[str, float], parameters: Parameters) -> None:
-        self._actions = ActionList(action_costs)
-        self._parameters = parameters
+        self._first_actions = ActionList(action_costs).by_name
+        self._parameters = given(Parameters, "parameters", parameters)
         self._agreed = [parameters]
         self._goals: tuple[Goal, ...] = ()
         self._number = 0
@@ -67,6 +74,7 @@ class ShadowModel(ListViews):
                 parameters, or holds an impossible change. The message says what was expected.
             UnreadableMemoryError: if the lists of a whole are damaged.
         """
+        given(Delta, "delta", delta)
         try:
             check_goals(delta.goals or ())
         except ValueError as error:
@@ -95,11 +103,11 @@ class ShadowModel(ListViews):
 
         Until then its wholes may come with any that were agreed on before.
         """
-        self._agreed.append(parameters)
+        self._agreed.append(given(Parameters, "parameters", parameters))
 
     def lists_check(self) -> int:
         """CRC-32 of the lists; equal to that of the model when this holds what that held."""
-        return lists_check(self._signs, self._hypotheses, self._goals)
+        return lists_check(self._actions, self._signs, self._hypotheses, self._goals)
 
     @property
     def number(self) -> int:
@@ -209,7 +217,7 @@ class ShadowModel(ListViews):
         Those of the next cycle that are the most credible of their context and action by the lists
         as they are, before the delta is applied; none of a whole, of which it is not known.
         """
-        if delta.whole is not None:
+        if given(Delta, "delta", delta).whole is not None:
             return ()
         lists, true = self._hypotheses, []
         for change in delta.changes:
@@ -245,26 +253,30 @@ class ShadowModel(ListViews):
         wanted = sought(self._goals) if goal is None else to_sign(goal)
         self._planner.aim(wanted, [known.tokens for known in self._goals])
 
-    def _clear(self) -> None:
+    def _clear(self, costs: Mapping[str, float] | None = None) -> None:
+        self._actions = ActionList({})
+        self._actions.restore(self._first_actions if costs is None else costs)
         self._signs = SignList()
         self._hypotheses = HypothesisList(self._actions, self._parameters)
         self._planner = Planner(self._signs, self._hypotheses, self._actions, self._parameters)
 
     def _restore(self, packed: bytes) -> None:
         whole = decompress(packed, Whole)
-        costs = dict(zip(self._actions.names, self._actions.costs, strict=True))
         agreed = next((one for one in self._agreed if same(whole.parameters, one)), None)
-        if whole.action_costs != costs or agreed is None:
+        if agreed is None or not whole.action_costs.keys() >= self._first_actions.keys():
             raise DeltaError(
-                f"the lists of another model: expected action costs {costs} and "
-                f"{self._parameters}, found {whole.action_costs} and {whole.parameters}"
+                f"the lists of another model: expected the actions {shown([*self._first_actions])} "
+                f"and {self._parameters}, found {shown([*whole.action_costs])} and "
+                f"{whole.parameters}"
             )
         self._parameters = agreed
         try:
-            CheckedLists(self._actions, self._parameters, whole.signs, whole.hypotheses)
+            actions = ActionList({})
+            actions.restore(whole.action_costs)
+            CheckedLists(actions, self._parameters, whole.signs, whole.hypotheses)
         except ValueError as error:
             raise UnreadableMemoryError(f"lists that no model has: {error}") from error
-        self._clear()
+        self._clear(whole.action_costs)
         self._signs.restore(whole.signs)
         self._hypotheses.restore(whole.hypotheses)
 
@@ -309,6 +321,17 @@ class ShadowModel(ListViews):
                     raise ValueError(f"expected a new hypothesis, found {change}")
             case HypothesisRemoved(hypothesis):
                 self._expect_hypothesis(hypothesis)
+            case ActionAdded() | CostSet():
+                self._check_action(change)
+
+    def _check_action(self, change: ActionAdded | CostSet) -> None:
+        known = self._actions.names
+        if isinstance(change, ActionAdded):
+            possible = change.action not in known
+        else:
+            possible = change.action in range(len(known))
+        if not possible or not 0.0 < change.cost < math.inf:
+            raise ValueError(f"expected an action at a cost above 0, found {change}")
 
     def _expect_sign(self, sign: int) -> None:
         if sign not in range(len(self._signs.names)) or not self._signs.names[sign]:
@@ -330,6 +353,10 @@ class ShadowModel(ListViews):
                 self._hypotheses.add(context, action, outcome, delay, credit)
             case HypothesisRemoved(hypothesis):
                 self._hypotheses.remove(hypothesis)
+            case ActionAdded(name, cost):
+                self._hypotheses.register(name, cost)
+            case CostSet(action_id, cost):
+                self._hypotheses.set_cost(action_id, cost)
 
     def _settle(self, change: int) -> None:
         hypothesis, result = decoded_result(change)

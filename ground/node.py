@@ -50,6 +50,7 @@ from farside.topics import (
     EventLearned,
     OrderGiven,
     Review,
+    Silence,
     Yard,
 )
 
@@ -276,6 +277,11 @@ class Ground:
         """What an operator knows now."""
         silent = self._silence.state.silent
         return Situation(self._now_ns, self._belief, self._desk, silent, self._outlook)
+
+    @property
+    def silence(self) -> Silence:
+        """Whether nothing is heard of the rover, and whether that is as planned."""
+        return self._silence.state
 
     def _note_review(self, act: Act) -> None:
         order = act.order if isinstance(act, Planned) else act

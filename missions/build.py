@@ -19,7 +19,8 @@ from farside.missions.extensions.making import make_controller, make_operator
 from farside.missions.schema import MissionFile
 from farside.node import Direction, Node, Role, to_ns
 from farside.places import ACTIONS
-from farside.rover.config import HEARTBEATS, RoverConfig
+from farside.rover.config import HEARTBEATS, QUEUED, RoverConfig
+from farside.rover.control.queued import QueuedController
 from farside.rover.controller import Controller
 from farside.rover.node import Rover, RoverStreams
 
@@ -82,6 +83,8 @@ def build_controller(
 ) -> Controller:
     """The controller that the `[rover]` table names; see `build_node`."""
     costs = _action_costs(rover)
+    if rover.controller == QUEUED:
+        return QueuedController(costs, rng=rng)
     if rover.controller in CONTROLLER.built_in:
         return DynamicExpectancyModel(costs, rover.dem, rng=rng)
     kind = extensions.controller or find_class(CONTROLLER, rover.controller)

@@ -1,31 +1,14 @@
 """Running a mission: crew, log, expectations and result."""
 
 import math
-import platform
 import time
 from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
-from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
 
-import msgspec
-
 from farside.logs import LogError, LogFile, Recorder
-from farside.logs.result import (
-    DemResult,
-    GoalResult,
-    Judgement,
-    LinkResult,
-    LostProcessResult,
-    ModeResult,
-    OperatorResult,
-    Outcome,
-    RoverResult,
-    RunResult,
-    ShadowResult,
-    StoreResult,
-)
+from farside.logs.result import RunResult
 from farside.logs.views.run import RunView
 from farside.missions.build import build_node
 from farside.missions.conductor import Conductor, Watcher
@@ -38,18 +21,16 @@ from farside.missions.crew.crew import (
     Patience,
 )
 from farside.missions.crew.processes import ProcessCrew
-from farside.missions.expectations import judge
 from farside.missions.extensions.kinds import searching
 from farside.missions.interrupts import Interrupts
 from farside.missions.loading import LoadedMission
-from farside.missions.schema import MissionFile
-from farside.node import Direction, Node, Record, Role, to_ns, to_s
+from farside.missions.results import conclude, describe
+from farside.node import Node, Record, Role
 
 RUNS = Path("logs/runs")
 """Default folder for logs, relative to the current folder."""
 
 _PATIENT = Patience()
-_LIBRARIES = ("farside", "eclipse-zenoh", "foxglove-sdk", "mcap", "msgspec", "numpy", "pymunk")
 
 
 class _Unwatched(Watcher):
@@ -157,7 +138,7 @@ def run_mission(
         recorder = Recorder.in_folder(out, f"{mission.name}-seed{mission.seed}")
         stack.enter_context(_log_failures())
         stack.enter_context(recorder)
-        _describe(recorder, loaded)
+        describe(recorder, loaded)
         watcher.opened(recorder.path)
         conductor = Conductor(
             mission,
@@ -171,10 +152,7 @@ def run_mission(
         started_s = time.monotonic()
         end = _conduct(conductor, crew, interrupts)
         wall_s = time.monotonic() - started_s
-        _attach_last_words(recorder, end.lost_processes)
-        result = _result(mission, conductor, recorder, end, wall_s)
-        recorder.attach("result.json", "application/json", msgspec.json.encode(result))
-        recorder.metadata("farside.result", {"outcome": result.outcome, "digest": result.digest})
+        result = conclude(recorder, mission, conductor.now_ns, wall_s, end.lost_processes)
         # Packing may be interrupted: the log then stays as it was written, which is as good.
         with suppress(KeyboardInterrupt), interrupts.breakable(at=2):
             recorder.close()
@@ -221,121 +199,3 @@ def _conduct(conductor: Conductor, crew: Crew, interrupts: Interrupts) -> _End:
     except KeyboardInterrupt:
         pass
     return _End((*crew.lost_processes, *lost), interrupts.requested)
-
-
-def _describe(recorder: Recorder, loaded: LoadedMission) -> None:
-    mission = loaded.mission
-    recorder.attach("mission.toml", "application/toml", loaded.text.encode())
-    recorder.attach("mission.json", "application/json", msgspec.json.encode(mission))
-    recorder.attach("overrides.json", "application/json", msgspec.json.encode(loaded.overrides))
-    if loaded.files:
-        recorder.attach("files.json", "application/json", msgspec.json.encode(loaded.files))
-    if loaded.changes:
-        recorder.attach("changes.json", "application/json", msgspec.json.encode(loaded.changes))
-    if loaded.again:
-        recorder.metadata("farside.rerun", dict(loaded.again))
-    versions = {name: version(name) for name in _LIBRARIES}
-    recorder.metadata(
-        "farside.run",
-        {
-            "mission": mission.name,
-            "seed": str(mission.seed),
-            "python": platform.python_version(),
-            **versions,
-        },
-    )
-
-
-def _attach_last_words(recorder: Recorder, lost_processes: Sequence[LostProcess]) -> None:
-    for lost in lost_processes:
-        if lost.last_words:
-            recorder.attach(f"{lost.role}-last-words.txt", "text/plain", lost.last_words.encode())
-
-
-def _result(
-    mission: MissionFile,
-    conductor: Conductor,
-    recorder: Recorder,
-    end: _End,
-    wall_s: float,
-) -> RunResult:
-    recorder.flush()
-    recorder.check()
-    view = RunView(LogFile(recorder.path))
-    complete = conductor.now_ns >= to_ns(mission.duration_s)
-    judgements = (
-        tuple(judge(expectation, view) for expectation in mission.expect) if complete else ()
-    )
-    sim_s = to_s(conductor.now_ns)
-    dem = view.dem
-    return RunResult(
-        mission=mission.name,
-        seed=mission.seed,
-        outcome=_outcome(judgements, aborted=bool(end.lost_processes) or not complete),
-        expectations=judgements,
-        log=str(recorder.path),
-        digest=recorder.digest,
-        sim_seconds=sim_s,
-        wall_seconds=wall_s,
-        speedup=sim_s / wall_s,
-        goals=tuple(
-            GoalResult(goal.tokens, goal.source, goal.set_s, goal.reached_s) for goal in view.goals
-        ),
-        modes=tuple(ModeResult(mode.t_s, mode.mode, mode.why) for mode in view.modes),
-        link=LinkResult(
-            uplink=view.link_counters(Direction.UP), downlink=view.link_counters(Direction.DOWN)
-        ),
-        store=_store_result(view),
-        rover=_rover(view),
-        operator=_operator(view),
-        dem=DemResult(dem.signs, dem.hypotheses, dem.mean_cm) if dem else DemResult(0, 0, 0.0),
-        shadow=_shadow(view),
-        lost_processes=tuple(
-            LostProcessResult(lost.role, lost.how, to_s(lost.time_ns))
-            for lost in end.lost_processes
-        ),
-    )
-
-
-def _store_result(view: RunView) -> StoreResult:
-    store = view.store
-    arrived = store.kept - store.given_up - store.waiting
-    return StoreResult(store.kept, arrived, store.given_up, store.waiting)
-
-
-def _shadow(view: RunView) -> ShadowResult | None:
-    price = view.shadow
-    if price is None:
-        return None
-    bits = 8 * (price.downlink_byte + price.report_byte)
-    return ShadowResult(
-        updates=price.updates,
-        wholes=price.wholes,
-        cycles=price.cycles,
-        downlink_bytes=price.downlink_byte,
-        downlink_share=price.downlink_share,
-        report_bytes=price.report_byte,
-        bits_per_cycle=bits / price.cycles if price.cycles else None,
-        in_step=price.in_step,
-    )
-
-
-def _rover(view: RunView) -> RoverResult:
-    least = view.least_charge
-    return RoverResult(
-        least_charge=least.charge if least else None,
-        least_charge_s=least.t_s if least else None,
-        flat_since_s=view.flat_since_s,
-        stuck_since_s=view.stuck_since_s,
-    )
-
-
-def _operator(view: RunView) -> OperatorResult | None:
-    last = view.operator
-    return last and OperatorResult(last.step, last.of, last.waiting_for, last.t_s, last.left)
-
-
-def _outcome(judgements: Sequence[Judgement], *, aborted: bool) -> Outcome:
-    if aborted:
-        return Outcome.ABORTED
-    return Outcome.SUCCESS if all(judgement.met for judgement in judgements) else Outcome.FAILURE

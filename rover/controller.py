@@ -46,8 +46,12 @@ class Controller(Protocol):
         """End a cycle with the action really performed, `None` if there was none."""
         ...
 
-    def set_goal(self, tokens: Iterable[str], priority: float, source: str = ...) -> None:
-        """Put a Sign on the Goal List, or change the priority that `source` gives it."""
+    def set_goal(self, tokens: Iterable[str], priority: float, source: str = ...) -> Goal | None:
+        """Put a Sign on the Goal List, or change the priority that `source` gives it.
+
+        A goal that is active between `sense` and `perform` may be satisfied at once: then it is
+        returned, and told in the next `Sensed.reached`.
+        """
         ...
 
     def withdraw_goal(self, tokens: Iterable[str], source: str = ...) -> bool:

@@ -38,6 +38,7 @@ class Goals:
         self._inherent: set[Tokens] = set()
         self._dismissed: set[Tokens] = set()  # of these, what the operator does not want
         self._aside: dict[Tokens, str] = {}
+        self._met: set[Tokens] = set()  # satisfied as they were set, and not told yet
         self.reached_lately: list[Tokens] = []
         self._journal, self._events = journal, events
 
@@ -81,13 +82,18 @@ class Goals:
         """Whether `source` has this Sign on the list."""
         return source in self._controller.goal_priorities(tokens)
 
+    def are_met(self, sensed: frozenset[str]) -> bool:
+        """Whether a goal is satisfied where this is sensed, and is to be told."""
+        return bool(self._met) or any(sensed.issuperset(goal) for goal in self.listed)
+
     # --- changes -------------------------------------------------------------------------------
 
     def want(self, tokens: Tokens, priority: float, source: GoalSource) -> None:
         """Put a Sign on the list for `source`, or change the priority that it gives."""
         tokens = _sign(tokens)
         new = not self.wants(tokens, source)
-        self._controller.set_goal(tokens, priority, source.value)
+        if self._controller.set_goal(tokens, priority, source.value) is not None:
+            self._met.add(tokens)
         if new:
             self._note(tokens, GoalChange.SET, priority, source)
 
@@ -117,7 +123,7 @@ class Goals:
     def follow_inherent(self, tokens: Tokens, priority: float | None) -> None:
         """Want a Sign of the rover's own at this priority; `None` for not any more."""
         if priority is not None:
-            if tokens not in self._dismissed:
+            if tokens not in self._dismissed | self._met:
                 self._inherent.add(tokens)
                 self.want(tokens, priority, GoalSource.INHERENT)
         elif tokens in self._inherent:
@@ -129,7 +135,7 @@ class Goals:
     def follow_mission(self, *, wanted: bool) -> None:
         """Have the mission goals that are left on the list, or not."""
         for tokens, priority in self._mission.items():
-            if wanted is not self.wants(tokens, GoalSource.MISSION):
+            if wanted is not self.wants(tokens, GoalSource.MISSION) and tokens not in self._met:
                 if wanted:
                     self.want(tokens, priority, GoalSource.MISSION)
                 else:
@@ -154,6 +160,7 @@ class Goals:
 
     def reached(self, goals: Sequence[Goal]) -> None:
         """The controller found goals satisfied and took them off its list."""
+        self._met.clear()
         for goal in goals:
             for source, priority in goal.priorities.items():
                 self._note(goal.tokens, GoalChange.REACHED, priority, GoalSource(source))

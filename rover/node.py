@@ -129,7 +129,9 @@ class Rover:
             (place_token(goal.place),): goal.priority for goal in config.goals
         }
         self._goals = Goals(brain, mission, journal, events)
-        self._cycle = ControlCycle(brain, self._goals, journal, is_shadowed=config.is_shadowed)
+        self._cycle = ControlCycle(
+            brain, self._goals, journal, is_shadowed=config.is_shadowed, memory=config.memory
+        )
         self._updates = ModelUpdates(self._cycle, self._endpoint, terms, self._silence, journal)
         self._commands = Commands(terms.round_trip_ns, journal, events)
         self._proposals = Proposals(
@@ -352,6 +354,8 @@ class Rover:
             to_s(self._tick_ns),
         )
         self._doing = _Doing(undertaking, move, self._now_ns, self._cycle.tokens)
+        # Path A3: the controller learns from what is performed, no matter who chose it.
+        self._cycle.perform(undertaking.action)
         self._journal.note(
             ROVER_ACTION_STARTED,
             ActionStarted(
@@ -386,8 +390,7 @@ class Rover:
         self._condition.moved(action, blocked=blocked)
         self._doing = None
         self._stands_since_ns = self._now_ns
-        # Path A3: the controller learns from what was performed, no matter who chose it.
-        self._cycle.sense(self._sensed(), action)
+        self._cycle.sense(self._sensed())
         self._follow_tracks(action)
         self.pilot.ended(action, doing.start, duration_s, blocked=blocked)
         self._gate.look()

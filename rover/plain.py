@@ -117,14 +117,21 @@ class PlainController(ABC):
         """The Goal List, the top-goal first, ties to the older."""
         return self._goals.ordered
 
-    def set_goal(self, tokens: Iterable[str], priority: float, source: str = OPERATOR) -> None:
+    def set_goal(
+        self, tokens: Iterable[str], priority: float, source: str = OPERATOR
+    ) -> Goal | None:
         """Put a Sign on the Goal List, or change the priority that `source` gives it.
+
+        Between `sense` and `perform`, a goal that is active is satisfied at once: it never comes on
+        the list, is returned, and told in the next `Sensed.reached`.
 
         Raises:
             ValueError: if there are no Tokens, or `priority` is not finite.
             TypeError: if `tokens` is a string.
         """
-        self._goals.set(to_sign(tokens), priority, source)
+        sign = to_sign(tokens)
+        is_active = self._is_open and set(sign).issubset(self.tokens)
+        return self._goals.set(sign, priority, source, is_active=is_active)
 
     def withdraw_goal(self, tokens: Iterable[str], source: str = OPERATOR) -> bool:
         """Take back what `source` set; False if it set no such goal."""

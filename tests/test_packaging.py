@@ -57,6 +57,19 @@ def test_an_sdist_holds_what_a_wheel_is_built_from_and_the_documents(
     assert sorted(found) == sorted([*expected, *documents, *about, *made])
 
 
+def test_gymnasium_makes_a_mission_from_a_wheel(installed: Path, tmp_path: Path) -> None:
+    """With nothing imported beforehand; a warning would be an error."""
+    script = """
+import gymnasium
+env = gymnasium.make("farside.gymnasium:farside/teach-v0", overrides={"tick_s": 0.2})
+env.reset()
+print(env.step(0)[4]["action"])
+"""
+    command: list[str | Path] = [installed / "python", "-W", "error", "-c", script]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)  # noqa: S603
+    assert (done.stdout, done.stderr) == ("N\n", "")
+
+
 def test_a_wheel_runs_the_first_mission_from_any_folder(
     installed: Path, blackout: FinishedRun, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

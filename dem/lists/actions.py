@@ -1,38 +1,94 @@
 """A, the Action List."""
 
-import math
 from collections.abc import Mapping
+
+from farside.dem.lists import given
+
+_NAMED = 20  # so many known actions a message names
 
 
 class ActionList:
-    """A, the actions and their costs, ordered by name. The id of an action is its index.
+    """A, the actions and their costs. The id of an action is its index.
+
+    The first ones are ordered by name; those that are met later follow as they were met.
+
+    Args:
+        costs: the cost of each action that is known from the start.
+
+    Attributes:
+        names: the actions, by id.
+        costs: the cost of each, by id.
 
     Raises:
-        ValueError: if there is no action, or a cost is not finite and above 0. With a free action,
-            an endless walk would cost no more than a short one.
+        TypeError, ValueError: as `given.costs` does.
     """
 
     def __init__(self, costs: Mapping[str, float]) -> None:
-        if not costs:
-            raise ValueError("expected the cost of one action at least, found none")
-        self.names = tuple(sorted(costs))
-        self.costs = tuple(costs[name] for name in self.names)
-        self._ids = {name: action for action, name in enumerate(self.names)}
-        for name, cost in zip(self.names, self.costs, strict=True):
-            if not 0.0 < cost < math.inf:
-                raise ValueError(f"cost of action {name!r}: expected above 0, found {cost}")
+        self.names: tuple[str, ...] = ()
+        self.costs: tuple[float, ...] = ()
+        self._ids: dict[str, int] = {}
+        self.restore(dict(sorted(given.costs(costs).items())))
 
     def __len__(self) -> int:
         return len(self.names)
+
+    @property
+    def by_name(self) -> dict[str, float]:
+        """The costs by name, in order of id: everything that `restore` needs."""
+        return dict(zip(self.names, self.costs, strict=True))
+
+    def restore(self, costs: Mapping[str, float]) -> None:
+        """Become the list that `by_name` was taken from. This one must be empty.
+
+        Raises:
+            ValueError: if a cost is not finite and above 0.
+        """
+        for name, cost in costs.items():
+            self.add(name, cost)
+
+    def add(self, name: str, cost: float) -> int:
+        """Add an action that is not known yet, and return its id; raises what `given.cost` does."""
+        self.costs = (*self.costs, given.cost(name, cost))
+        self.names = (*self.names, name)
+        self._ids[name] = len(self._ids)
+        return self._ids[name]
+
+    def set_cost(self, action: int, cost: float) -> None:
+        """Have an action cost something else; raises what `given.cost` does."""
+        cost = given.cost(self.names[action], cost)
+        self.costs = (*self.costs[:action], cost, *self.costs[action + 1 :])
+
+    @property
+    def default_cost(self) -> float:
+        """The cost of an action that is met: that of the dearest known one, 1 without one.
+
+        So nothing that was found out at a known cost looks dear beside it (project default).
+        """
+        return max(self.costs, default=1.0)
+
+    def find(self, name: str) -> int | None:
+        """The id of an action, `None` if it is not known.
+
+        Raises:
+            TypeError: if `name` is no string.
+        """
+        return self._ids.get(given.name("an action", name))
 
     def id_of(self, name: str) -> int:
         """The id of an action.
 
         Raises:
-            ValueError: if the name is unknown. The message lists the known ones.
+            TypeError: if `name` is no string.
+            ValueError: if it is unknown. The message lists the known ones.
         """
-        if name not in self._ids:
-            raise ValueError(
-                f"unknown action {name!r}: expected one of {', '.join(map(repr, self.names))}"
-            )
-        return self._ids[name]
+        known = self.find(name)
+        if known is None:
+            raise ValueError(f"unknown action {given.shown(name)}: expected {self._known()}")
+        return known
+
+    def _known(self) -> str:
+        if not self.names:
+            return "none: no action was performed yet"
+        more = len(self) - _NAMED
+        named = ", ".join(map(given.shown, self.names[:_NAMED]))
+        return f"one of {named}" + (f" and {more} more" if more > 0 else "")

@@ -3,6 +3,8 @@
 from array import array
 from collections.abc import Iterator
 
+from farside.dem.lists.packing import widen
+
 NO_ROW = -1
 """In place of a row, where there is none."""
 
@@ -19,6 +21,11 @@ class Chains:
         self.first = array("i")
         self.following = array("i")
         self._last = array("i")
+
+    def widen(self, before: int, after: int) -> None:
+        """Have key `r * before + i` be `r * after + i` from now on; see `packing.widen`."""
+        widen(self.first, before, after, NO_ROW)
+        widen(self._last, before, after, NO_ROW)
 
     def of(self, key: int) -> Iterator[int]:
         """The rows of a chain."""

@@ -5,13 +5,16 @@ from collections.abc import Iterable
 
 import msgspec
 
+from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import Goal
 from farside.dem.lists.hypotheses import HypothesisList
 from farside.dem.lists.signs import SignList
 
 
-def lists_check(signs: SignList, hypotheses: HypothesisList, goals: Iterable[Goal]) -> int:
-    """CRC-32 of Signs, hypotheses and Goal List, on a model as on its shadow.
+def lists_check(
+    actions: ActionList, signs: SignList, hypotheses: HypothesisList, goals: Iterable[Goal]
+) -> int:
+    """CRC-32 of actions, Signs, hypotheses and Goal List, on a model as on its shadow.
 
     It covers all that a shadow holds, with every C_m to the last bit, and the ids by which the next
     changes will name it; not how the lists came to be so, which `Delta.check` covers. It takes
@@ -22,5 +25,9 @@ def lists_check(signs: SignList, hypotheses: HypothesisList, goals: Iterable[Goa
         (goal.tokens, sorted((by, float(much)) for by, much in goal.priorities.items()), goal.aside)
         for goal in goals
     ]
-    crcs = signs.crc(), hypotheses.crc(), zlib.crc32(msgspec.msgpack.encode(wanted))
+    crcs = (
+        signs.crc(),
+        hypotheses.crc(),
+        zlib.crc32(msgspec.msgpack.encode([actions.by_name, wanted])),
+    )
     return zlib.crc32(msgspec.msgpack.encode(crcs))

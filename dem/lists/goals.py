@@ -1,13 +1,14 @@
 """G, the Goal List: the Signs that are wanted, by whom, and how much."""
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from enum import StrEnum
 from typing import NamedTuple
 
 import msgspec
 
-from farside.dem.lists.inherent import InherentGoal, check_goal
+from farside.dem.lists import given
+from farside.dem.lists.inherent import check_goal
 from farside.dem.lists.signs import Sign
 from farside.dem.parameters import Parameters
 
@@ -64,10 +65,14 @@ class GoalState(msgspec.Struct, frozen=True, array_like=True):
 
 
 class GoalsState(msgspec.Struct, frozen=True, array_like=True):
-    """A Goal List as it is saved: its goals, the oldest first, and the goals that rules hold."""
+    """A Goal List as it is saved: its goals, the oldest first, and the goals that rules hold.
+
+    Then those that were satisfied as they were set, and are not told yet, with their priorities.
+    """
 
     goals: tuple[GoalState, ...]
     held: tuple[Sign, ...]
+    met: tuple[tuple[Sign, dict[str, float]], ...]
 
 
 class Outlook(NamedTuple):
@@ -135,6 +140,8 @@ class GoalList:
         self._entries: dict[Sign, _Entry] = {}
         # Goals of rules that were reached and have been active ever since.
         self._held: set[Sign] = set()
+        # Satisfied as they were set, and not told yet.
+        self._met: dict[Sign, dict[str, float]] = {}
         self._parameters = parameters
 
     def change(self, parameters: Parameters) -> None:
@@ -151,26 +158,36 @@ class GoalList:
     def __contains__(self, sign: Sign) -> bool:
         return sign in self._entries
 
-    def set(self, sign: Sign, priority: float, source: str = OPERATOR) -> None:
+    def set(
+        self, sign: Sign, priority: float, source: str = OPERATOR, *, is_active: bool = False
+    ) -> Goal | None:
         """Want a Sign on behalf of `source`, or change the priority that the source gives it.
 
-        The goal keeps its age.
+        The goal keeps its age. One that is active is satisfied at once: it never comes on the list,
+        and is among those that `take_satisfied` returns next.
+
+        Returns:
+            the goal, if it is satisfied at once.
 
         Raises:
             ValueError: if `sign` has no Tokens, `priority` is not finite, or `source` is `RULE`.
         """
-        check_goal(sign, priority)
+        priority, source = check_goal(sign, priority), given.name("source of a goal", source)
         if source == RULE:
             raise ValueError(f"source of goal {sign}: expected any but {RULE!r}, found {RULE!r}")
+        if is_active:
+            self._met.setdefault(sign, {})[source] = priority
+            return Goal(sign, {source: priority})
         self._entries.setdefault(sign, _Entry()).priorities[source] = priority
         self._order()
+        return None
 
     def withdraw(self, sign: Sign, source: str = OPERATOR) -> bool:
         """Take back what `source` set; False if it set no such goal.
 
         The goal stays as long as another source wants it.
         """
-        entry = self._entries.get(sign)
+        entry, source = self._entries.get(sign), given.name("source of a goal", source)
         if source == RULE or entry is None or source not in entry.priorities:
             return False
         del entry.priorities[source]
@@ -181,15 +198,11 @@ class GoalList:
         """The priority that each source gives a Sign; empty if it is no goal."""
         return dict(self._entries[sign].priorities) if sign in self._entries else {}
 
-    def follow(self, rules: Iterable[InherentGoal], tokens: Sign) -> None:
-        """Want exactly the goals of those rules that are active when `tokens` are sensed.
+    def follow(self, wanted: Mapping[Sign, float], tokens: Sign) -> None:
+        """Want exactly these goals by rules, at these priorities, when `tokens` are sensed.
 
         A goal that was reached is wanted again only after it was inactive.
         """
-        wanted: dict[Sign, float] = {}
-        for rule in rules:
-            if set(rule.when).issubset(tokens):
-                wanted[rule.goal] = max(rule.priority, wanted.get(rule.goal, rule.priority))
         self._held = {sign for sign in self._held if sign in wanted and set(sign).issubset(tokens)}
         for sign, entry in self._entries.items():
             if sign not in wanted:
@@ -200,24 +213,24 @@ class GoalList:
         self._order()
 
     def take_satisfied(self, tokens: Sign) -> tuple[Goal, ...]:
-        """Remove and return the goals that are active when `tokens` are sensed.
+        """Remove and return the goals that are active when `tokens` are sensed, highest first.
 
-        None of these is aside any more.
+        Those that were satisfied as they were set, since the last call, are among them. None of
+        these is aside any more.
         """
-        if not self.ordered:
+        if not self.ordered and not self._met:
             return ()
-        satisfied = tuple(
-            msgspec.structs.replace(goal, aside=None)
-            for goal in self.ordered
-            if set(goal.tokens).issubset(tokens)
-        )
+        met, self._met = self._met, {}
+        satisfied = [goal for goal in self.ordered if set(goal.tokens).issubset(tokens)]
         for goal in satisfied:
             del self._entries[goal.tokens]
             if RULE in goal.priorities:
                 self._held.add(goal.tokens)
+            met[goal.tokens] = {**met.get(goal.tokens, {}), **goal.priorities}
         if satisfied:
             self._order()
-        return satisfied
+        goals = (Goal(sign, priorities) for sign, priorities in met.items())
+        return tuple(sorted(goals, key=lambda goal: -goal.priority))
 
     def recover(self, cycle: int) -> tuple[Sign, ...]:
         """Take up the goals whose block is over by `cycle`, and return them."""
@@ -336,7 +349,7 @@ class GoalList:
             )
             for sign, entry in self._entries.items()
         )
-        return GoalsState(goals, tuple(sorted(self._held)))
+        return GoalsState(goals, tuple(sorted(self._held)), tuple(self._met.items()))
 
     def restore(self, state: GoalsState) -> None:
         """Become the list that `state` was taken from. This one must be new."""
@@ -347,6 +360,7 @@ class GoalList:
             entry.blocked_until = saved.blocked_until
             entry.aside, entry.told = saved.aside, saved.told
         self._held.update(state.held)
+        self._met.update(state.met)
         self._order()
 
     def _order(self) -> None:

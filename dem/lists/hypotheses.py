@@ -8,63 +8,32 @@ both in order of age.
 import math
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
-from typing import NamedTuple
 
 import msgspec
 import numpy as np
 
 from farside.dem.changes import (
+    ActionAdded,
+    CostSet,
     HypothesisAdded,
     HypothesisRemoved,
     ListChange,
     PredictionResult,
     encoded_result,
 )
-from farside.dem.equations import cost_estimate, reinforced, weakened
+from farside.dem.equations import (
+    averaged,
+    averaging_rate,
+    cost_estimate,
+    reinforced,
+    weakened,
+)
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.chains import Chains
+from farside.dem.lists.hypothesis import CostChange, Hypothesis
 from farside.dem.lists.packing import crc_of, packed, unpack_into
 from farside.dem.lists.signs import Sign
 from farside.dem.parameters import Parameters
-
-
-class Hypothesis(msgspec.Struct, frozen=True):
-    """A µ-hypothesis: context ∧ action → outcome after `delay` cycles.
-
-    Attributes:
-        context, outcome: Signs.
-        action: name of the Action.
-        delay: cycles from context and action to outcome, 1 or more.
-        cm: corroboration measure C_m, 0 to 1.
-        credit: the same measure without the successes that a better hypothesis predicted too,
-            0 to 1; see `farside.dem.learning.credit`.
-        predictions: number of its predictions that have fallen due.
-        successes: number of these that came true.
-    """
-
-    context: Sign
-    action: str
-    outcome: Sign
-    delay: int
-    cm: float
-    credit: float
-    predictions: int
-    successes: int
-
-
-class CostChange(NamedTuple):
-    """A hypothesis was created or removed, or its cost estimate changed.
-
-    Attributes:
-        hypothesis: its id, which may have been reused since.
-        context, outcome: its Signs.
-        old_cost: the cost estimate C_e before; infinite if the hypothesis was created.
-    """
-
-    hypothesis: int
-    context: int
-    outcome: int
-    old_cost: float
 
 
 class HypothesesState(msgspec.Struct, frozen=True, array_like=True):
@@ -81,6 +50,8 @@ class HypothesisList:
     Attributes:
         context, action, outcome, delay, cm, credit, predictions, successes: see `Hypothesis`;
             of a free row only the delay is defined: 0.
+        results, run: what C_m is the average of, and its latest results; see
+            `farside.dem.equations.averaged`.
         cost: the current cost estimate C_e; infinite for a free row.
         born: serial number of creation, which gives the order of age.
         structure: incremented whenever a hypothesis is created or removed.
@@ -100,6 +71,8 @@ class HypothesisList:
         self.cost = array("d")
         self.predictions = array("i")
         self.successes = array("i")
+        self.results = array("i")
+        self.run = array("d")
         self.born = array("q")
         self.structure = 0
         self.cm_sum = 0.0
@@ -114,8 +87,29 @@ class HypothesisList:
         self._births = 0
 
     def change(self, parameters: Parameters) -> None:
-        """Strengthen and weaken by these from now on."""
-        self._parameters = parameters
+        """Strengthen, weaken and estimate costs by these from now on."""
+        before, self._parameters = self._parameters, parameters
+        if parameters.own_credit is not before.own_credit:
+            self._measure = self.credit if parameters.own_credit else self.cm
+            self._estimate_costs(range(len(self)))
+
+    def register(self, action: str, cost: float) -> int:
+        """Add an action that is met for the first time, and return its id.
+
+        The columns by cause are laid out anew: that takes time in proportion to them, once.
+        """
+        self._of_cause.widen(len(self._actions), len(self._actions) + 1)
+        added = self._actions.add(action, cost)
+        if self.recorded is not None:
+            self.recorded.append(ActionAdded(action, cost))
+        return added
+
+    def set_cost(self, action: int, cost: float) -> None:
+        """Have an action cost something else: the cost estimates follow at once."""
+        self._actions.set_cost(action, cost)
+        self._estimate_costs(one for one, done in enumerate(self.action) if done == action)
+        if self.recorded is not None:
+            self.recorded.append(CostSet(action, cost))
 
     def __len__(self) -> int:
         """Number of rows, free ones included."""
@@ -187,7 +181,7 @@ class HypothesisList:
         self._births += 1
         self.structure += 1
         self.cm_sum += cm
-        row = (context, action, outcome, delay, cm, credit, cost, 0, 0, self._births)
+        row = (context, action, outcome, delay, cm, credit, cost, 0, 0, 1, 1.0, self._births)
         if self._free:
             added = self._free.pop()
             for column, value in zip(self._columns(), row, strict=True):
@@ -219,12 +213,12 @@ class HypothesisList:
 
     def succeed(self, hypothesis: int, *, alone: bool) -> None:
         """A prediction came true; `alone` if no hypothesis with more credit predicted the same."""
-        alpha = self._parameters.alpha
+        cm, credit = self.cm[hypothesis], self.credit[hypothesis]
+        alpha = self._rate(hypothesis, self._parameters.alpha, cm, success=True)
         self.successes[hypothesis] += 1
-        credit = self.credit[hypothesis]
         self._settle(
             hypothesis,
-            reinforced(self.cm[hypothesis], alpha),
+            reinforced(cm, alpha),
             reinforced(credit, alpha) if alone else credit,
         )
         if self.recorded is not None:
@@ -233,10 +227,9 @@ class HypothesisList:
 
     def fail(self, hypothesis: int) -> None:
         """A prediction failed."""
-        beta = self._parameters.beta
-        self._settle(
-            hypothesis, weakened(self.cm[hypothesis], beta), weakened(self.credit[hypothesis], beta)
-        )
+        cm = self.cm[hypothesis]
+        beta = self._rate(hypothesis, self._parameters.beta, 1.0 - cm, success=False)
+        self._settle(hypothesis, weakened(cm, beta), weakened(self.credit[hypothesis], beta))
         if self.recorded is not None:
             self.recorded.append(encoded_result(hypothesis, PredictionResult.FAILED))
 
@@ -327,12 +320,34 @@ class HypothesisList:
             self._of_cause.append(cause, hypothesis)
             self.by_outcome.append(self.outcome[hypothesis], hypothesis)
 
+    def _rate(
+        self, hypothesis: int, constant: float, probability: float, *, success: bool
+    ) -> float:
+        """The rate of the next result, which had this probability by C_m."""
+        if not self._parameters.averaging:
+            return constant
+        results, self.run[hypothesis] = averaged(
+            self.results[hypothesis], self.run[hypothesis], probability, success=success
+        )
+        self.results[hypothesis] = results
+        return averaging_rate(constant, results)
+
     def _settle(self, hypothesis: int, cm: float, credit: float) -> None:
         self._note_cost_change(hypothesis)
         self.predictions[hypothesis] += 1
         self.cm_sum += cm - self.cm[hypothesis]
         self.cm[hypothesis] = cm
         self.credit[hypothesis] = credit
+        self._estimate_cost(hypothesis)
+
+    def _estimate_costs(self, hypotheses: Iterable[int]) -> None:
+        """Estimate costs anew, because something else than C_m has changed."""
+        for hypothesis in hypotheses:
+            if self.is_living(hypothesis):
+                self._note_cost_change(hypothesis)
+                self._estimate_cost(hypothesis)
+
+    def _estimate_cost(self, hypothesis: int) -> None:
         self.cost[hypothesis] = cost_estimate(
             self._actions.costs[self.action[hypothesis]], self._measure[hypothesis]
         )
@@ -362,5 +377,7 @@ class HypothesisList:
             self.cost,
             self.predictions,
             self.successes,
+            self.results,
+            self.run,
             self.born,
         )

@@ -1,4 +1,4 @@
-"""Columns of numbers as bytes that compress well and are the same on every machine."""
+"""Columns of numbers, and as bytes that compress well and are the same on every machine."""
 
 import sys
 import zlib
@@ -30,6 +30,21 @@ def unpack_into(column: "array[int] | array[float]", data: bytes) -> None:
     planes = np.frombuffer(data, dtype=np.uint8).reshape(column.itemsize, -1)
     little = np.ascontiguousarray(planes.T).view(np.dtype(column.typecode).newbyteorder("<"))
     column.frombytes(little.astype(column.typecode).tobytes())
+
+
+def widen(column: "array[int] | array[float]", before: int, after: int, filler: int) -> None:
+    """Lay a column of rows of `before` numbers out in rows of `after`, each filled up at its end.
+
+    A row that is not complete is filled up as well.
+    """
+    numbers = np.array(column)
+    rows = -(-len(numbers) // before) if before else 0
+    table = np.full((rows, after), filler, dtype=numbers.dtype)
+    whole = np.full(rows * before, filler, dtype=numbers.dtype)
+    whole[: len(numbers)] = numbers
+    table[:, :before] = whole.reshape(rows, before)
+    del column[:]
+    column.frombytes(table.tobytes())
 
 
 def crc_of(columns: "Iterable[array[int] | array[float]]", crc: int = 0) -> int:

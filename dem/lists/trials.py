@@ -4,7 +4,7 @@ from array import array
 
 import msgspec
 
-from farside.dem.lists.packing import packed, unpack_into
+from farside.dem.lists.packing import packed, unpack_into, widen
 
 
 class TrialsState(msgspec.Struct, frozen=True, array_like=True):
@@ -25,6 +25,11 @@ class Trials:
     def __init__(self) -> None:
         self.tries = array("i")
         self.last = array("q")
+
+    def widen(self, before: int, after: int) -> None:
+        """Have `after` actions where there were `before`."""
+        widen(self.tries, before, after, 0)
+        widen(self.last, before, after, -1)
 
     def count(self, cause: int, cycle: int) -> None:
         """Count a trial in `cycle`."""

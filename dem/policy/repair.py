@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Collection, Container, Sequence
 from heapq import heapify, heappop, heappush
 
-from farside.dem.lists.hypotheses import CostChange
+from farside.dem.lists.hypothesis import CostChange
 from farside.dem.policy.spread import Spread
 
 _DOUBT, _OFFER, _SPREAD = range(3)  # at equal values in this order, so that less is done in vain

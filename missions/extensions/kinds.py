@@ -49,7 +49,7 @@ CONTROLLER = Kind(
     "controller",
     "rover",
     "farside.controllers",
-    {"dem": "[rover.dem]"},
+    {"dem": "[rover.dem]", "queued": "nothing"},
     "action_costs",
     "farside.rover.PlainController",
 )

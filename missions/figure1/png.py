@@ -5,19 +5,18 @@ from pathlib import Path
 
 from PIL import Image, ImageDraw, ImageFont
 
+from farside.dem.lab.picture import mixed, ramp
 from farside.missions.figure1.example import (
     Block,
     Figure1,
     Panel,
     blocks,
     greatest_value,
-    mixed,
-    ramp,
 )
 from farside.places import Cell
 
 _SMOOTH = 2  # supersampling: drawn so many times larger, then reduced
-_CELL = 40 * _SMOOTH
+_CELL = 58 * _SMOOTH
 _WIDTH, _HEIGHT = 880 * _SMOOTH, 700 * _SMOOTH
 _TURN, _TILT = math.radians(-20), math.radians(48)
 _INK, _PAPER, _SOFT = "#1f2430", "#ffffff", "#6b7280"

@@ -11,7 +11,7 @@ from farside.ground.node import Ground
 from farside.link.channel.node import Channel
 from farside.messages import Tokens
 from farside.missions.build import build_operator
-from farside.missions.extensions.kinds import CONTROLLER, NONE, Extensions
+from farside.missions.extensions.kinds import NONE, Extensions
 from farside.missions.schema import MissionFile
 from farside.places import place_token
 from farside.rover.config import RoverConfig
@@ -55,8 +55,6 @@ _MAY: Mapping[Key, str | None] = {
     ("rover", "battery", "initial"): _START,
     _MODEL: None,
     (*_MODEL, "reach"): _LEARNED,
-    (*_MODEL, "own_credit"): _LEARNED,
-    (*_MODEL, "maturity"): _LEARNED,
     ("ground",): None,
     ("ground", "heartbeat_s"): _AGREED,
 }
@@ -82,7 +80,7 @@ def refusals(before: MissionFile, after: MissionFile) -> Iterator[Problem]:
     """Why one mission cannot become another while it runs, by key; nothing if it can."""
     for key in different_keys(before, after):
         why = why_fixed(key)
-        if key[:2] == _MODEL and after.rover.controller not in CONTROLLER.built_in:
+        if key[:2] == _MODEL and after.rover.controller != "dem":
             why = _OWN
         if why is not None:
             yield Problem(key, f"expected no change during the run: {why}")

@@ -12,8 +12,10 @@ from farside.missions.reliving.changing import Live, change
 from farside.missions.reliving.past import Past, RelivingError
 from farside.missions.schema import Change, MissionFile
 from farside.node import NEVER_NS, Record
+from farside.rover.control.queued import QueuedController
 
 _NOTHING: tuple[int, tuple[Act, ...]] = (NEVER_NS, ())
+_NO_ACTION = (NEVER_NS, "")
 
 
 class RelivedCrew(Crew):
@@ -26,6 +28,7 @@ class RelivedCrew(Crew):
         mission: the mission at the start.
         changes: of the mission, in order of time.
         orders: what is ordered from outside while the mission's operator is `queued`, by time.
+        actions: what the rover does by its controller if that is `queued`, by time.
         extensions: the controller and operator of one's own.
 
     Attributes:
@@ -44,6 +47,8 @@ class RelivedCrew(Crew):
         changes: Sequence[Change] = (),
         orders: Iterable[tuple[int, tuple[Act, ...]]] = (),
         extensions: Extensions = NONE,
+        *,
+        actions: Iterable[tuple[int, str]] = (),
     ) -> None:
         self.mission = mission
         self.live = Live(
@@ -58,6 +63,10 @@ class RelivedCrew(Crew):
         asked = any(one.ground.operator == QUEUED for one in missions)
         self._orders = iter(orders) if asked else iter(())
         self._next = next(self._orders, _NOTHING)
+        controller = self.live.rover.controller
+        self._queued = controller if isinstance(controller, QueuedController) else None
+        self._actions = iter(actions) if self._queued else iter(())
+        self._action = next(self._actions, _NO_ACTION)
         self._extensions = extensions
 
     @property
@@ -73,7 +82,10 @@ class RelivedCrew(Crew):
                 self._change(self._changes.pop(0))
             given = (*self._due(), *acts)
             acts = ()
-            end_ns = min(until_ns, self.now_ns + self.mission.window_ns, self._next[0])
+            self._put_due()
+            end_ns = min(
+                until_ns, self.now_ns + self.mission.window_ns, self._next[0], self._action[0]
+            )
             if self._changes:
                 end_ns = min(end_ns, self._changes[0].at_ns)
             records += self._crew.advance(end_ns, given)
@@ -95,6 +107,12 @@ class RelivedCrew(Crew):
             self._next = next(self._orders, _NOTHING)
         return due if self.mission.ground.operator == QUEUED else ()
 
+    def _put_due(self) -> None:
+        """Have the rover begin what it began at this time."""
+        while self._queued is not None and self._action[0] <= self.now_ns:
+            self._queued.put(self._action[1])
+            self._action = next(self._actions, _NO_ACTION)
+
     def _change(self, made: Change) -> None:
         change(self.live, self.mission, made.mission, self.now_ns, self._extensions)
         self.mission = made.mission
@@ -107,7 +125,9 @@ def revived(past: Past, extensions: Extensions) -> RelivedCrew:
         RelivingError: if code of one's own that its mission names cannot be imported.
     """
     try:
-        return RelivedCrew(past.mission, past.changes, past.orders(), extensions)
+        return RelivedCrew(
+            past.mission, past.changes, past.orders(), extensions, actions=past.actions()
+        )
     except ExtensionError as error:
         raise RelivingError(f"{past.log.path}: the run cannot be lived again: {error}") from error
 

@@ -1,6 +1,6 @@
 """What a log holds of a run that is to be lived again: mission, changes, orders, and its end."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from importlib.metadata import PackageNotFoundError, version
 from itertools import groupby
 from operator import attrgetter
@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, TypeVar, cast
 import msgspec
 
 from farside.acts import Act
+from farside.control import Chooser
 from farside.logs import LogFile, decode
 from farside.logs.result import LostProcessResult
 from farside.missions.schema import Change, MissionFile
 from farside.node import NEVER_NS, to_ns, to_s
-from farside.topics import GROUND_ORDER
+from farside.topics import GROUND_ORDER, ROVER_ACTION_STARTED
 
 if TYPE_CHECKING:
     from farside.topics import OrderGiven
@@ -78,14 +79,27 @@ class Past(NamedTuple):
             LogError: if an order cannot be read.
             RelivingError: if the log is damaged, so that orders may be missing.
         """
-        for _ in self._orders():
+        yield from self._whole(self._orders, "orders")
+
+    def actions(self) -> Iterator[tuple[int, str]]:
+        """What the rover began of its own choice, by simulated time; see `orders`."""
+        yield from self._whole(self._actions, "actions")
+
+    def _whole(self, read: Callable[[], Iterator[T]], what: str) -> Iterator[T]:
+        for _ in read():
             pass
         if self.log.holes:
             raise RelivingError(
-                f"{self.log.path}: expected a whole log, as the orders in it are to be given "
+                f"{self.log.path}: expected a whole log, as the {what} in it are to be given "
                 f"again, found that it is damaged: {self.log.holes[0]}"
             )
-        yield from self._orders()
+        yield from read()
+
+    def _actions(self) -> Iterator[tuple[int, str]]:
+        for record in self.log.records([ROVER_ACTION_STARTED]):
+            started = ROVER_ACTION_STARTED.decode(record.payload)
+            if started.chooser in {Chooser.EXPLORATORY, Chooser.GOAL_DIRECTED}:
+                yield record.log_time_ns, started.action
 
     def _orders(self) -> Iterator[tuple[int, tuple[Act, ...]]]:
         records = self.log.records([GROUND_ORDER])

@@ -176,7 +176,13 @@ def run_again(
     """Run what `load_again` has loaded; see `rerun`."""
     with searching(loaded.extensions.path):
         try:
-            crew = RelivedCrew(loaded.mission, loaded.changes, past.orders(), loaded.extensions)
+            crew = RelivedCrew(
+                loaded.mission,
+                loaded.changes,
+                past.orders(),
+                loaded.extensions,
+                actions=past.actions(),
+            )
         except ExtensionError as error:
             raise RelivingError(f"{past.log.path}: {error}") from error
         return run_mission(

@@ -3,7 +3,7 @@
 import msgspec
 
 from farside.control import Chooser
-from farside.dem import Choice, Goal, Why
+from farside.dem import Choice, Goal, Recall, Why
 from farside.messages import ProposedStep, Tokens
 from farside.node import Journal
 from farside.places import ACTIONS
@@ -29,10 +29,12 @@ class ControlCycle:
         goals: the goals on its list.
         journal: where cycles and decisions are noted.
         is_shadowed: whether the ground is to have a shadow of the controller, if that can be.
+        memory: how many steps back the controller senses what was sensed and done, as a Token of
+            its own, which nobody else takes for what is so; see `farside.dem.Recall`.
 
     Attributes:
         shadowed: the controller, if the ground is to have a shadow of it.
-        tokens: what was last sensed.
+        tokens: what was last sensed, without the memory Token.
         number: counts the cycles.
     """
 
@@ -43,33 +45,44 @@ class ControlCycle:
         journal: Journal,
         *,
         is_shadowed: bool = False,
+        memory: int = 0,
     ) -> None:
         self._controller, self._goals, self._journal = controller, goals, journal
         self.shadowed = controller if is_shadowed and isinstance(controller, Shadowed) else None
         self._mapped: Tokens | None = None
-        self._checked: tuple[int, tuple[Goal, ...], int] = (-1, (), 0)
+        self._checked: tuple[int, bool, tuple[Goal, ...], int] = (-1, False, (), 0)
         self._active: tuple[Tokens, ...] = ()
         self._is_open = False
+        self._recall = Recall(memory)
         self.tokens: frozenset[str] = frozenset()
         self.number = 0
 
-    def sense(self, tokens: frozenset[str], action: str | None = None) -> None:
-        """End the cycle with what was performed since it began, and begin the next one.
+    def perform(self, action: str) -> None:
+        """End the cycle with the action that begins now, whoever chose it (path A3).
+
+        From now on, what was last sensed may not be so any more: a goal that is set is not taken
+        for satisfied until the next cycle begins.
+        """
+        self._controller.perform(action)
+        self._recall.did(self.tokens, action)
+        self._is_open = False
+
+    def sense(self, tokens: frozenset[str]) -> None:
+        """Begin the next cycle; nothing was performed in one that is not ended yet.
 
         Args:
             tokens: what is sensed now.
-            action: the action performed, whoever chose it (path A3); `None` for none.
         """
         controller = self._controller
         if self._is_open:
-            controller.perform(action)
+            controller.perform(None)
         self._is_open = True
         self.tokens = tokens
         self.number += 1
-        sensed = controller.sense(tokens)
+        sensed = controller.sense(self._with_memory(tokens))
         self._active = sensed.active
         self._goals.reached(sensed.reached)
-        self._goals.follow_aside(tokens)
+        self._goals.follow_aside(self._with_memory(tokens))
         self._journal.note(
             ROVER_CYCLE,
             Cycle(
@@ -88,12 +101,14 @@ class ControlCycle:
 
     def follow(self, tokens: frozenset[str]) -> None:
         """Begin a new cycle while standing, if the Tokens changed or satisfy a new goal."""
-        met = any(tokens.issuperset(goal) for goal in self._goals.listed)
-        if met or tokens != self.tokens:
+        if self._goals.are_met(self._with_memory(tokens)) or tokens != self.tokens:
             self.sense(tokens)
         else:
-            self._goals.follow_aside(tokens)
+            self._goals.follow_aside(self._with_memory(tokens))
             self._note_map()
+
+    def _with_memory(self, tokens: frozenset[str]) -> frozenset[str]:
+        return tokens.union(self._recall.tokens)
 
     def _note_map(self) -> None:
         """Note the policy map whenever another goal is on top."""
@@ -111,11 +126,11 @@ class ControlCycle:
         """CRC-32 of the controller's lists as they are; `None` without a shadow at the ground."""
         if self.shadowed is None:
             return None
-        # They change with the cycle and with the goals, and not otherwise.
-        now = self.number, self._controller.goals
-        if self._checked[:2] != now:
+        # They change as a cycle begins and ends, and with the goals, and not otherwise.
+        now = self.number, self._is_open, self._controller.goals
+        if self._checked[:3] != now:
             self._checked = (*now, self.shadowed.lists_check())
-        return self._checked[2]
+        return self._checked[3]
 
     def choose(self, *, explore: bool) -> Choice | None:
         """What the controller would do now; `None` for nothing.

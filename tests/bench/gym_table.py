@@ -23,7 +23,7 @@ from rich.progress import track
 from rich.table import Table
 
 from farside.dem import DynamicExpectancyModel, Exploration, Parameters
-from farside.dem.lab.gym import REWARDED, Episode, action_costs, play
+from farside.dem.lab import REWARDED, Episode, GymWorld, play
 
 EVALUATED = 100
 """Number of episodes after the budget, in which the success rate is measured."""
@@ -93,9 +93,10 @@ WORLDS = (
 
 def model_play(world: World, seed: int, parameters: Parameters) -> Iterator[Episode]:
     """The episodes of a model, which continues to learn while it is evaluated."""
-    env = world.env()
-    model = DynamicExpectancyModel(action_costs(env), parameters, rng=np.random.default_rng(seed))
-    return play(model, env, world.tokens, goal=[world.goal], seed=seed)
+    played = GymWorld(world.env(), world.tokens)
+    rng = np.random.default_rng(seed)
+    model = DynamicExpectancyModel(played.action_costs, parameters, rng=rng)
+    return play(model, played, goal=[world.goal], seed=seed)
 
 
 class QLearner:
@@ -106,7 +107,7 @@ class QLearner:
         self._env = world.env()
         self._seed = seed
         self._rng = np.random.default_rng(seed)
-        actions = len(action_costs(self._env))
+        actions = len(GymWorld(self._env, world.tokens).action_costs)
         self._q: dict[str, Any] = defaultdict(lambda: np.zeros(actions))
         self._epsilon = 0.1
 

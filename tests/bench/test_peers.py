@@ -4,8 +4,12 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from animats import MAZE4, WOODS1
 from baselines import DynaQ, DynaQPlus, PrioritizedSweeping, QLearning
+from dem_animat import DemAnimat, whole
 from dem_player import DemPlayer
+from fields import Field, FrozenLake
+from fields import Maze as MazeField
 from mazes import (
     BLOCKING,
     DYNA,
@@ -90,3 +94,37 @@ def test_prioritized_sweeping_needs_fewer_steps_with_as_many_updates() -> None:
 def test_in_a_learned_maze_a_model_takes_a_shortest_path_to_a_new_goal() -> None:
     player = DemPlayer(np.random.default_rng(0), Parameters())
     assert new_goal(player, seed=0) == 0
+
+
+@pytest.mark.parametrize(
+    ("field", "changes"),
+    [
+        (MazeField(MAZE4, 0), 115),
+        (MazeField(WOODS1, 0), 101),
+        (FrozenLake(0, slippery=False), 34),
+        (FrozenLake(0, slippery=True), 102),
+    ],
+)
+def test_every_change_that_a_field_can_make_is_asked_for_once(field: Field, changes: int) -> None:
+    """102 on slippery ice: three sides to go for each of the 34, as one slips to either side."""
+    asked = field.transitions()
+    assert len(asked) == len(set(asked)) == changes
+    made, rng = set(), np.random.default_rng(0)
+    field.begin()
+    for action in rng.integers(field.actions, size=2000).tolist():
+        if field.over:
+            field.begin()
+        before = field.situation
+        field.do(action)
+        if field.situation != before:
+            made.add((before, action, field.situation))
+    assert made <= set(asked)
+
+
+def test_a_model_knows_what_it_has_seen_often_enough_and_nothing_before() -> None:
+    field = MazeField(WOODS1, 0)
+    player = DemAnimat(field, 0, whole, Parameters())
+    assert player.knowledge(field.transitions()) == 0
+    player.explore(3000)
+    assert player.knowledge(field.transitions()) > 0.99
+    assert all(player.exploit(start) <= 3 for start in range(field.starts))

@@ -48,7 +48,6 @@ def test_after_a_tour_valence_depths_are_the_fewest_steps_to_any_goal(
 ) -> None:
     model = make_model()
     tour(model, grid, 1500)
-    model.sense(grid.tokens())
     for goal in sorted(grid.places):
         model.set_goal([grid.token(goal)], priority=1.0)
         depths = {row.sign: row.depth for row in model.policy_map()}
@@ -122,7 +121,7 @@ def test_a_failure_raises_the_cost_in_the_same_cycle(
     cycle(model, A, "E")
     assert value_of(model, A) == 2.66 / 0.5
     model.sense(C)
-    assert value_of(model, A) == 2.66 / 0.4
+    assert value_of(model, A) == 2.66 / 0.25
 
 
 def test_a_blocked_path_is_left_for_a_known_detour(
@@ -194,14 +193,77 @@ def test_a_goal_that_becomes_active_is_reached_even_if_it_is_not_the_top_goal(
     assert between.goals == (Goal(("at:5,0",), {"operator": 2.0}),)
 
 
-def test_a_goal_that_is_active_already_is_satisfied_at_the_next_sense(
+def test_a_goal_that_is_active_when_it_is_set_is_satisfied_at_once(
     between: DynamicExpectancyModel,
 ) -> None:
-    between.set_goal(["at:2,0"], priority=1.0)
-    assert between.choose().goal is None
+    """It is returned, and told once more to those who wait for `reached`, wherever they are."""
+    here = Goal(("at:2,0",), {"operator": 1.0})
+    assert between.set_goal(["at:2,0"]) == here
+    assert between.goals == ()
     assert between.policy_path() == ()
+    assert not between.withdraw_goal(["at:2,0"])
+    between.perform("E")
+    assert between.sense(["at:3,0"]).reached == (here,)
+    between.perform("W")
+    assert between.sense(["at:2,0"]).reached == ()
+
+
+def test_for_a_goal_that_is_active_nothing_else_is_left_undone_and_nothing_is_done(
+    between: DynamicExpectancyModel,
+) -> None:
+    between.set_goal(["at:5,0"], priority=1.0)
+    before = between.choose()
+    between.set_goal(["at:2,0"], priority=9.0)
+    assert between.choose() == before
+    between.withdraw_goal(["at:5,0"])
+    assert between.choose(explore=False) is None
+
+
+def test_a_goal_of_several_tokens_is_active_when_all_of_them_are_sensed(
+    between: DynamicExpectancyModel,
+) -> None:
     between.perform(None)
-    assert between.sense(["at:2,0"]).reached == (Goal(("at:2,0",), {"operator": 1.0}),)
+    between.sense(["at:2,0", "drill:out", "dust"])
+    both = Goal(("at:2,0", "drill:out"), {"mission": 2.0})
+    assert between.set_goal(["drill:out", "at:2,0"], 2.0, "mission") == both
+    assert between.set_goal(["dust", "at:3,0"]) is None
+    assert between.goals[0].tokens == ("at:3,0", "dust")
+
+
+def test_of_several_that_set_an_active_goal_each_is_told_and_the_goal_once(
+    between: DynamicExpectancyModel,
+) -> None:
+    """Together with those reached in the next cycle, the highest first; set again, it is new."""
+    here = ("at:2,0",)
+    between.set_goal(["at:3,0"], 2.0)
+    assert between.set_goal(here, 1.0, "mission") == Goal(here, {"mission": 1.0})
+    assert between.set_goal(here, 5.0, "operator") == Goal(here, {"operator": 5.0})
+    between.perform("E")
+    assert between.sense(["at:3,0"]).reached == (
+        Goal(here, {"mission": 1.0, "operator": 5.0}),
+        Goal(("at:3,0",), {"operator": 2.0}),
+    )
+    assert between.set_goal(here) is None
+    assert between.choose().action == "W"
+
+
+def test_between_two_cycles_nothing_is_active_and_the_next_sense_decides(
+    between: DynamicExpectancyModel,
+) -> None:
+    """The robot is on its way: it may have left the place where it was last sensed."""
+    between.perform("E")
+    assert between.set_goal(["at:2,0"]) is None
+    assert between.sense(["at:3,0"]).reached == ()
+    assert between.choose().action == "W"
+
+
+def test_what_was_satisfied_at_once_is_still_told_by_a_model_that_is_loaded(
+    between: DynamicExpectancyModel,
+) -> None:
+    between.set_goal(["at:2,0"])
+    loaded = DynamicExpectancyModel.load(between.save())
+    loaded.perform(None)
+    assert loaded.sense([]).reached == (Goal(("at:2,0",), {"operator": 1.0}),)
 
 
 def test_an_unknown_goal_stays_on_the_list(between: DynamicExpectancyModel) -> None:

@@ -296,7 +296,7 @@ def test_of_equally_credible_ones_the_longest_context_counts_then_the_oldest(
 ) -> None:
     """E led from A at dusk to B and to C, once each time, and never from A alone."""
     dusk = ("at:A", "dusk")
-    model = make_model(own_credit=False, beta=0.0, alpha=0.0)
+    model = make_model(own_credit=False, averaging=False, beta=0.0, alpha=0.0)
     model.set_goal(dusk, priority=1.0)
     for tokens, action in [(A, "E"), (B, None), (dusk, "E"), (C, None), (dusk, "E"), (B, None)]:
         cycle(model, tokens, action)

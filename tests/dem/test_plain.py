@@ -24,6 +24,7 @@ learning = st.builds(
     Parameters,
     alpha=st.floats(0, 1),
     beta=st.floats(0, 1),
+    averaging=st.booleans(),
     learning_probability=st.sampled_from([0.3, 0.7, 1.0]),
     initial_cm=st.sampled_from([0.5, 0.3]),
     reach=st.integers(1, 3),

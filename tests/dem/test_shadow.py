@@ -257,8 +257,8 @@ def test_a_delta_of_another_model_is_refused_even_with_the_right_number(
 def test_a_whole_of_a_model_with_other_actions_or_parameters_is_refused() -> None:
     model, _ = recorded()
     whole = model.take_delta()
-    with pytest.raises(DeltaError, match=r"another model: expected action costs \{'go': 3\}"):
-        ShadowModel({"go": 3}, PARAMETERS).apply(whole)
+    with pytest.raises(DeltaError, match=r"another model: expected the actions \['jump'\]"):
+        ShadowModel({"jump": 3}, PARAMETERS).apply(whole)
     with pytest.raises(DeltaError, match=r"expected .*reach=1.* found .*reach=2"):
         ShadowModel(COSTS, Parameters()).apply(whole)
 

@@ -16,6 +16,12 @@ class TestTheDem(ControllerContract):
     controller = "dem"
 
 
+class TestAQueueOnBoard(ControllerContract):
+    """Actions from outside, of which there are none."""
+
+    controller = "queued"
+
+
 class TestTheScriptedOperator(OperatorContract):
     """The scripted operator, with the script of `blackout` up to the blackout."""
 

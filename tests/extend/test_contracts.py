@@ -10,7 +10,7 @@ import pytest
 from caller import Caller
 from pathfinder import Pathfinder
 
-from farside.dem import Choice, Sensed, Sign, Why
+from farside.dem import Choice, Goal, Sensed, Sign, Why
 from farside.ground import Operator, Situation
 from farside.messages import Drive, Order
 from farside.missions.testing.contracts import ControllerContract, OperatorContract
@@ -26,11 +26,25 @@ class Forgetful(Pathfinder):
         return super().sense(tokens)
 
 
-class Obliging(Pathfinder):
-    """Performs anything."""
+class Wilful(Pathfinder):
+    """Performs nothing but what it would choose itself."""
 
     def perform(self, action: str | None) -> None:
-        super().perform(action if action in self.actions else None)
+        if action is not None and self.choose() is None:
+            raise TypeError(action)
+        super().perform(action)
+
+
+class Taciturn(Pathfinder):
+    """Takes no notice of a goal that it sees satisfied, and does not tell."""
+
+    def set_goal(
+        self, tokens: Iterable[str], priority: float, source: str = "operator"
+    ) -> Goal | None:
+        satisfied = super().set_goal(tokens, priority, source)
+        if satisfied is not None:
+            self._goals.take_satisfied(self.tokens)
+        return satisfied
 
 
 class Faithful(Pathfinder):
@@ -43,8 +57,13 @@ class Faithful(Pathfinder):
 class Lordless(Pathfinder):
     """Does not tell who wants what."""
 
-    def set_goal(self, tokens: Iterable[str], priority: float, source: str = "operator") -> None:  # noqa: ARG002
-        super().set_goal(tokens, priority, "operator")
+    def set_goal(
+        self,
+        tokens: Iterable[str],
+        priority: float,
+        source: str = "operator",  # noqa: ARG002
+    ) -> Goal | None:
+        return super().set_goal(tokens, priority, "operator")
 
 
 class Restless(Pathfinder):
@@ -124,7 +143,8 @@ class Optimist(Pathfinder):
 
 CONTROLLERS: Mapping[type[Controller], str] = {
     Forgetful: "test_a_cycle_begins_with_sense_and_ends_with_perform",
-    Obliging: "test_it_performs_what_others_chose_and_refuses_what_is_no_action",
+    Wilful: "test_it_performs_what_others_chose",
+    Taciturn: "test_a_goal_that_is_active_when_it_is_set_is_told_in_the_next_cycle_and_once",
     Faithful: "test_goals_are_listed_by_priority_and_can_be_withdrawn",
     Lordless: "test_a_goal_is_reached_once_for_all_who_want_it",
     Restless: "test_without_a_goal_it_chooses_nothing",

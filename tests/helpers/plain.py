@@ -6,7 +6,7 @@ disagreement with the model is a fault in one of them.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from math import log
+from math import log, prod
 
 import numpy as np
 
@@ -35,6 +35,8 @@ class MuHypothesis:
     credit: float
     predictions: int = 0
     successes: int = 0
+    averaged: int = 1  # results in the average that C_m is, the creation being the first
+    run: list[tuple[bool, float]] = field(default_factory=list)  # equal results, their odds
     watches: int = 0
     watch: list[tuple[list[str], bool]] | None = None
 
@@ -56,6 +58,13 @@ class PlainModel:
             tuple[list[KnownSign], str | None]
         ] = []  # (active Signs, action), one cycle ago first
         self.cycle = 0
+
+    def change(self, parameters: Parameters) -> None:
+        """Go by others from now on; a watch that is too long by them is void."""
+        self.parameters = parameters
+        for h in self.hypotheses:
+            if h.watch is not None and len(h.watch) >= parameters.maturity:
+                h.watch = None
 
     def know(self, tokens: tuple[str, ...]) -> KnownSign:
         """The Sign of these Tokens, added if it is not known."""
@@ -111,18 +120,33 @@ class PlainModel:
 
     def settle(self, due: Sequence[MuHypothesis]) -> None:
         """Update C_m and credit; a success that a better hypothesis predicted gives no credit."""
-        alpha, beta = self.parameters.alpha, self.parameters.beta
         predicted = [(h.outcome, h.credit) for h in due]
         for h in due:
             h.predictions += 1
-            if h.outcome in self.active:
+            success = h.outcome in self.active
+            rate = self.rate(h, success=success)
+            if success:
                 h.successes += 1
-                h.cm += alpha * (1.0 - h.cm)
+                h.cm += rate * (1.0 - h.cm)
                 if not any(sign == h.outcome and credit > h.credit for sign, credit in predicted):
-                    h.credit += alpha * (1.0 - h.credit)
+                    h.credit += rate * (1.0 - h.credit)
             else:
-                h.cm -= beta * h.cm
-                h.credit -= beta * h.credit
+                h.cm -= rate * h.cm
+                h.credit -= rate * h.credit
+
+    def rate(self, h: MuHypothesis, *, success: bool) -> float:
+        """α or β; with averaging one over the number of results, as long as that is more."""
+        constant = self.parameters.alpha if success else self.parameters.beta
+        if not self.parameters.averaging:
+            return constant
+        if h.run and h.run[-1][0] is not success:
+            h.run = []
+        h.run.append((success, max(h.cm if success else 1.0 - h.cm, 1e-300)))
+        if len(h.run) >= 2 and prod(odds for _, odds in h.run) < 0.002:
+            h.run = [(success, 1.0)]
+            h.averaged = 1
+        h.averaged += 1
+        return max(constant, 1.0 / h.averaged)
 
     def explain(self, outcome: KnownSign) -> None:
         """Create hypotheses for `outcome` from all Signs that were active within reach."""

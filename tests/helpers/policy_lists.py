@@ -9,7 +9,8 @@ import pytest
 
 from farside.dem import Parameters
 from farside.dem.lists.actions import ActionList
-from farside.dem.lists.hypotheses import CostChange, HypothesisList
+from farside.dem.lists.hypotheses import HypothesisList
+from farside.dem.lists.hypothesis import CostChange
 from farside.dem.lists.signs import SignList
 from farside.dem.policy import spread as spread_module
 from farside.dem.policy.detour import Detour

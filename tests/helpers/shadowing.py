@@ -84,7 +84,9 @@ class Shadowing:
 
     def _sense(self, event: Event) -> None:
         tokens, action, change = event
-        self.cycle.sense(frozenset(tokens), action if action in COSTS else None)
+        if action in COSTS and self.cycle.number:
+            self.cycle.perform(action)
+        self.cycle.sense(frozenset(tokens))
         match change:
             case "set", sign, priority:
                 self.goals.want(tuple(sign), priority, GoalSource.OPERATOR)

@@ -4,19 +4,25 @@ import re
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 from PIL import Image
+from random_walks import times_sensed
+from scipy.stats import binomtest  # type: ignore[import-untyped]
 
+from farside.dem.lab.picture import mixed, ramp
 from farside.missions.commands import main as cli
+from farside.missions.figure1 import example
 from farside.missions.figure1.example import (
+    CYCLES,
     GOALS,
     SEED,
     TALLEST,
+    VISITED_TWICE,
+    YARD,
     Figure1,
     blocks,
     greatest_value,
-    mixed,
-    ramp,
     run_figure1,
 )
 from farside.missions.figure1.page import write_page
@@ -54,14 +60,23 @@ def cheapest(figure: Figure1, goal: str) -> dict[str, float]:
     return values
 
 
-def test_every_place_of_the_yard_was_visited(figure: Figure1) -> None:
+def test_every_place_of_the_yard_was_visited_at_least_twice(figure: Figure1) -> None:
     seen = {token for (token,) in figure.model.signs}
     assert seen == set(figure.chart.cells)
-    assert len(seen) == 74
+    assert figure.twice == len(seen) == 52
+
+
+def test_this_holds_with_as_many_seeds_as_the_figure_says() -> None:
+    sensed = times_sensed(Chart(YARD, 1.0), CYCLES, 1000, np.random.default_rng(1))
+    held = int((sensed.min(axis=1) > 1).sum())
+    assert binomtest(held, len(sensed), VISITED_TWICE).pvalue > 0.01
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_a_model_that_missed_some_places_still_gives_maps_of_the_yard(seed: int) -> None:
+def test_a_model_that_missed_some_places_still_gives_maps_of_the_yard(
+    seed: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(example, "CYCLES", 400)
     figure = run_figure1(seed)
     assert {token for (token,) in figure.model.signs} <= set(figure.chart.cells)
     for panel in figure.panels:
@@ -82,7 +97,7 @@ def test_values_are_the_least_sums_of_action_cost_over_corroboration(figure: Fig
             assert row.value == pytest.approx(expected[figure.chart.tokens[cell]], rel=1e-12)
 
 
-@pytest.mark.parametrize("start", ["D", "8,4", "15,4", "1,4", "7,1", "12,2", "A", "B", "C"])
+@pytest.mark.parametrize("start", ["D", "9,1", "1,4", "9,4", "1,5", "7,2", "A", "B", "C"])
 def test_columns_fall_all_along_a_shortest_path_to_each_goal(figure: Figure1, start: str) -> None:
     for panel in figure.panels:
         goal = figure.chart.cells[f"at:{panel.goal}"]
@@ -108,12 +123,12 @@ def test_following_the_best_actions_leads_down_to_the_goal(figure: Figure1) -> N
 
 
 def test_no_value_is_below_the_true_cost_and_their_sum_is_little_above(figure: Figure1) -> None:
-    """Reliable arcs cost little more than their action, so the map is almost exact."""
+    """Arcs that never fail cost little more than their action after six trials, as here."""
     for panel in figure.panels:
         goal = figure.chart.cells[f"at:{panel.goal}"]
         least = {cell: COST * len(figure.chart.way(cell, goal)) for cell in panel.values}
         assert all(row.value >= least[cell] for cell, row in panel.values.items())
-        assert sum(row.value for row in panel.values.values()) <= 1.2 * sum(least.values())
+        assert sum(row.value for row in panel.values.values()) <= 1.25 * sum(least.values())
 
 
 def test_the_same_seed_gives_the_same_lists_and_values(figure: Figure1) -> None:
@@ -131,14 +146,17 @@ def test_a_picture_has_a_block_for_each_cell_as_high_as_its_value(figure: Figure
             assert drawn[cell].height == pytest.approx(TALLEST * row.value / greatest_value(figure))
         walls = [block for block in drawn.values() if block.words == ("wall",)]
         assert len(walls) == sum(row.count("#") for row in rows)
-        assert [drawn[rock].words for rock in figure.chart.rocks] == [("rock",)]
+        assert {drawn[rock].words for rock in figure.chart.rocks} == {("rock",)}
         goal = drawn[figure.chart.cells[f"at:{panel.goal}"]]
         assert goal.words == (f"at:{panel.goal}", "the goal")
 
 
-def test_places_without_a_known_path_to_the_goal_are_flat_and_labelled() -> None:
-    figure = run_figure1(1)
-    assert figure.panels[1].values == {}, "a seed with which the robot never sees B"
+def test_places_without_a_known_path_to_the_goal_are_flat_and_labelled(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(example, "CYCLES", 40)
+    figure = run_figure1(SEED)
+    assert figure.panels[1].values == {}, "so soon, the robot has not seen B"
     words = {block.words[-1] for block in blocks(figure, figure.panels[1])}
     assert words == {"no known path to the goal", "wall", "rock"}
 
@@ -194,7 +212,7 @@ def test_the_command_writes_both_pictures_and_shows_the_maps(
         "figure1.html",
         "figure1.png",
     ]
-    assert "74 of 74 places seen" in out
+    assert "52 of 52 places seen, 52 at least twice" in out
     rows = [line.split() for line in out.splitlines()]
     assert [row[0] for row in rows if len(row) > 2 and row[2] == "ms"] == list(GOALS)
     assert "here/figure1.png" in out

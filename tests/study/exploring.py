@@ -51,7 +51,7 @@ def explored(way: str, seed: int) -> dict[str, Any]:
         "way": way,
         "seed": seed,
         "complete": complete,
-        "actions": model.actions,
+        "actions": model.performed,
         "all_places": model.places[-1],
         "all_arcs": model.arcs[-1],
         "arcs_at": [sum(at <= count for at in model.arcs) for count in GRID],

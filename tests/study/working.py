@@ -133,7 +133,7 @@ def goals_reached(mission: MissionFile, operator: Operator) -> tuple[int, int]:
     assert isinstance(model, CountingModel)
     model.watch(mission.world.chart())
     simulated(mission, operator, model).run(model)
-    return len({goal for goal in model.reached if is_place_token(goal[0])}), model.actions
+    return len({goal for goal in model.reached if is_place_token(goal[0])}), model.performed
 
 
 def worked(on_loss: str, length: str, share: int, seed: int) -> dict[str, Any]:

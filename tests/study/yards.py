@@ -85,7 +85,7 @@ class CountingModel(DynamicExpectancyModel):
     """A model that counts what is performed, and remembers which of the yard's arcs it knows.
 
     Attributes:
-        actions: number of actions performed.
+        performed: number of actions performed.
         reached: the goals reached, in order.
         places, arcs: the number of actions after which each place and each arc of the yard was
             known, as a Sign, and as a hypothesis from and to the places' own Signs.
@@ -93,7 +93,7 @@ class CountingModel(DynamicExpectancyModel):
 
     def watch(self, chart: Chart) -> None:
         """Count from now on, in this yard."""
-        self.actions = 0
+        self.performed = 0
         self.reached: list[tuple[str, ...]] = []
         self.places: list[int] = []
         self.arcs: list[int] = []
@@ -105,7 +105,7 @@ class CountingModel(DynamicExpectancyModel):
     def perform(self, action: str | None) -> None:
         """See `DynamicExpectancyModel.perform`."""
         super().perform(action)
-        self.actions += action is not None
+        self.performed += action is not None
         self._came = None if action is None else (self._here, action)
 
     def sense(self, tokens: Iterable[str]) -> Sensed:
@@ -115,11 +115,11 @@ class CountingModel(DynamicExpectancyModel):
         self._here = next((token for token in sensed.tokens if token.startswith("at:")), "")
         if self._here in self._unknown_places:
             self._unknown_places.remove(self._here)
-            self.places.append(self.actions)
+            self.places.append(self.performed)
         arc = self._came and (*self._came, self._here)
         if arc in self._unknown_arcs and self._knows(arc):
             self._unknown_arcs.remove(arc)
-            self.arcs.append(self.actions)
+            self.arcs.append(self.performed)
         return sensed
 
     def _knows(self, arc: Arc) -> bool:

@@ -1,0 +1,1 @@
+"""A mission as a `gymnasium` environment; needs the extra `gymnasium`. See `docs/gymnasium.md`."""
