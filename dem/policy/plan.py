@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from typing import NamedTuple, Protocol
 
 from farside.dem.lists.actions import ActionList
-from farside.dem.lists.hypotheses import CostChange
+from farside.dem.lists.hypothesis import CostChange
 from farside.dem.policy.spread import Spread
 
 
@@ -49,6 +49,7 @@ class Plan:
         self._arcs = spread.hypotheses
         self._implied = spread.implied
         self._actions = actions
+        self._costs = actions.costs
         self._steps: dict[int, _Step] = {}
         # By Sign, those that step to it, and those that act on its hypotheses as wholes.
         self._before: dict[int, dict[int, None]] = {}
@@ -73,6 +74,9 @@ class Plan:
 
     def planned(self, start: int) -> float:
         """The cost of the actions on the best path from a Sign, whose value is final."""
+        if self._costs is not self._actions.costs:
+            self._costs = self._actions.costs
+            self._steps.clear()
         for sign in self._touched:
             self._look_again(sign)
         self._touched.clear()
@@ -82,7 +86,7 @@ class Plan:
             sign = self._arcs.outcome[arc]
         planned, keep = self._steps[sign].planned if sign in self._steps else 0.0, True
         for sign, arc in reversed(walked):
-            planned = self._actions.costs[self._arcs.action[arc]] + planned
+            planned = self._costs[self._arcs.action[arc]] + planned
             # Among equal values, the way depends on more than on what is next.
             keep = keep and self._ways.descends(sign, arc)
             if keep:

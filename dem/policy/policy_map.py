@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farside.dem.lists.actions import ActionList
-from farside.dem.lists.hypotheses import CostChange
+from farside.dem.lists.hypothesis import CostChange
 from farside.dem.policy.plan import Plan
 from farside.dem.policy.repair import FEW, RepairedValues
 
@@ -67,12 +67,15 @@ class PolicyMap(RepairedValues):
             if len(self._moved) > FEW:
                 self._moved = None  # nobody has asked for long
 
-    def planned(self, start: int, actions: ActionList) -> float:
-        """The cost of the actions on the best path from a Sign, if each succeeds at once.
+    def planned(self, active: Sequence[int], actions: ActionList) -> float:
+        """The cost of the actions on the best path, if each succeeds at once.
 
-        It takes a walk along the path when it is first asked for, and hardly any time after that.
+        Infinite where no path is known. It takes a walk along the path when it is first asked for,
+        and hardly any time after that.
         """
-        self.nearest((start,))
+        start = self.entry(active)
+        if start is None:
+            return self.nearest(active)
         if self._moved is None:
             self._moved, self._plan = [], Plan(self, self._spread, actions)
         self._plan.moved(self._moved)
@@ -100,10 +103,12 @@ class PolicyMap(RepairedValues):
 
     def _best_arcs(self, sign: int) -> list[int]:
         """The hypotheses with the least total at a Sign, in order of rank."""
-        held = self._values[sign]
-        return sorted(
-            (arc for arc in self._arcs_from(sign) if self._total(arc) == held), key=self._rank
-        )
+        values, held = self._values, self._values[sign]
+        cost, outcome = self._hypotheses.cost, self._hypotheses.outcome
+        found = [arc for arc in self._arcs_from(sign) if cost[arc] + values[outcome[arc]] == held]
+        if len(found) > 1:
+            found.sort(key=self._rank)
+        return found
 
     def _first_nearer(self, arcs: Sequence[int]) -> int | None:
         """The first arc that leads to a strictly lesser value, as arcs normally do."""
@@ -148,7 +153,7 @@ class PolicyMap(RepairedValues):
         `None` if no active Sign is on the map, or if the goal itself is active.
         """
         least = self.nearest(active)
-        if least in {0.0, math.inf}:
+        if least == 0.0 or least == math.inf:  # noqa: PLR1714 - no set in every cycle
             return None
         tied = [sign for sign in active if self._values[sign] == least]
         if len(tied) == 1:

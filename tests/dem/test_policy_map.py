@@ -232,10 +232,10 @@ def test_a_plan_follows_a_part_that_became_known_after_the_walk(lists: Lists) ->
     whole = lists.know(("a", "b", "c"))
     lists.link(whole, D, 5.0)
     policy = lists.map(D, lists.spread(Persistent))
-    assert policy.planned(whole, lists.actions) == 1.0
+    assert policy.planned([whole], lists.actions) == 1.0
     part = lists.know(("a", "b"))
     lists.follow(policy)
-    assert policy.planned(whole, lists.actions) == 1.0
+    assert policy.planned([whole], lists.actions) == 1.0
     lists.link(part, D, 3.0, action=1)
     lists.follow(policy)
-    assert policy.planned(whole, lists.actions) == 2.66
+    assert policy.planned([whole], lists.actions) == 2.66

@@ -75,7 +75,7 @@ class Stream:
         return float(self.rng.choice(self._costs))
 
     def _one_of(self, choices: Sequence[int]) -> int:
-        return choices[self.rng.integers(len(choices))]
+        return choices[int(self.rng.integers(len(choices)))]
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_what_a_map_is_asked_it_answers_as_a_new_one_would(
         if entry is not None:
             agrees(policy, fresh, entry)
             if stream.rng.random() < 0.7:
-                assert policy.planned(entry, lists.actions) == lists.planned(fresh, entry)
+                assert policy.planned(active, lists.actions) == lists.planned(fresh, entry)
             if stream.rng.random() < 0.7:
                 without = stream.detour.outlook(fresh.best(entry), active, lists.actions)
                 assert without == lists.detour(GOAL, active)
