@@ -89,6 +89,14 @@ class PolicyMap(RepairedValues):
         """
         return self._best(sign) if 0.0 < self.nearest((sign,)) < math.inf else None
 
+    def bests(self, start: int) -> list[int]:
+        """By Sign, the hypotheses to act on where the value is at most that of `start`; else -1."""
+        least = self.nearest((start,))
+        value = np.array(self._values)
+        value[value > least] = math.inf
+        best: list[int] = self._all_best(value).tolist()
+        return best
+
     def _best(self, sign: int) -> int:
         arcs = self._best_arcs(sign)
         nearer = self._first_nearer(arcs)

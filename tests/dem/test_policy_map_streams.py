@@ -8,6 +8,7 @@ import pytest
 from policy_lists import Lists, Persistent
 
 from farside.dem import Parameters
+from farside.dem.policy import plan
 from farside.dem.policy.detour import Detour
 from farside.dem.policy.policy_map import PolicyMap
 from farside.dem.policy.spread import Spread
@@ -84,9 +85,11 @@ class Stream:
 )
 @pytest.mark.parametrize("seed", [0, 9, 19])
 def test_what_a_map_is_asked_it_answers_as_a_new_one_would(
-    seed: int, spread: type[Spread], parameters: Parameters
+    monkeypatch: pytest.MonkeyPatch, seed: int, spread: type[Spread], parameters: Parameters
 ) -> None:
     """Value, entry, reason, way, planned cost and detour, from one or two Signs in every cycle."""
+    # Whether all Signs of a way are looked at at once.
+    monkeypatch.setattr(plan, "_FEW", 500 * (seed % 2))
     stream = Stream(seed, spread, parameters)
     lists, policy = stream.lists, stream.policy
     detours = 0
