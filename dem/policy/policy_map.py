@@ -87,7 +87,11 @@ class PolicyMap(RepairedValues):
 
         `None` if no path leads to the goal, or if the Sign is the goal or implies it.
         """
-        return self._best(sign) if 0.0 < self.nearest((sign,)) < math.inf else None
+        value = self.nearest((sign,))
+        # Several ask for the same in a cycle.
+        if self._recent is None or self._recent[0] != sign:
+            self._recent = sign, self._best(sign) if 0.0 < value < math.inf else None
+        return self._recent[1]
 
     def bests(self, start: int) -> list[int]:
         """By Sign, the hypotheses to act on where the value is at most that of `start`; else -1."""

@@ -37,7 +37,8 @@ def test_of_equal_totals_the_higher_cm_is_taken_and_then_the_older(lists: Lists)
     lists.follow(policy)
     assert policy.value[A] == 3.0
     assert policy.best(A) == older
-    lists.hypotheses.cm[younger] = 1.0
+    lists.reprice(younger, lists.hypotheses.cost[younger], cm=1.0)
+    lists.follow(policy)
     assert policy.best(A) == younger
 
 
