@@ -6,7 +6,8 @@ from contextlib import contextmanager
 from copy import copy
 
 from farside.dem.lists.actions import ActionList
-from farside.dem.lists.hypotheses import CostChange, HypothesisList
+from farside.dem.lists.hypotheses import HypothesisList
+from farside.dem.lists.hypothesis import CostChange
 from farside.dem.policy.policy_map import PolicyMap
 
 
@@ -42,10 +43,7 @@ class Detour:
         """
         self._block(blocked)
         with self._unusable():
-            entry = self._map.entry(active)
-            if entry is None:
-                return math.inf, math.inf
-            return self._map.nearest((entry,)), self._map.planned(entry, actions)
+            return self._map.nearest(active), self._map.planned(active, actions)
 
     def _block(self, arc: int) -> None:
         if arc == self._blocked:
