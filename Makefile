@@ -47,6 +47,7 @@ bench: $(VENV)/.ready-to-develop $(VENV)/.ready-to-compare ## measure simulated 
 	$(BIN)/python tests/bench/dem_map.py
 	$(BIN)/python tests/bench/dem_worlds.py
 	$(BIN)/python tests/bench/gym_table.py
+	$(BIN)/python tests/bench/environment.py
 	$(BIN)/python tests/bench/console.py
 	$(BIN)/python tests/bench/peers/table.py
 	PYTHONHASHSEED=0 PYTHONPATH=$(PYTHONPATH):$(PEERS) $(BIN)/python tests/bench/peers/acs2_table.py

@@ -8,7 +8,6 @@ both in order of age.
 import math
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
-from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -31,48 +30,10 @@ from farside.dem.equations import (
 )
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.chains import Chains
+from farside.dem.lists.hypothesis import CostChange, Hypothesis
 from farside.dem.lists.packing import crc_of, packed, unpack_into
 from farside.dem.lists.signs import Sign
 from farside.dem.parameters import Parameters
-
-
-class Hypothesis(msgspec.Struct, frozen=True):
-    """A µ-hypothesis: context ∧ action → outcome after `delay` cycles.
-
-    Attributes:
-        context, outcome: Signs.
-        action: name of the Action.
-        delay: cycles from context and action to outcome, 1 or more.
-        cm: corroboration measure C_m, 0 to 1.
-        credit: the same measure without the successes that a better hypothesis predicted too,
-            0 to 1; see `farside.dem.learning.credit`.
-        predictions: number of its predictions that have fallen due.
-        successes: number of these that came true.
-    """
-
-    context: Sign
-    action: str
-    outcome: Sign
-    delay: int
-    cm: float
-    credit: float
-    predictions: int
-    successes: int
-
-
-class CostChange(NamedTuple):
-    """A hypothesis was created or removed, or its cost estimate changed.
-
-    Attributes:
-        hypothesis: its id, which may have been reused since.
-        context, outcome: its Signs.
-        old_cost: the cost estimate C_e before; infinite if the hypothesis was created.
-    """
-
-    hypothesis: int
-    context: int
-    outcome: int
-    old_cost: float
 
 
 class HypothesesState(msgspec.Struct, frozen=True, array_like=True):
@@ -126,8 +87,11 @@ class HypothesisList:
         self._births = 0
 
     def change(self, parameters: Parameters) -> None:
-        """Strengthen and weaken by these from now on."""
-        self._parameters = parameters
+        """Strengthen, weaken and estimate costs by these from now on."""
+        before, self._parameters = self._parameters, parameters
+        if parameters.own_credit is not before.own_credit:
+            self._measure = self.credit if parameters.own_credit else self.cm
+            self._estimate_costs(range(len(self)))
 
     def register(self, action: str, cost: float) -> int:
         """Add an action that is met for the first time, and return its id.
@@ -143,10 +107,7 @@ class HypothesisList:
     def set_cost(self, action: int, cost: float) -> None:
         """Have an action cost something else: the cost estimates follow at once."""
         self._actions.set_cost(action, cost)
-        for hypothesis, performed in enumerate(self.action):
-            if performed == action and self.is_living(hypothesis):
-                self._note_cost_change(hypothesis)
-                self._estimate_cost(hypothesis)
+        self._estimate_costs(one for one, done in enumerate(self.action) if done == action)
         if self.recorded is not None:
             self.recorded.append(CostSet(action, cost))
 
@@ -376,6 +337,13 @@ class HypothesisList:
         self.cm[hypothesis] = cm
         self.credit[hypothesis] = credit
         self._estimate_cost(hypothesis)
+
+    def _estimate_costs(self, hypotheses: Iterable[int]) -> None:
+        """Estimate costs anew, because something else than C_m has changed."""
+        for hypothesis in hypotheses:
+            if self.is_living(hypothesis):
+                self._note_cost_change(hypothesis)
+                self._estimate_cost(hypothesis)
 
     def _estimate_cost(self, hypothesis: int) -> None:
         self.cost[hypothesis] = cost_estimate(

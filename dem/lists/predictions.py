@@ -9,6 +9,10 @@ class PredictionList:
     def __init__(self, reach: int) -> None:
         self._due: deque[list[int]] = deque([] for _ in range(reach))
 
+    def extend(self, cycles: int) -> None:
+        """Take predictions for so many cycles more than before."""
+        self._due.extend([] for _ in range(cycles))
+
     def add(self, hypothesis: int, delay: int) -> None:
         """Note that `hypothesis` predicts its outcome `delay` cycles from now."""
         self._due[delay - 1].append(hypothesis)

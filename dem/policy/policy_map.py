@@ -1,13 +1,16 @@
 """The Dynamic Policy Map (DPM): the policy value of every Sign towards one goal."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from farside.dem.policy.repair import RepairedValues
+from farside.dem.lists.actions import ActionList
+from farside.dem.lists.hypotheses import CostChange
+from farside.dem.policy.plan import Plan
+from farside.dem.policy.repair import FEW, RepairedValues
 
 
 class Reason(NamedTuple):
@@ -54,6 +57,28 @@ class PolicyMap(RepairedValues):
     hypothesis with the higher C_m, then to the older one (project default).
     """
 
+    _plan: Plan
+
+    def update(self, changes: Collection[CostChange], signs: Collection[int] = ()) -> None:
+        """Note changes of the lists; see `RepairedValues.update`."""
+        super().update(changes, signs)
+        if self._moved is not None:
+            self._plan.note(changes, signs)
+            if len(self._moved) > FEW:
+                self._moved = None  # nobody has asked for long
+
+    def planned(self, start: int, actions: ActionList) -> float:
+        """The cost of the actions on the best path from a Sign, if each succeeds at once.
+
+        It takes a walk along the path when it is first asked for, and hardly any time after that.
+        """
+        self.nearest((start,))
+        if self._moved is None:
+            self._moved, self._plan = [], Plan(self, self._spread, actions)
+        self._plan.moved(self._moved)
+        self._moved.clear()
+        return self._plan.planned(start)
+
     def best(self, sign: int) -> int | None:
         """The hypothesis to act on at a Sign; its context is the Sign or a part of it.
 
@@ -84,6 +109,10 @@ class PolicyMap(RepairedValues):
         """The first arc that leads to a strictly lesser value, as arcs normally do."""
         value, context, outcome = self._values, self._hypotheses.context, self._hypotheses.outcome
         return next((arc for arc in arcs if value[outcome[arc]] < value[context[arc]]), None)
+
+    def descends(self, sign: int, arc: int) -> bool:
+        """Whether a hypothesis leads from a Sign to one of strictly lesser value."""
+        return self._values[self._hypotheses.outcome[arc]] < self._values[sign]
 
     def _through_equals(self, arcs: Sequence[int]) -> int:
         """The first step to the nearest Sign from which an arc leads to a lesser value.

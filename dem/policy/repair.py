@@ -6,15 +6,16 @@ come, and worked off in order of value until the values asked for are final.
 """
 
 import math
-from collections.abc import Callable, Container, Iterable, Sequence
+from collections.abc import Callable, Collection, Container, Sequence
 from heapq import heapify, heappop, heappush
 
-from farside.dem.lists.hypotheses import CostChange
+from farside.dem.lists.hypothesis import CostChange
 from farside.dem.policy.spread import Spread
 
 _DOUBT, _OFFER, _SPREAD = range(3)  # at equal values in this order
 
-_FEW = 1000
+FEW = 1000
+"""So many changes are kept in any case (project default)."""
 
 
 class RepairedValues:
@@ -46,13 +47,24 @@ class RepairedValues:
         #   _SPREAD: s has the value v, which is lower than before; who leads to it does not know.
         self._pending: list[tuple[float, int, int]] = []
         self._values = self._spread.values(self.goal)
-        self._compact_at = _FEW
+        self._compact_at = FEW
+        # The Signs whose values have changed, where somebody wants to know; not known here.
+        self._moved: list[int] | None = None
+
+    def part(self) -> None:
+        """Go on apart from the map that this one was copied from."""
+        self._values, self._pending = list(self._values), list(self._pending)
+        self._moved = None
 
     @property
     def value(self) -> list[float]:
         """P_v by Sign id, infinite if no path leads to the goal."""
         self._settle(lambda: math.inf)
         return self._values
+
+    def is_final(self, sign: int) -> bool:
+        """Whether the value of a Sign would be the same if it was asked for."""
+        return not self._pending or self._pending[0][0] > self._values[sign]
 
     def nearest(self, signs: Sequence[int]) -> float:
         """The least P_v of some Signs, infinite if no path leads from them to the goal.
@@ -73,7 +85,7 @@ class RepairedValues:
         self._settle(bound, frozenset(signs))
         return bound()
 
-    def update(self, changes: Iterable[CostChange], signs: Iterable[int] = ()) -> None:
+    def update(self, changes: Collection[CostChange], signs: Collection[int] = ()) -> None:
         """Note changes of the lists.
 
         Args:
@@ -117,7 +129,7 @@ class RepairedValues:
             if (values[sign] > value if what == _OFFER else values[sign] == value)
         ]
         heapify(self._pending)
-        self._compact_at = 2 * len(self._pending) + _FEW
+        self._compact_at = 2 * len(self._pending) + FEW
 
     def _settle(self, bound: Callable[[], float], watched: Container[int] = ()) -> None:
         """Work off what is pending up to a value, cheapest first (after Ramalingam and Reps).
@@ -145,6 +157,8 @@ class RepairedValues:
                 continue
             if what != _DOUBT:
                 self._relax_from(sign)
+            if self._moved is not None:
+                self._moved.append(sign)
             limit -= 1
             if limit < 0:
                 self._build()

@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from farside.dem import Hypothesis, Parameters
 from farside.dem.lists.actions import ActionList
-from farside.dem.lists.hypotheses import CostChange, HypothesisList
+from farside.dem.lists.hypotheses import HypothesisList
+from farside.dem.lists.hypothesis import CostChange
 from farside.dem.lists.predictions import PredictionList
 
 COSTS = {"a": 1.0, "b": 2.0}

@@ -59,6 +59,13 @@ class PlainModel:
         ] = []  # (active Signs, action), one cycle ago first
         self.cycle = 0
 
+    def change(self, parameters: Parameters) -> None:
+        """Go by others from now on; a watch that is too long by them is void."""
+        self.parameters = parameters
+        for h in self.hypotheses:
+            if h.watch is not None and len(h.watch) >= parameters.maturity:
+                h.watch = None
+
     def know(self, tokens: tuple[str, ...]) -> KnownSign:
         """The Sign of these Tokens, added if it is not known."""
         for sign in self.signs:

@@ -10,6 +10,7 @@ from PIL import Image
 from random_walks import times_sensed
 from scipy.stats import binomtest  # type: ignore[import-untyped]
 
+from farside.dem.lab.picture import mixed, ramp
 from farside.missions.commands import main as cli
 from farside.missions.figure1 import example
 from farside.missions.figure1.example import (
@@ -22,8 +23,6 @@ from farside.missions.figure1.example import (
     Figure1,
     blocks,
     greatest_value,
-    mixed,
-    ramp,
     run_figure1,
 )
 from farside.missions.figure1.page import write_page

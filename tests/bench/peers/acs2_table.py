@@ -9,7 +9,7 @@ for ACS2. With parts of names, only those learners and fields are measured.
 
 import sys
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from multiprocessing import Pool
 from statistics import mean
 from typing import NamedTuple, Protocol
@@ -63,7 +63,7 @@ class Result(NamedTuple):
         knowledge: share of the changes predicted.
         rules: length of its list.
         found: share of the trials that ended at the goal.
-        steps: steps in all trials over the number of goals found; infinite without one.
+        steps: mean steps of a trial; one that did not counts as one given up.
         cpu_s: processor time of the exploration.
     """
 
@@ -123,24 +123,20 @@ def judge(job: Job) -> Result:
     learner = LEARNERS[row.learner](field, seed)
     learner.explore(row.steps)
     knowledge, rules = learner.knowledge(field.transitions()), learner.rules
-    steps, found = zip(*_trials(learner, field), strict=True)
-    effort = sum(steps) / sum(found) if any(found) else float("inf")
-    return Result(knowledge, rules, mean(found), effort, learner.cpu_s)
-
-
-def _trials(learner: Learner, field: Field) -> Iterator[tuple[int, bool]]:
-    starts = range(field.starts) if field.starts > 1 else [0] * TRIALS
-    for start in starts:
-        yield learner.exploit(start), field.found
+    steps, found = [], []
+    for start in range(field.starts) if field.starts > 1 else [0] * TRIALS:
+        made = learner.exploit(start)
+        found.append(field.found)
+        steps.append(made if field.found else field.limit)
+    return Result(knowledge, rules, mean(found), mean(steps), learner.cpu_s)
 
 
 def cells(results: Sequence[Result]) -> list[str]:
-    """The cells of a row. Steps are told as a mean over the seeds with which a goal was found."""
-    steps = [result.steps for result in results if result.found]
+    """The cells of a row."""
     return [
         mean_told([100 * result.knowledge for result in results]),
         mean_told([100 * result.found for result in results]),
-        mean_told(steps, digits=2) if steps else "-",
+        mean_told([result.steps for result in results], digits=2),
         mean_told([result.rules for result in results]),
         mean_told([result.cpu_s for result in results], digits=1),
     ]

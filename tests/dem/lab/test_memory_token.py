@@ -6,8 +6,8 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from farside.dem import DynamicExpectancyModel
-from farside.dem.lab import Recall, Situation, World, memory, play
+from farside.dem import DynamicExpectancyModel, Recall
+from farside.dem.lab import Situation, World, memory, play
 
 
 class Corridor:
@@ -44,9 +44,12 @@ def test_the_token_tells_of_the_last_steps_the_latest_first() -> None:
     assert recall.tokens == []
 
 
-def test_memory_goes_back_one_step_at_least() -> None:
-    with pytest.raises(ValueError, match="expected 1 or more, found 0"):
-        memory(Corridor(), steps=0)
+def test_no_memory_has_no_token_and_less_than_none_is_refused() -> None:
+    recall = Recall(steps=0)
+    recall.did(["a"], "N")
+    assert recall.tokens == []
+    with pytest.raises(ValueError, match="expected 0 or more, found -1"):
+        memory(Corridor(), steps=-1)
 
 
 def test_a_world_with_memory_tells_what_was_and_begins_anew_with_every_episode() -> None:
