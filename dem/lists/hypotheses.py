@@ -219,7 +219,7 @@ class HypothesisList:
     def succeed(self, hypothesis: int, *, alone: bool) -> None:
         """A prediction came true; `alone` if no hypothesis with more credit predicted the same."""
         cm, credit = self.cm[hypothesis], self.credit[hypothesis]
-        alpha = self._rate(hypothesis, self._parameters.alpha, cm, success=True)
+        alpha = self._rate(hypothesis, self._parameters.alpha, cm, 1.0)
         self.successes[hypothesis] += 1
         self._settle(
             hypothesis,
@@ -233,7 +233,7 @@ class HypothesisList:
     def fail(self, hypothesis: int) -> None:
         """A prediction failed."""
         cm = self.cm[hypothesis]
-        beta = self._rate(hypothesis, self._parameters.beta, 1.0 - cm, success=False)
+        beta = self._rate(hypothesis, self._parameters.beta, 1.0 - cm, -1.0)
         self._settle(hypothesis, weakened(cm, beta), weakened(self.credit[hypothesis], beta))
         if self.recorded is not None:
             self.recorded.append(encoded_result(hypothesis, PredictionResult.FAILED))
@@ -325,14 +325,12 @@ class HypothesisList:
             self._of_cause.append(cause, hypothesis)
             self.by_outcome.append(self.outcome[hypothesis], hypothesis)
 
-    def _rate(
-        self, hypothesis: int, constant: float, probability: float, *, success: bool
-    ) -> float:
-        """The rate of the next result, which had this probability by C_m."""
+    def _rate(self, hypothesis: int, constant: float, probability: float, sign: float) -> float:
+        """The rate of the next result, which had this probability by C_m; see `averaged`."""
         if not self._parameters.averaging:
             return constant
         results, self.run[hypothesis] = averaged(
-            self.results[hypothesis], self.run[hypothesis], probability, success=success
+            self.results[hypothesis], self.run[hypothesis], probability, sign
         )
         self.results[hypothesis] = results
         return averaging_rate(constant, results)
