@@ -17,22 +17,16 @@ rest is a project default.
 """
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from farside.dem.policy.equations import Equations, Floats, Ids, Policy
 from farside.dem.policy.spread import Spread
 
-Floats = NDArray[np.float64]
-Ids = NDArray[np.int64]
-
-FEW_SIGNS = 100
-"""The number of Signs from which scipy solves for their values (project default): importing scipy
-takes 0.7 s, once."""
-
 _EXACT = 1e-13  # greatest relative change that a further round would make
+_NEARLY = 1e-9  # no greater one may be left where further rounds come no nearer
 _ROUNDS = 200  # of policy iteration; more than ten are rare
 _KEEPS_ON = 1.0 - 2.0**-40  # an endless loop ends at last, so that every policy has a value
 _MOST = 1e200  # the greatest value, so that no sum overflows
@@ -149,8 +143,8 @@ class System:
         self.row = row[counts[self.starts]]
         self.first = np.flatnonzero(np.diff(self.row, prepend=-1))
         self._column = rows[self.outcome]
-        self._solver: Callable[[Floats], Floats] | None = None
-        self._solved: Ids = np.empty(0, dtype=np.int64)
+        self._order = np.arange(len(counts))
+        self._equations = Equations(len(self.sign))
 
     def follow(self) -> None:
         """Take in the measures and costs as they are; call this before anything else."""
@@ -163,9 +157,9 @@ class System:
         self._attempts = np.where(counted > 0.0, attempts, math.inf)
         self._counted = np.where(counted > 0.0, counted, 1.0)[group]
         # The arcs of groups whose outcomes come together, and the first arc of the group of each.
-        self._crowded = np.flatnonzero((total > 1.0)[group])
-        first = np.searchsorted(self._crowded, starts)
-        self._crowded_first = first[group[self._crowded]]
+        self._crowded = (total > 1.0)[group]
+        arcs = self._crowded.nonzero()[0]
+        self._crowded_first = np.searchsorted(arcs, starts)[group[arcs]]
 
     def backup(self, value: Floats) -> Backup:
         """What follows from the values of all Signs, by id."""
@@ -180,16 +174,30 @@ class System:
 
     def _together(self, onward: Floats) -> Floats:
         """How much each arc counts, where those that lead to the least values count first."""
-        arcs = self._crowded
-        if not len(arcs):
+        if not len(self._crowded_first):
             return self.weight
-        order = arcs[np.lexsort((onward[arcs], self._group[arcs]))]
+        order = self._ordered(onward)
+        order = order[self._crowded[order]]
         weight = self.weight[order]
         taken = weight.cumsum() - weight
         left = 1.0 - (taken - taken[self._crowded_first])
         together = self.weight.copy()
         together[order] = np.minimum(np.maximum(left, 0.0), weight)
         return together
+
+    def _ordered(self, onward: Floats) -> Ids:
+        """All arcs, group by group, those that lead to the least values first."""
+        order, group = self._order, self._group
+        values = onward[order]
+        turned = ((values[1:] < values[:-1]) & (group[1:] == group[:-1])).nonzero()[0]
+        if len(turned):
+            # Few groups, as a rule: the order is that of the last time.
+            mixed = np.zeros(len(self.starts), dtype=np.bool_)
+            mixed[group[turned]] = True
+            places = mixed[group].nonzero()[0]
+            arcs = order[places]
+            order[places] = arcs[np.lexsort((onward[arcs], group[arcs]))]
+        return order
 
     def solve(self, guess: Floats) -> Floats:
         """The values of all Signs, by id.
@@ -198,37 +206,26 @@ class System:
             guess: values to begin with, changed in place. The nearer they are, the sooner this is
                 done; what comes out does not depend on them, but for the last bits.
         """
-        value, before = guess, math.inf
+        value, before, chosen = guess, math.inf, np.empty(0, dtype=np.int64)
         for _ in range(_ROUNDS if len(self.sign) else 0):
             found = self.backup(value)
             short = found.value - value[self.sign]
             worst = float(np.max(np.abs(short) / found.value))
-            if worst <= _EXACT:
+            stands = worst > before / 4 and np.array_equal(found.choice, chosen)
+            if worst <= _EXACT or (stands and worst <= _NEARLY):
                 break
-            # As long as the policy is the same, the equations are nearly so: those solved last
-            # are good enough while each round comes so much nearer.
-            same = np.array_equal(found.choice, self._solved) and worst < before / 16
-            same = same and len(self.sign) >= FEW_SIGNS
-            before = worst if same else math.inf
-            if not same or self._solver is None:
-                self._solver, self._solved = self._factored(found), found.choice
-            value[self.sign] = np.clip(value[self.sign] + self._solver(short), 0.0, _MOST)
+            solved = self._equations.solve(self._policy(found), short, anew=stands)
+            before, chosen = worst, found.choice
+            value[self.sign] = np.clip(value[self.sign] + solved, 0.0, _MOST)
         return value
 
-    def _factored(self, found: Backup) -> Callable[[Floats], Floats]:
-        """What solves the linear equations of a policy."""
-        chosen = np.zeros(len(self.starts), dtype=bool)
+    def _policy(self, found: Backup) -> Policy:
+        """The chosen groups as the coefficients of linear equations, row by row."""
+        chosen = np.zeros(len(self.starts), dtype=np.bool_)
         chosen[found.choice] = True
-        arcs = np.flatnonzero(chosen[self._group] & (self._column >= 0))
-        row, column = self.row[self._group[arcs]], self._column[arcs]
-        share, size = found.share[arcs] * _KEEPS_ON, len(self.sign)
-        if size < FEW_SIGNS:
-            dense = np.bincount(row * size + column, share, size * size).reshape(size, size)
-            inverse = np.linalg.inv(np.eye(size) - dense)
-            return lambda short: inverse @ short
-        from scipy.sparse import csc_array, eye_array  # type: ignore[import-untyped] # noqa: PLC0415
-        from scipy.sparse.linalg import splu  # type: ignore[import-untyped] # noqa: PLC0415
-
-        sparse = csc_array((share, (row, column)), shape=(size, size))
-        solver: Callable[[Floats], Floats] = splu((eye_array(size) - sparse).tocsc()).solve
-        return solver
+        arcs = (chosen[self._group] & (self._column >= 0)).nonzero()[0]
+        return Policy(
+            row=self.row[self._group[arcs]],
+            column=self._column[arcs],
+            share=found.share[arcs] * _KEEPS_ON,
+        )

@@ -8,7 +8,8 @@ import numpy as np
 
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.hypothesis import CostChange
-from farside.dem.policy.expectation import Alternatives, Backup, Floats, Ids, System
+from farside.dem.policy.equations import Floats, Ids
+from farside.dem.policy.expectation import Alternatives, Backup, System
 from farside.dem.policy.policy_map import PolicyMap, PolicyTable, Reason
 from farside.dem.policy.spread import Spread
 
@@ -129,8 +130,14 @@ class ExpectedMap:
                 yield from PolicyMap(self.goal, self._spread).walk(sign)
                 return
 
-    def planned(self, start: int, actions: ActionList) -> float:
-        """The cost of the actions along the path from a Sign, if each succeeds at once."""
+    def planned(self, active: Sequence[int], actions: ActionList) -> float:
+        """The cost of the actions along the path, if each has its best outcome at once.
+
+        Infinite where no path is known.
+        """
+        start = self.entry(active)
+        if start is None:
+            return self.nearest(active)
         return sum(actions.costs[self._hypotheses.action[arc]] for arc in self.walk(start))
 
     def depth(self, sign: int) -> int | None:

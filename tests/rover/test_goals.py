@@ -72,6 +72,20 @@ def test_a_goal_of_the_mission_where_the_rover_stands_is_reached_once_when_it_is
     ]
 
 
+def test_a_mission_goal_that_is_satisfied_as_it_is_set_is_not_set_again_until_that_is_told(
+    bench: Callable[..., Bench],
+) -> None:
+    """What the rover wants is looked at in every tick, and what to do only once in a while."""
+    rover = bench(goals=[{"place": "D", "priority": 1.0}])
+    for _ in range(3):
+        rover.rover.parts.goals.follow_mission(wanted=True)
+    rover.run_s(2)
+    assert changes(rover) == [
+        (GoalChange.SET, 1.0, GoalSource.MISSION),
+        (GoalChange.REACHED, 1.0, GoalSource.MISSION),
+    ]
+
+
 def test_a_goal_that_the_rover_is_just_leaving_is_not_reached(
     bench: Callable[..., Bench],
 ) -> None:
