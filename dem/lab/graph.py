@@ -4,7 +4,7 @@ import math
 from collections import defaultdict
 from typing import NamedTuple
 
-from farside.dem.lists.hypotheses import Hypothesis
+from farside.dem.lists.hypothesis import Hypothesis
 from farside.dem.lists.signs import Sign
 from farside.dem.model import DynamicExpectancyModel
 

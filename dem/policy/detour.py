@@ -6,7 +6,8 @@ from contextlib import contextmanager
 from copy import copy
 
 from farside.dem.lists.actions import ActionList
-from farside.dem.lists.hypotheses import CostChange, HypothesisList
+from farside.dem.lists.hypotheses import HypothesisList
+from farside.dem.lists.hypothesis import CostChange
 from farside.dem.policy.policy_map import PolicyMap
 
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from farside.dem.lists.actions import ActionList
-from farside.dem.lists.hypotheses import CostChange
+from farside.dem.lists.hypothesis import CostChange
 from farside.dem.policy.plan import Plan
 from farside.dem.policy.repair import FEW, RepairedValues
 
