@@ -31,6 +31,7 @@ DOCUMENTS = [
         "docs/control.md",
         "docs/ground.md",
         "docs/dem.md",
+        "docs/lab.md",
         "docs/gymnasium.md",
         "docs/link.md",
         "docs/ros2.md",
@@ -249,3 +250,13 @@ def test_the_picture_in_the_readme_is_what_replay_shows(
     monkeypatch.setattr("sys.argv", ["picture.py", str(drawn)])
     runpy.run_path(str(ROOT / "docs/picture.py"), run_name="__main__")
     assert drawn.read_text() == (ROOT / "docs/blackout.svg").read_text()
+
+
+def test_the_policy_map_in_the_documents_is_what_the_model_draws(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Otherwise: `make picture`."""
+    drawn = tmp_path / "policy-map.svg"
+    monkeypatch.setattr("sys.argv", ["policy_map.py", str(drawn)])
+    runpy.run_path(str(ROOT / "docs/policy_map.py"), run_name="__main__")
+    assert drawn.read_text() == (ROOT / "docs/policy-map.svg").read_text()

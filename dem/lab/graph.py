@@ -141,7 +141,7 @@ def _best(
 
     So cost >= (P_v(s) - P_v(s')) * measure, with equality for the hypothesis that is the least.
     """
-    credited = model._parameters.own_credit  # noqa: SLF001
+    credited = model.parameters.own_credit
 
     def gain(one: Hypothesis) -> float:
         measure = one.credit if credited else one.cm

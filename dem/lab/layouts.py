@@ -198,5 +198,5 @@ def _majorised(points: NDArray[np.float64], steps: NDArray[np.float64]) -> NDArr
     for _ in range(_ROUNDS):
         between = np.linalg.norm(points[:, None] - points[None], axis=2)
         ratios = weights * steps / np.maximum(between, 1e-9)
-        points = inverse @ (np.diag(ratios.sum(axis=1)) - ratios) @ points
+        points = inverse @ ((np.diag(ratios.sum(axis=1)) - ratios) @ points)
     return points

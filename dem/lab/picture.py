@@ -167,7 +167,7 @@ class _Drawing:
             words.append(f"{off} without one")
         hidden = len(graph.nodes) - len(self._nodes)
         if hidden:
-            words.append(f"of these {hidden} have no place here")
+            words.append(f"not drawn for want of a place: {hidden}")
         if graph.left_out:
             words.append(f"{graph.left_out} more are left out")
         title = _short(_named(graph.goal), int(self._wide / 13))

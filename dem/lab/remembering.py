@@ -11,7 +11,6 @@ class _Remembering:
 
     def __init__(self, world: World, steps: int) -> None:
         self._world, self._recall = world, Recall(steps)
-        self._sensed: tuple[str, ...] = ()
 
     @property
     def action_costs(self) -> Mapping[str, float]:
@@ -22,12 +21,13 @@ class _Remembering:
         return self._with_memory(self._world.begin(seed))
 
     def act(self, action: str) -> Situation:
-        self._recall.did(self._sensed, action)
+        self._recall.did(action)
         return self._with_memory(self._world.act(action))
 
     def _with_memory(self, now: Situation) -> Situation:
-        self._sensed = tuple(now.tokens)
-        return now._replace(tokens=[*self._sensed, *self._recall.tokens])
+        sensed = tuple(now.tokens)
+        self._recall.sense(sensed)
+        return now._replace(tokens=[*sensed, *self._recall.tokens])
 
 
 def memory(world: World, steps: int = 1) -> World:

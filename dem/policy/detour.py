@@ -43,10 +43,7 @@ class Detour:
         """
         self._block(blocked)
         with self._unusable():
-            entry = self._map.entry(active)
-            if entry is None:
-                return math.inf, math.inf
-            return self._map.nearest((entry,)), self._map.planned(entry, actions)
+            return self._map.nearest(active), self._map.planned(active, actions)
 
     def _block(self, arc: int) -> None:
         if arc == self._blocked:

@@ -187,29 +187,28 @@ class Planner:
 
     def action(self, sign: int) -> str:
         """The best action at the Sign that `entry` returned."""
-        return self._action_of(next(self._walk(sign)))
+        best = None if self._map is None else self._map.best(sign)
+        assert best is not None  # noqa: S101 - there is an entry only with a map, short of the goal
+        return self._action_of(best)
 
     def outlook(self, goal: Sign, active: Sequence[int]) -> Outlook:
         """The outlook of a goal with these Signs active."""
         policy = self._map_of(goal)
-        return _NO_PATH if policy is None else self._outlook(policy, active)
+        if policy is None:
+            return _NO_PATH
+        return Outlook(policy.nearest(active), lambda: policy.planned(active, self._actions))
 
     def detour(self, goal: Sign, active: Sequence[int]) -> Outlook:
         """The outlook of a goal if the hypothesis to act on next never came true again."""
         policy = self._map_of(goal)
         entry = None if policy is None else policy.entry(active)
-        if entry is None or policy is None:
+        blocked = None if policy is None or entry is None else policy.best(entry)
+        if policy is None or blocked is None:
             return _NO_PATH
         if self._detour is None or self._detour.of is not policy:
             self._detour = Detour(policy, self._hypotheses)
-        value, plan = self._detour.outlook(next(policy.walk(entry)), active, self._actions)
+        value, plan = self._detour.outlook(blocked, active, self._actions)
         return Outlook(value, lambda: plan)
-
-    def _outlook(self, policy: PolicyMap, active: Sequence[int]) -> Outlook:
-        entry = policy.entry(active)
-        if entry is None:
-            return _NO_PATH
-        return Outlook(policy.nearest(active), lambda: policy.planned(entry, self._actions))
 
     def path(self, active: Sequence[int]) -> tuple[PolicyStep, ...]:
         """The best-estimate walk from the active Signs to the goal."""

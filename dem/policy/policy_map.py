@@ -67,12 +67,15 @@ class PolicyMap(RepairedValues):
             if len(self._moved) > FEW:
                 self._moved = None  # nobody has asked for long
 
-    def planned(self, start: int, actions: ActionList) -> float:
-        """The cost of the actions on the best path from a Sign, if each succeeds at once.
+    def planned(self, active: Sequence[int], actions: ActionList) -> float:
+        """The cost of the actions on the best path, if each succeeds at once.
 
-        It takes a walk along the path when it is first asked for, and hardly any time after that.
+        Infinite where no path is known. It takes a walk along the path when it is first asked for,
+        and hardly any time after that.
         """
-        self.nearest((start,))
+        start = self.entry(active)
+        if start is None:
+            return self.nearest(active)
         if self._moved is None:
             self._moved, self._plan = [], Plan(self, self._spread, actions)
         self._plan.moved(self._moved)
@@ -84,7 +87,19 @@ class PolicyMap(RepairedValues):
 
         `None` if no path leads to the goal, or if the Sign is the goal or implies it.
         """
-        return self._best(sign) if 0.0 < self.nearest((sign,)) < math.inf else None
+        value = self.nearest((sign,))
+        # Several ask for the same in a cycle.
+        if self._recent is None or self._recent[0] != sign:
+            self._recent = sign, self._best(sign) if 0.0 < value < math.inf else None
+        return self._recent[1]
+
+    def bests(self, start: int) -> list[int]:
+        """By Sign, the hypotheses to act on where the value is at most that of `start`; else -1."""
+        least = self.nearest((start,))
+        value = np.array(self._values)
+        value[value > least] = math.inf
+        best: list[int] = self._all_best(value).tolist()
+        return best
 
     def _best(self, sign: int) -> int:
         arcs = self._best_arcs(sign)
@@ -100,10 +115,12 @@ class PolicyMap(RepairedValues):
 
     def _best_arcs(self, sign: int) -> list[int]:
         """The hypotheses with the least total at a Sign, in order of rank."""
-        held = self._values[sign]
-        return sorted(
-            (arc for arc in self._arcs_from(sign) if self._total(arc) == held), key=self._rank
-        )
+        values, held = self._values, self._values[sign]
+        cost, outcome = self._hypotheses.cost, self._hypotheses.outcome
+        found = [arc for arc in self._arcs_from(sign) if cost[arc] + values[outcome[arc]] == held]
+        if len(found) > 1:
+            found.sort(key=self._rank)
+        return found
 
     def _first_nearer(self, arcs: Sequence[int]) -> int | None:
         """The first arc that leads to a strictly lesser value, as arcs normally do."""
@@ -148,7 +165,7 @@ class PolicyMap(RepairedValues):
         `None` if no active Sign is on the map, or if the goal itself is active.
         """
         least = self.nearest(active)
-        if least in {0.0, math.inf}:
+        if least == 0.0 or least == math.inf:  # noqa: PLR1714 - no set in every cycle
             return None
         tied = [sign for sign in active if self._values[sign] == least]
         if len(tied) == 1:

@@ -64,7 +64,7 @@ class ControlCycle:
         for satisfied until the next cycle begins.
         """
         self._controller.perform(action)
-        self._recall.did(self.tokens, action)
+        self._recall.did(action)
         self._is_open = False
 
     def sense(self, tokens: frozenset[str]) -> None:
@@ -78,6 +78,7 @@ class ControlCycle:
             controller.perform(None)
         self._is_open = True
         self.tokens = tokens
+        self._recall.sense(tokens)
         self.number += 1
         sensed = controller.sense(self._with_memory(tokens))
         self._active = sensed.active

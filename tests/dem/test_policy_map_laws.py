@@ -91,7 +91,7 @@ class RepairedMap(RuleBasedStateMachine):
         if entry is not None:
             assert policy.why(entry) == fresh.why(entry)
             assert list(islice(policy.walk(entry), 100)) == list(fresh.walk(entry))
-            assert policy.planned(entry, lists.actions) == lists.planned(fresh, entry)
+            assert policy.planned(active, lists.actions) == lists.planned(fresh, entry)
             without = self.detour.outlook(policy.best(entry), active, lists.actions)
             assert without == lists.detour(self.goal, active)
 

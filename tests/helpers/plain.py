@@ -141,7 +141,7 @@ class PlainModel:
             return constant
         if h.run and h.run[-1][0] is not success:
             h.run = []
-        h.run.append((success, max(h.cm if success else 1.0 - h.cm, 1e-300)))
+        h.run.append((success, (h.cm if success else 1.0 - h.cm) or 1e-300))
         if len(h.run) >= 2 and prod(odds for _, odds in h.run) < 0.002:
             h.run = [(success, 1.0)]
             h.averaged = 1

@@ -172,6 +172,18 @@ def test_nothing_is_learned_from_the_reset_after_a_truncation(
     assert causes(model, "at:2") == set()
 
 
+def test_an_end_at_the_time_limit_is_an_end(make: Callable[..., DynamicExpectancyModel]) -> None:
+    class Late(Corridor):
+        def step(self, action: int) -> tuple[int, float, bool, bool, dict[str, Any]]:
+            at, reward, over, _, info = super().step(action)
+            return at, reward, over, over, info
+
+    model = make(Late())
+    for _ in islice(play(model, GymWorld(Late(), place), goal=["nowhere"]), 60):
+        pass
+    assert {("at:0",), ("at:5",)} <= {context for context, _ in causes(model, "at:2")}
+
+
 def test_only_the_first_reset_is_seeded(make: Callable[..., DynamicExpectancyModel]) -> None:
     env = Corridor()
     for _ in islice(play(make(env), GymWorld(env, place), seed=7), 3):
