@@ -63,18 +63,20 @@ class AversionList:
             TypeError: if the cost is no number.
             ValueError: if `sign` has no Tokens, or the cost is not finite and 0 or more.
         """
-        cost = given.number(f"cost of an aversion to {sign}", cost)
+        cost = given.number(cost, "cost of an aversion to {}", sign)
         if not sign:
             raise ValueError("an aversion: expected one Token at least, found none")
         if not 0.0 <= cost < math.inf:
-            raise ValueError(f"cost of an aversion to {sign}: expected 0 or more, found {cost}")
-        self._costs.setdefault(sign, {})[given.name("a source", source)] = cost
+            raise ValueError(
+                f"cost of an aversion to {given.shown(sign)}: expected 0 or more, found {cost}"
+            )
+        self._costs.setdefault(sign, {})[given.name("source of an aversion", source)] = cost
         self._order()
 
     def accept(self, sign: Sign, source: str) -> bool:
         """Take back what `source` said; False if it said nothing of this Sign."""
         costs = self._costs.get(sign, {})
-        if source not in costs:
+        if given.name("source of an aversion", source) not in costs:
             return False
         del costs[source]
         if not costs:
