@@ -194,7 +194,7 @@ class DynamicExpectancyModel(ModelWants):
                 max([risks.get((context, action), 0.0) for context in self._active], default=0.0)
                 for action in range(len(names))
             ]
-            names = tuple(name for name, risk in zip(names, most, strict=True) if risk == min(most))
+            names = [name for name, risk in zip(names, most, strict=True) if risk == min(most)]
         return names[self._rng.integers(len(names))]
 
     def _curious(self) -> Choice | None:

@@ -355,7 +355,7 @@ class HypothesisList:
         self.cost[hypothesis] = cost_estimate(attempt, self.measure[hypothesis])
 
     @property
-    def action_costs(self) -> tuple[float, ...]:
+    def action_costs(self) -> Sequence[float]:
         """The cost of each action, by id."""
         return self._actions.costs
 
