@@ -216,7 +216,8 @@ class Learner:
     def _settle(self, due: list[int], active: list[int]) -> int:
         """Settle P* and differentiate; return the number of predictions that came true."""
         hypotheses = self.hypotheses
-        came_true = [one for one in due if hypotheses.outcome[one] in active]
+        sensed = set(active)
+        came_true = [one for one in due if hypotheses.outcome[one] in sensed]
         alone = dict(zip(came_true, standing_alone(came_true, hypotheses), strict=True))
         for hypothesis in due:
             if hypothesis in alone:
