@@ -10,7 +10,7 @@ NO_ROW = -1
 
 
 class Chains:
-    """Linked lists of rows, one for each key, in order of insertion.
+    """Linked lists of rows, one for each key, in order of insertion, linked both ways.
 
     Attributes:
         first: first row by key, -1 for none; may be shorter than there are keys.
@@ -20,6 +20,7 @@ class Chains:
     def __init__(self) -> None:
         self.first = array("i")
         self.following = array("i")
+        self._preceding = array("i")
         self._last = array("i")
 
     def widen(self, before: int, after: int) -> None:
@@ -43,8 +44,10 @@ class Chains:
         _extend(self.first, key)
         _extend(self._last, key)
         _extend(self.following, row)
+        _extend(self._preceding, row)
         self.following[row] = NO_ROW
         last = self._last[key]
+        self._preceding[row] = last
         if last == NO_ROW:
             self.first[key] = row
         else:
@@ -53,16 +56,15 @@ class Chains:
 
     def remove(self, key: int, row: int) -> None:
         """Unlink a row from its chain."""
-        before, here = NO_ROW, self.first[key]
-        while here != row:
-            before, here = here, self.following[here]
-        after = self.following[row]
+        before, after = self._preceding[row], self.following[row]
         if before == NO_ROW:
             self.first[key] = after
         else:
             self.following[before] = after
         if after == NO_ROW:
             self._last[key] = before
+        else:
+            self._preceding[after] = before
 
     def is_empty(self, key: int) -> bool:
         """Whether the chain has no row."""
