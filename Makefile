@@ -46,7 +46,9 @@ bench: $(VENV)/.ready-to-develop $(VENV)/.ready-to-compare ## measure simulated 
 	$(BIN)/python tests/bench/dem_cycle.py
 	$(BIN)/python tests/bench/dem_map.py
 	$(BIN)/python tests/bench/dem_worlds.py
+	$(BIN)/python tests/bench/dem_aliased.py
 	$(BIN)/python tests/bench/gym_table.py
+	$(BIN)/python tests/bench/environment.py
 	$(BIN)/python tests/bench/console.py
 	$(BIN)/python tests/bench/peers/table.py
 	PYTHONHASHSEED=0 PYTHONPATH=$(PYTHONPATH):$(PEERS) $(BIN)/python tests/bench/peers/acs2_table.py
@@ -61,8 +63,9 @@ reference: $(VENV)/.ready-to-develop ## write the reference in docs/mission.md, 
 	$(BIN)/python docs/failsafe.py
 
 picture: export PYTHONPATH := tests/helpers
-picture: $(VENV)/.ready-to-develop ## draw docs/blackout.svg, and docs/console/* with chromium
+picture: $(VENV)/.ready-to-develop ## draw docs/blackout.svg, docs/policy-map.svg, and docs/console/* with chromium
 	$(BIN)/python docs/picture.py
+	$(BIN)/python docs/policy_map.py
 	$(BIN)/python docs/console.py
 
 clean: ## remove .venv, caches and builds; logs stay

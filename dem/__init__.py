@@ -10,16 +10,17 @@ from typing import TYPE_CHECKING
 from farside.lazily import lazily
 
 if TYPE_CHECKING:
-    from farside.dem.cycle import Choice, Sensed
+    from farside.dem.cycle import Choice, Prediction, Sensed, Trace
     from farside.dem.feed import Delta
     from farside.dem.lists.goals import Aside, Goal
-    from farside.dem.lists.hypotheses import Hypothesis
+    from farside.dem.lists.hypothesis import Hypothesis
     from farside.dem.lists.inherent import InherentGoal
     from farside.dem.lists.signs import Sign
     from farside.dem.memory import UnreadableMemoryError
     from farside.dem.model import DynamicExpectancyModel
     from farside.dem.parameters import Curiosity, Exploration, Parameters
     from farside.dem.policy.planning import PolicyStep, PolicyValue, Why
+    from farside.dem.recall import Recall
     from farside.dem.shadow import DeltaError, ShadowModel
 
 __all__ = [
@@ -36,9 +37,12 @@ __all__ = [
     "Parameters",
     "PolicyStep",
     "PolicyValue",
+    "Prediction",
+    "Recall",
     "Sensed",
     "ShadowModel",
     "Sign",
+    "Trace",
     "UnreadableMemoryError",
     "Why",
 ]
@@ -54,14 +58,17 @@ __getattr__ = lazily(
         "DynamicExpectancyModel": "model",
         "Exploration": "parameters",
         "Goal": "lists.goals",
-        "Hypothesis": "lists.hypotheses",
+        "Hypothesis": "lists.hypothesis",
         "InherentGoal": "lists.inherent",
         "Parameters": "parameters",
         "PolicyStep": "policy.planning",
         "PolicyValue": "policy.planning",
+        "Prediction": "cycle",
+        "Recall": "recall",
         "Sensed": "cycle",
         "ShadowModel": "shadow",
         "Sign": "lists.signs",
+        "Trace": "cycle",
         "UnreadableMemoryError": "memory",
         "Why": "policy.planning",
     },

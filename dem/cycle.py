@@ -3,6 +3,7 @@
 import msgspec
 
 from farside.dem.lists.goals import Goal
+from farside.dem.lists.hypothesis import Hypothesis
 from farside.dem.lists.signs import Sign
 
 
@@ -36,6 +37,32 @@ class Sensed(msgspec.Struct, frozen=True):
     reached: tuple[Goal, ...]
     suspended: tuple[Goal, ...]
     recovered: tuple[Sign, ...]
+
+
+class Prediction(msgspec.Struct, frozen=True):
+    """An open prediction: a member of P, and of P* while it is due.
+
+    Attributes:
+        outcome: the Sign that is predicted.
+        due_in: cycles until it is settled, 1 for the next `sense`.
+        hypothesis: whose prediction it is.
+    """
+
+    outcome: Sign
+    due_in: int
+    hypothesis: Hypothesis
+
+
+class Trace(msgspec.Struct, frozen=True):
+    """The activation trace of a past cycle: what hypotheses can be made of.
+
+    Attributes:
+        active: the Signs that were active, oldest first.
+        action: the action performed then, `None` for none.
+    """
+
+    active: tuple[Sign, ...]
+    action: str | None
 
 
 class Choice(msgspec.Struct, frozen=True):

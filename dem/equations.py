@@ -36,7 +36,7 @@ def weakened(cm: float, beta: float) -> float:
     return cm - beta * cm
 
 
-def averaged(results: int, run: float, probability: float, *, success: bool) -> tuple[int, float]:
+def averaged(results: int, run: float, probability: float, sign: float) -> tuple[int, float]:
     """Take a result into the average that C_m is; return the new `results` and `run`.
 
     The rate of the result, α or β, is the greater one of the parameter of that name and 1/n, see
@@ -56,13 +56,14 @@ def averaged(results: int, run: float, probability: float, *, success: bool) -> 
         run: probability that the latest run of equal results had by C_m as it was at each of them,
             0 to 1, with a minus if they are failures; 1 at creation.
         probability: that of this result by C_m: C_m of a success, 1 − C_m of a failure.
-        success: whether the prediction came true.
+        sign: 1 for a success, −1 for a failure.
     """
-    sign = 1.0 if success else -1.0
     so_far = run * sign
-    longer = max(probability, _LEAST) * (so_far if so_far > 0.0 else 1.0)
-    if so_far > 0.0 and longer < IMPROBABLE:
-        return 2, sign
+    longer = probability or _LEAST
+    if so_far > 0.0:
+        longer *= so_far
+        if longer < IMPROBABLE:
+            return 2, sign
     return results + 1, sign * longer
 
 

@@ -26,8 +26,9 @@ from numpy.random import Generator
 from farside.dem.checking import CheckedLists, check_goal_list
 from farside.dem.learning.learner import LearnerState
 from farside.dem.lists.actions import ActionList
+from farside.dem.lists.given import shown
 from farside.dem.lists.goals import GoalsState
-from farside.dem.lists.inherent import InherentGoal
+from farside.dem.lists.inherent import InherentGoal, RuleState
 from farside.dem.parameters import Parameters
 
 FORMAT = 4
@@ -71,7 +72,7 @@ class ModelState(msgspec.Struct, frozen=True, array_like=True):
 
     action_costs: dict[str, float]
     parameters: Parameters
-    inherent: tuple[InherentGoal, ...]
+    inherent: tuple[RuleState, ...]
     random: bytes
     learner: LearnerState
     goals: GoalsState
@@ -183,8 +184,11 @@ def read(data: bytes) -> ModelState:
     """The model that was `written`, checked.
 
     Raises:
+        TypeError: if `data` is no bytes.
         UnreadableMemoryError: if `data` is not the whole of such a model.
     """
+    if not isinstance(data, bytes | bytearray | memoryview):
+        raise TypeError(f"a model's memory: expected the bytes of save(), found {shown(data)}")
     state = decompress(_checked_body(data), ModelState)
     try:
         _check(state)
@@ -201,6 +205,8 @@ def _check(state: ModelState) -> None:
     lists.check_due(learner, awaits_action=state.awaits_action)
     lists.check_active(state.active)
     check_goal_list(state.goals)
+    for when, goal, priority in map(msgspec.structs.astuple, state.inherent):
+        InherentGoal(when, goal, 0.0 if priority is None else priority)
     if state.chosen is not None:
         actions.id_of(state.chosen)
 

@@ -1,6 +1,6 @@
 """The cycle of the Dynamic Expectancy Model: sense and learn, choose, perform and predict."""
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 
 from numpy.random import Generator
 
@@ -9,8 +9,9 @@ from farside.dem.feed import ChangeFeed, Delta
 from farside.dem.learning.learner import Learner
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.check import lists_check
+from farside.dem.lists.given import given
 from farside.dem.lists.goals import OPERATOR, Goal
-from farside.dem.lists.inherent import InherentGoal
+from farside.dem.lists.inherent import InherentGoal, restored, rules_given, saved
 from farside.dem.lists.signs import to_sign
 from farside.dem.memory import ModelState, random_state, read, restored_generator, written
 from farside.dem.parameters import Exploration, Parameters
@@ -47,15 +48,15 @@ class DynamicExpectancyModel(ModelViews):
         parameters: Parameters = _DEFAULTS,
         *,
         rng: Generator,
-        inherent: Sequence[InherentGoal] = (),
+        inherent: Iterable[InherentGoal] = (),
     ) -> None:
-        self._rng = rng
-        self._parameters = parameters
+        self._rng = given(Generator, "rng, of numpy.random.default_rng(seed)", rng)
+        self._parameters = given(Parameters, "parameters", parameters)
         self._actions = ActionList(action_costs)
         self._learner = Learner(self._actions, parameters, rng)
         self._signs = self._learner.signs
         self._hypotheses = self._learner.hypotheses
-        self._inherent = tuple(inherent)
+        self._inherent = rules_given(inherent)
         self._pursuit = Pursuit(self._learner, parameters, self._inherent)
         self._goals, self._planner = self._pursuit.goals, self._pursuit.planner
         self._active: list[int] = []
@@ -74,7 +75,8 @@ class DynamicExpectancyModel(ModelViews):
 
         Raises:
             RuntimeError: if `perform` has not ended the last cycle.
-            TypeError: if `tokens` is a string.
+            TypeError: if `tokens` is a string, or no Tokens.
+            TypeError, ValueError: if a rule gives its goal no finite priority. Nothing is sensed.
         """
         if self._awaits_action:
             raise RuntimeError(
@@ -82,12 +84,13 @@ class DynamicExpectancyModel(ModelViews):
                 "perform(None) if nothing was done"
             )
         sensed = to_sign(tokens)
+        by_rules = self._pursuit.wanted(sensed)
         learned = self._learner.sense(sensed, self._pursuit.needed())
         self._active = learned.active
         self._awaits_action = True
         if self._feed is not None:
             self._feed.trim()
-        news = self._pursuit.sense(sensed, learned.active, on_course=self._on_course)
+        news = self._pursuit.sense(sensed, learned.active, by_rules, on_course=self._on_course)
         return Sensed(
             tokens=sensed,
             active=self._named(learned.active),
@@ -116,8 +119,10 @@ class DynamicExpectancyModel(ModelViews):
 
         Raises:
             RuntimeError: if `sense` was not called since the last `perform`.
+            TypeError: if `explore` is neither true nor false.
         """
         self._expect_sensed("choose")
+        explore = given(bool, "explore", explore)
         exploration = self._parameters.exploration if explore else Exploration.NONE
         curious = exploration is Exploration.CURIOUS
         choice = self._curious() if curious else self._goal_directed()
@@ -220,7 +225,8 @@ class DynamicExpectancyModel(ModelViews):
         Raises:
             ValueError: if there are no Tokens, `priority` is not finite, or `source` is `"rule"`,
                 which stands for the robot's own rules.
-            TypeError: if `tokens` is a string.
+            TypeError: if `tokens` is a string or no Tokens, `priority` no number, or `source` no
+                name.
         """
         sign = to_sign(tokens)
         is_active = self._awaits_action and self._pursuit.is_active(sign, self._active)
@@ -263,7 +269,7 @@ class DynamicExpectancyModel(ModelViews):
             ModelState(
                 action_costs=self._actions.by_name,
                 parameters=self._parameters,
-                inherent=self._inherent,
+                inherent=saved(self._inherent),
                 random=random_state(self._rng),
                 learner=self._learner.state(),
                 goals=self._goals.state(),
@@ -275,10 +281,18 @@ class DynamicExpectancyModel(ModelViews):
         )
 
     @classmethod
-    def load(cls, data: bytes) -> "DynamicExpectancyModel":
+    def load(
+        cls, data: bytes, *, inherent: Iterable[InherentGoal] | None = None
+    ) -> "DynamicExpectancyModel":
         """The model that was saved, with its own copy of the random generator.
 
+        Args:
+            data: what `save` returned.
+            inherent: the rules of the model; needed only where a priority is a function, which
+                cannot be saved.
+
         Raises:
+            ValueError: if rules are needed, or are others than the model had.
             UnreadableMemoryError: if `data` is damaged, truncated, of another version, or not a
                 saved model.
         """
@@ -287,7 +301,7 @@ class DynamicExpectancyModel(ModelViews):
             {},
             state.parameters,
             rng=restored_generator(state.random),
-            inherent=state.inherent,
+            inherent=restored(state.inherent, inherent),
         )
         model._actions.restore(state.action_costs)
         model._learner.restore(state.learner)
@@ -298,10 +312,17 @@ class DynamicExpectancyModel(ModelViews):
         return model
 
     def change(self, parameters: Parameters) -> None:
-        """Learn and act by these from now on; raises what `Learner.change` does."""
-        self._learner.change(parameters)
-        self._pursuit.change(parameters)
+        """Learn and act by these from now on, and keep what was learned: train, then judge.
+
+        A shadow must `agree` to them. With `plain`, nothing that own rules made is taken back.
+
+        Raises:
+            TypeError: if these are no `Parameters`.
+            ValueError: if `reach` is less than before.
+        """
+        self._learner.change(given(Parameters, "parameters", parameters))
         self._parameters = parameters
+        self._pursuit.change(parameters)
         self._attend()
         if self._feed is not None:
             self._feed.change(parameters)

@@ -185,3 +185,13 @@ def same(one: Parameters, other: Parameters) -> bool:
     """Whether two parameters are equal in every field, though one may be of a subclass."""
     names = [field.name for field in msgspec.structs.fields(Parameters)]
     return all(getattr(one, name) == getattr(other, name) for name in names)
+
+
+def others_than_default(parameters: Parameters) -> list[str]:
+    """The parameters that are not as they would be by default, such as "alpha=0.25"."""
+    default = Parameters(plain=parameters.plain, averaging=parameters.averaging)
+    named = ["plain=True"] * parameters.plain
+    named += ["averaging=False"] * (not parameters.plain and not parameters.averaging)
+    names = [field.name for field in msgspec.structs.fields(Parameters)]
+    values = {name: getattr(parameters, name) for name in names}
+    return named + [f"{n}={value}" for n, value in values.items() if value != getattr(default, n)]

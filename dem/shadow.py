@@ -25,7 +25,8 @@ from farside.dem.lists.actions import ActionList
 from farside.dem.lists.check import lists_check
 from farside.dem.lists.given import given, shown
 from farside.dem.lists.goals import Goal, sought
-from farside.dem.lists.hypotheses import Hypothesis, HypothesisList
+from farside.dem.lists.hypotheses import HypothesisList
+from farside.dem.lists.hypothesis import Hypothesis
 from farside.dem.lists.signs import Sign, SignList, to_sign
 from farside.dem.memory import UnreadableMemoryError, decompress
 from farside.dem.parameters import Parameters, same
@@ -73,6 +74,7 @@ class ShadowModel(ListViews):
                 parameters, or holds an impossible change. The message says what was expected.
             UnreadableMemoryError: if the lists of a whole are damaged.
         """
+        given(Delta, "delta", delta)
         try:
             check_goals(delta.goals or ())
         except ValueError as error:
@@ -101,7 +103,7 @@ class ShadowModel(ListViews):
 
         Until then its wholes may come with any that were agreed on before.
         """
-        self._agreed.append(parameters)
+        self._agreed.append(given(Parameters, "parameters", parameters))
 
     def lists_check(self) -> int:
         """CRC-32 of the lists; equal to that of the model when this holds what that held."""
@@ -215,7 +217,7 @@ class ShadowModel(ListViews):
         Those of the next cycle that are the most credible of their context and action by the lists
         as they are, before the delta is applied; none of a whole, of which it is not known.
         """
-        if delta.whole is not None:
+        if given(Delta, "delta", delta).whole is not None:
             return ()
         lists, true = self._hypotheses, []
         for change in delta.changes:
@@ -325,7 +327,7 @@ class ShadowModel(ListViews):
     def _check_action(self, change: ActionAdded | CostSet) -> None:
         known = self._actions.names
         if isinstance(change, ActionAdded):
-            possible = change.action not in known
+            possible = self._actions.find(change.action) is None
         else:
             possible = change.action in range(len(known))
         if not possible or not 0.0 < change.cost < math.inf:

@@ -2,10 +2,14 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 
+from farside.dem.cycle import Prediction, Trace
+from farside.dem.learning.learner import Learner
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import Goal, GoalList
-from farside.dem.lists.hypotheses import Hypothesis, HypothesisList
+from farside.dem.lists.hypotheses import HypothesisList
+from farside.dem.lists.hypothesis import Hypothesis
 from farside.dem.lists.signs import Sign, SignList, to_sign
+from farside.dem.parameters import Parameters, others_than_default
 from farside.dem.policy.planning import Planner, PolicyStep, PolicyValue, Why
 from farside.dem.policy.pursuit import Pursuit
 
@@ -57,10 +61,28 @@ class ListViews:
 class ModelViews(ListViews):
     """What a model wants and what it knows of the way; nothing here changes what it learned."""
 
+    _parameters: Parameters
+    _learner: Learner
     _goals: GoalList
     _planner: Planner
     _pursuit: Pursuit
     _active: list[int]
+
+    def __repr__(self) -> str:
+        lists = (
+            _counted(len(self._actions), "action", "actions"),
+            _counted(self.sign_count, "Sign", "Signs"),
+            _counted(self.hypothesis_count, "hypothesis", "hypotheses"),
+            _counted(len(self.goals), "goal", "goals"),
+            f"cycle {self._learner.cycle}",
+            *others_than_default(self._parameters),
+        )
+        return f"<{type(self).__name__}: {', '.join(lists)}>"
+
+    @property
+    def parameters(self) -> Parameters:
+        """How it learns and acts; see `DynamicExpectancyModel.change`."""
+        return self._parameters
 
     @property
     def goals(self) -> tuple[Goal, ...]:
@@ -69,6 +91,30 @@ class ModelViews(ListViews):
         Before the first `sense`, no goal is put aside.
         """
         return self._goals.ordered
+
+    @property
+    def predictions(self) -> tuple[Prediction, ...]:
+        """P, the open predictions: those due first come first, then in the order they were made."""
+        hypotheses, names = self._hypotheses, self._signs.names
+        return tuple(
+            Prediction(names[hypotheses.outcome[one]], due_in, hypotheses.one_named(one, names))
+            for due_in, ids in enumerate(self._learner.open_predictions, start=1)
+            for one in ids
+        )
+
+    @property
+    def due(self) -> tuple[Prediction, ...]:
+        """P*, the predictions that fall due when Tokens are sensed next, and are settled then."""
+        return tuple(one for one in self.predictions if one.due_in == 1)
+
+    @property
+    def traces(self) -> tuple[Trace, ...]:
+        """The activation traces, the latest first: at most `Parameters.reach` past cycles."""
+        names = self._actions.names
+        return tuple(
+            Trace(self._named(active), None if action is None else names[action])
+            for active, action in self._learner.traces
+        )
 
     def goal_priorities(self, tokens: Iterable[str]) -> Mapping[str, float]:
         """The priority that each source gives a Sign; empty if it is not on the Goal List.
@@ -128,3 +174,7 @@ class ModelViews(ListViews):
         """
         asked = self._actions.id_of(action)
         return self._hypotheses.most_credible(self._active, asked, self._signs.names)
+
+
+def _counted(count: int, one: str, many: str) -> str:
+    return f"{count} {one if count == 1 else many}"

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import msgspec
 
+from farside.dem.parameters import OWN_RULES
 from farside.files import parse_toml, read_text
 from farside.link.profile.layers import LinkConfigError, laid_over, with_preset
 from farside.link.profile.plans.times import Window
@@ -297,6 +298,11 @@ def _refuse(
 def _inconsistencies(mission: MissionFile, data: dict[str, object]) -> Iterator[Problem]:
     """Problems between tables that are each valid alone."""
     yield from idle_options(mission)
+    for rule in OWN_RULES:
+        # Of a table that is read, it is known no more what is said and what is a default.
+        if mission.rover.dem.plain and _said(data, "rover", "dem", rule) is True:
+            text = "expected false, or no such key, with plain = true, found true"
+            yield Problem(("rover", "dem", rule), text)
     ground = mission.ground
     if ground.operator == "supervisor" and not ground.supervisor.goals:
         text = 'expected at least one goal for the operator "supervisor", found none'
@@ -318,6 +324,13 @@ def _inconsistencies(mission: MissionFile, data: dict[str, object]) -> Iterator[
             expected = "one of " + ", ".join(map(shown, ACTIONS))
             hint = did_you_mean(action, ACTIONS)
             yield Problem(key, f"expected {expected}, found {shown(action)}{hint}")
+
+
+def _said(data: object, *key: str) -> object:
+    """What is said at a key; `None` for nothing."""
+    for part in key:
+        data = data.get(part) if isinstance(data, dict) else None
+    return data
 
 
 def _misplaced(

@@ -264,6 +264,9 @@ class RoverConfig(Section, frozen=True):
             one; or `module:Class` of one's own, see `docs/extend.md`.
         controller_options: what a controller that is not built in is made with.
         dem: parameters of the Dynamic Expectancy Model.
+        memory: how many steps back the controller senses what was sensed and done, as one more
+            Token; 0 to 8. For worlds where places look alike, see `docs/dem.md`: learning takes
+            longer, and the lists are several times as long.
         shadow: whether the ground holds a shadow of that model: its lists, fed over the downlink,
             with every map and path. Changes are sent in what all else leaves of the rate, some 130
             bytes an update with its frame; the summary of a run states the price.
@@ -281,6 +284,7 @@ class RoverConfig(Section, frozen=True):
     controller: str = "dem"
     controller_options: Options = field(default_factory=dict)
     dem: DemConfig = DemConfig()
+    memory: Annotated[int, Meta(ge=0, le=8)] = 0
     shadow: bool = True
 
     @property

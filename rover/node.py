@@ -129,7 +129,9 @@ class Rover:
             (place_token(goal.place),): goal.priority for goal in config.goals
         }
         self._goals = Goals(brain, mission, journal, events)
-        self._cycle = ControlCycle(brain, self._goals, journal, is_shadowed=config.is_shadowed)
+        self._cycle = ControlCycle(
+            brain, self._goals, journal, is_shadowed=config.is_shadowed, memory=config.memory
+        )
         self._updates = ModelUpdates(self._cycle, self._endpoint, terms, self._silence, journal)
         self._commands = Commands(terms.round_trip_ns, journal, events)
         self._proposals = Proposals(

@@ -31,6 +31,8 @@ DOCUMENTS = [
         "docs/control.md",
         "docs/ground.md",
         "docs/dem.md",
+        "docs/lab.md",
+        "docs/gymnasium.md",
         "docs/link.md",
         "docs/ros2.md",
         "docs/logs.md",
@@ -186,13 +188,27 @@ def test_what_a_failing_test_shows_is_what_the_documents_show(pytester: pytest.P
 
 
 def test_every_example_in_the_documents_runs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """And prints what stands right below it."""
     monkeypatch.chdir(tmp_path)
     examples = [block for block in blocks("python") if "import " in block]
+    pasted = {
+        example: text.splitlines()
+        for document in DOCUMENTS
+        for example, text in re.findall(
+            r"^```python\n((?:(?!^```).)*?)^```\n\n```text\n(.*?)^```",
+            document.read_text(),
+            re.MULTILINE | re.DOTALL,
+        )
+    }
     assert examples
+    assert pasted
     for example in examples:
+        capsys.readouterr()
         exec(example, {})  # noqa: S102 - our own examples
+        if example in pasted:
+            assert_pasted(pasted[example], capsys.readouterr().out)
 
 
 def test_every_topic_of_a_log_is_in_its_table() -> None:
@@ -234,3 +250,13 @@ def test_the_picture_in_the_readme_is_what_replay_shows(
     monkeypatch.setattr("sys.argv", ["picture.py", str(drawn)])
     runpy.run_path(str(ROOT / "docs/picture.py"), run_name="__main__")
     assert drawn.read_text() == (ROOT / "docs/blackout.svg").read_text()
+
+
+def test_the_policy_map_in_the_documents_is_what_the_model_draws(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Otherwise: `make picture`."""
+    drawn = tmp_path / "policy-map.svg"
+    monkeypatch.setattr("sys.argv", ["policy_map.py", str(drawn)])
+    runpy.run_path(str(ROOT / "docs/policy_map.py"), run_name="__main__")
+    assert drawn.read_text() == (ROOT / "docs/policy-map.svg").read_text()

@@ -12,7 +12,7 @@ import pytest
 
 ROOT = Path(__file__).parent.parent
 ROOMS = sorted(link.name for link in (ROOT / "farside").iterdir() if link.is_symlink())
-PACKAGES = ["farside", *(f"farside.{room}" for room in ROOMS)]
+PACKAGES = ["farside", *(f"farside.{room}" for room in ROOMS), "farside.dem.lab"]
 # By the folders at the root: on Python 3.11 `rglob` does not follow links.
 MODULES = sorted(
     module for room in ("farside", *ROOMS, "tests") for module in (ROOT / room).rglob("*.py")

@@ -10,6 +10,7 @@ from farside.lazily import lazily
 
 if TYPE_CHECKING:
     from farside.dem.lab.judging import Estimate, Judged, Judgement, still, train_then_judge
+    from farside.dem.lab.layouts import Layout
     from farside.dem.lab.metrics import CycleMetrics, cycle_metrics
     from farside.dem.lab.observations import (
         as_one,
@@ -21,8 +22,9 @@ if TYPE_CHECKING:
         tiles,
         tokens_of,
     )
+    from farside.dem.lab.picture import Picture, map_picture
     from farside.dem.lab.playing import Episode, play
-    from farside.dem.lab.recall import Recall, memory
+    from farside.dem.lab.remembering import memory
     from farside.dem.lab.tables import SignRow, Table, hypotheses, policy, signs
     from farside.dem.lab.worlds import REWARDED, GymWorld, Situation, World
 
@@ -34,7 +36,8 @@ __all__ = [
     "GymWorld",
     "Judged",
     "Judgement",
-    "Recall",
+    "Layout",
+    "Picture",
     "SignRow",
     "Situation",
     "Table",
@@ -46,6 +49,7 @@ __all__ = [
     "fields",
     "hypotheses",
     "label",
+    "map_picture",
     "memory",
     "one_hot",
     "play",
@@ -67,7 +71,8 @@ __getattr__ = lazily(
         "GymWorld": "worlds",
         "Judged": "judging",
         "Judgement": "judging",
-        "Recall": "recall",
+        "Layout": "layouts",
+        "Picture": "picture",
         "SignRow": "tables",
         "Situation": "worlds",
         "Table": "tables",
@@ -79,7 +84,8 @@ __getattr__ = lazily(
         "fields": "observations",
         "hypotheses": "tables",
         "label": "observations",
-        "memory": "recall",
+        "map_picture": "picture",
+        "memory": "remembering",
         "one_hot": "observations",
         "play": "playing",
         "policy": "tables",

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeVar
 
 import msgspec
 
-from farside.dem.lists.hypotheses import Hypothesis
+from farside.dem.lists.hypothesis import Hypothesis
 from farside.dem.lists.signs import Sign
 from farside.dem.policy.planning import PolicyValue
 

@@ -98,6 +98,13 @@ class Differentiation:
         self._watches: dict[int, _Watch] = {}
         self._watched: dict[int, int] = {}
 
+    def change(self, maturity: int) -> None:
+        """Watch by another maturity from now on; a watch that lasted so long already is void."""
+        self._maturity = maturity
+        self._watches = {
+            one: watch for one, watch in self._watches.items() if watch.cases < maturity
+        }
+
     def note(
         self,
         hypothesis: int,

@@ -1,5 +1,6 @@
 """The learner: how a cycle changes the lists, whoever chose the action before it."""
 
+from collections import deque
 from collections.abc import Collection, Container, Sequence
 from typing import NamedTuple
 
@@ -86,14 +87,16 @@ class Learner:
         """Learn by these from now on.
 
         Raises:
-            ValueError: if `reach`, `own_credit` or `maturity` are others than before: traces, costs
-                and watches are laid out by them.
+            ValueError: if `reach` is less than before: nothing would tell any more whether
+                hypotheses of a longer delay come true.
         """
-        for name in ("reach", "own_credit", "maturity"):
-            before, after = getattr(self._parameters, name), getattr(parameters, name)
-            if before != after:
-                raise ValueError(f"{name}: expected {before} as before, found {after}")
-        self._work.parameters = parameters
+        work, before, reach = self._work, self._parameters.reach, parameters.reach
+        if reach < before:
+            raise ValueError(f"reach: expected at least {before}, as before, found {reach}")
+        work.parameters = parameters
+        work.traces = deque(work.traces, maxlen=reach)
+        self._predictions.extend(reach - before)
+        self._differentiation.change(parameters.maturity)
         self.hypotheses.change(parameters)
 
     def register(self, action: str, cost: float) -> int:
@@ -205,6 +208,16 @@ class Learner:
         work.probation.update(state.probation)
         work.wholes.update(state.wholes)
         work.cycle = state.cycle
+
+    @property
+    def open_predictions(self) -> tuple[tuple[int, ...], ...]:
+        """P, as hypotheses by the number of cycles until they are due, from 1 on."""
+        return self._predictions.state()
+
+    @property
+    def traces(self) -> tuple[tuple[list[int], int | None], ...]:
+        """The active Signs and the action of each past cycle within reach, the latest first."""
+        return tuple((trace.active, trace.action) for trace in self._work.traces)
 
     @property
     def last_action(self) -> int | None:

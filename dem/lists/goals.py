@@ -1,13 +1,14 @@
 """G, the Goal List: the Signs that are wanted, by whom, and how much."""
 
 import math
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from enum import StrEnum
 from typing import NamedTuple
 
 import msgspec
 
-from farside.dem.lists.inherent import InherentGoal, check_goal
+from farside.dem.lists import given
+from farside.dem.lists.inherent import check_goal
 from farside.dem.lists.signs import Sign
 from farside.dem.parameters import Parameters
 
@@ -80,7 +81,7 @@ class Outlook(NamedTuple):
     Attributes:
         value: least policy value P_v of the active Signs, infinite where no path is known.
         planned: gives the cost of the actions on the best path if each succeeds at the first
-            attempt. It takes a walk along the path, and is rarely needed.
+            attempt. To know it first takes a walk along the path, and is rarely needed.
     """
 
     value: float
@@ -171,7 +172,7 @@ class GoalList:
         Raises:
             ValueError: if `sign` has no Tokens, `priority` is not finite, or `source` is `RULE`.
         """
-        check_goal(sign, priority)
+        priority, source = check_goal(sign, priority), given.name("source of a goal", source)
         if source == RULE:
             raise ValueError(f"source of goal {sign}: expected any but {RULE!r}, found {RULE!r}")
         if is_active:
@@ -186,7 +187,7 @@ class GoalList:
 
         The goal stays as long as another source wants it.
         """
-        entry = self._entries.get(sign)
+        entry, source = self._entries.get(sign), given.name("source of a goal", source)
         if source == RULE or entry is None or source not in entry.priorities:
             return False
         del entry.priorities[source]
@@ -197,15 +198,11 @@ class GoalList:
         """The priority that each source gives a Sign; empty if it is no goal."""
         return dict(self._entries[sign].priorities) if sign in self._entries else {}
 
-    def follow(self, rules: Iterable[InherentGoal], tokens: Sign) -> None:
-        """Want exactly the goals of those rules that are active when `tokens` are sensed.
+    def follow(self, wanted: Mapping[Sign, float], tokens: Sign) -> None:
+        """Want exactly these goals by rules, at these priorities, when `tokens` are sensed.
 
         A goal that was reached is wanted again only after it was inactive.
         """
-        wanted: dict[Sign, float] = {}
-        for rule in rules:
-            if set(rule.when).issubset(tokens):
-                wanted[rule.goal] = max(rule.priority, wanted.get(rule.goal, rule.priority))
         self._held = {sign for sign in self._held if sign in wanted and set(sign).issubset(tokens)}
         for sign, entry in self._entries.items():
             if sign not in wanted:

@@ -8,7 +8,6 @@ both in order of age.
 import math
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
-from typing import NamedTuple
 
 import msgspec
 import numpy as np
@@ -30,49 +29,11 @@ from farside.dem.equations import (
     weakened,
 )
 from farside.dem.lists.actions import ActionList
-from farside.dem.lists.chains import Chains
+from farside.dem.lists.chains import NO_ROW, Chains
+from farside.dem.lists.hypothesis import CostChange, Hypothesis
 from farside.dem.lists.packing import crc_of, packed, unpack_into
 from farside.dem.lists.signs import Sign
 from farside.dem.parameters import Parameters
-
-
-class Hypothesis(msgspec.Struct, frozen=True):
-    """A µ-hypothesis: context ∧ action → outcome after `delay` cycles.
-
-    Attributes:
-        context, outcome: Signs.
-        action: name of the Action.
-        delay: cycles from context and action to outcome, 1 or more.
-        cm: corroboration measure C_m, 0 to 1.
-        credit: the same measure without the successes that a better hypothesis predicted too,
-            0 to 1; see `farside.dem.learning.credit`.
-        predictions: number of its predictions that have fallen due.
-        successes: number of these that came true.
-    """
-
-    context: Sign
-    action: str
-    outcome: Sign
-    delay: int
-    cm: float
-    credit: float
-    predictions: int
-    successes: int
-
-
-class CostChange(NamedTuple):
-    """A hypothesis was created or removed, or its cost estimate changed.
-
-    Attributes:
-        hypothesis: its id, which may have been reused since.
-        context, outcome: its Signs.
-        old_cost: the cost estimate C_e before; infinite if the hypothesis was created.
-    """
-
-    hypothesis: int
-    context: int
-    outcome: int
-    old_cost: float
 
 
 class HypothesesState(msgspec.Struct, frozen=True, array_like=True):
@@ -126,8 +87,11 @@ class HypothesisList:
         self._births = 0
 
     def change(self, parameters: Parameters) -> None:
-        """Strengthen and weaken by these from now on."""
-        self._parameters = parameters
+        """Strengthen, weaken and estimate costs by these from now on."""
+        before, self._parameters = self._parameters, parameters
+        if parameters.own_credit is not before.own_credit:
+            self._measure = self.credit if parameters.own_credit else self.cm
+            self._estimate_costs(range(len(self)))
 
     def register(self, action: str, cost: float) -> int:
         """Add an action that is met for the first time, and return its id.
@@ -143,10 +107,7 @@ class HypothesisList:
     def set_cost(self, action: int, cost: float) -> None:
         """Have an action cost something else: the cost estimates follow at once."""
         self._actions.set_cost(action, cost)
-        for hypothesis, performed in enumerate(self.action):
-            if performed == action and self.is_living(hypothesis):
-                self._note_cost_change(hypothesis)
-                self._estimate_cost(hypothesis)
+        self._estimate_costs(one for one, done in enumerate(self.action) if done == action)
         if self.recorded is not None:
             self.recorded.append(CostSet(action, cost))
 
@@ -169,8 +130,13 @@ class HypothesisList:
 
     def from_context(self, context: int) -> Iterator[int]:
         """The hypotheses with this context and any action."""
-        for action in range(len(self._actions)):
-            yield from self.of_cause(context, action)
+        chains, first = self._of_cause, self.cause(context, 0)
+        for cause in range(first, first + len(self._actions)):
+            # Not `of_cause`: a generator within a generator would take half as long again.
+            row = chains.head(cause)
+            while row != NO_ROW:
+                yield row
+                row = chains.following[row]
 
     def of_outcome(self, outcome: int) -> Iterator[int]:
         """The hypotheses with this outcome, oldest first."""
@@ -257,7 +223,7 @@ class HypothesisList:
     def succeed(self, hypothesis: int, *, alone: bool) -> None:
         """A prediction came true; `alone` if no hypothesis with more credit predicted the same."""
         cm, credit = self.cm[hypothesis], self.credit[hypothesis]
-        alpha = self._rate(hypothesis, self._parameters.alpha, cm, success=True)
+        alpha = self._rate(hypothesis, self._parameters.alpha, cm, 1.0)
         self.successes[hypothesis] += 1
         self._settle(
             hypothesis,
@@ -271,7 +237,7 @@ class HypothesisList:
     def fail(self, hypothesis: int) -> None:
         """A prediction failed."""
         cm = self.cm[hypothesis]
-        beta = self._rate(hypothesis, self._parameters.beta, 1.0 - cm, success=False)
+        beta = self._rate(hypothesis, self._parameters.beta, 1.0 - cm, -1.0)
         self._settle(hypothesis, weakened(cm, beta), weakened(self.credit[hypothesis], beta))
         if self.recorded is not None:
             self.recorded.append(encoded_result(hypothesis, PredictionResult.FAILED))
@@ -363,14 +329,12 @@ class HypothesisList:
             self._of_cause.append(cause, hypothesis)
             self.by_outcome.append(self.outcome[hypothesis], hypothesis)
 
-    def _rate(
-        self, hypothesis: int, constant: float, probability: float, *, success: bool
-    ) -> float:
-        """The rate of the next result, which had this probability by C_m."""
+    def _rate(self, hypothesis: int, constant: float, probability: float, sign: float) -> float:
+        """The rate of the next result, which had this probability by C_m; see `averaged`."""
         if not self._parameters.averaging:
             return constant
         results, self.run[hypothesis] = averaged(
-            self.results[hypothesis], self.run[hypothesis], probability, success=success
+            self.results[hypothesis], self.run[hypothesis], probability, sign
         )
         self.results[hypothesis] = results
         return averaging_rate(constant, results)
@@ -382,6 +346,13 @@ class HypothesisList:
         self.cm[hypothesis] = cm
         self.credit[hypothesis] = credit
         self._estimate_cost(hypothesis)
+
+    def _estimate_costs(self, hypotheses: Iterable[int]) -> None:
+        """Estimate costs anew, because something else than C_m has changed."""
+        for hypothesis in hypotheses:
+            if self.is_living(hypothesis):
+                self._note_cost_change(hypothesis)
+                self._estimate_cost(hypothesis)
 
     def _estimate_cost(self, hypothesis: int) -> None:
         self.cost[hypothesis] = cost_estimate(

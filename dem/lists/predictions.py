@@ -10,6 +10,10 @@ class PredictionList:
         # As keys, in the order in which they were made: one can be dropped without a search.
         self._due: deque[dict[int, None]] = deque({} for _ in range(reach))
 
+    def extend(self, cycles: int) -> None:
+        """Take predictions for so many cycles more than before."""
+        self._due.extend({} for _ in range(cycles))
+
     def add(self, hypothesis: int, delay: int) -> None:
         """Note that `hypothesis` predicts its outcome `delay` cycles from now."""
         self._due[delay - 1][hypothesis] = None

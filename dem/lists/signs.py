@@ -8,6 +8,7 @@ from typing import NamedTuple
 import msgspec
 
 from farside.dem.changes import ListChange, SignAdded, SignRemoved
+from farside.dem.lists.given import shown
 from farside.dem.lists.packing import crc_of, packed, unpack_into
 
 Sign = tuple[str, ...]
@@ -18,11 +19,23 @@ def to_sign(tokens: Iterable[str]) -> Sign:
     """The Sign of `tokens`, in any order and with any duplicates.
 
     Raises:
-        TypeError: if `tokens` is a string, whose letters would pass as Tokens.
+        TypeError: if `tokens` is a string, whose letters would pass as Tokens, or not all of them
+            are strings.
+        ValueError: if one has half a character, which cannot be saved.
     """
     if isinstance(tokens, str):
-        raise TypeError(f"expected Tokens, found the string {tokens!r}: write [{tokens!r}]")
-    return tuple(sorted(set(tokens)))
+        raise TypeError(
+            f"expected Tokens, found the string {shown(tokens)}: write [{shown(tokens)}]"
+        )
+    try:
+        sign = tuple(sorted(set(tokens)))
+        # The quickest way to look at the type of all: every cycle begins here.
+        "".join(sign).encode()
+    except TypeError as error:
+        raise TypeError(f"expected Tokens, strings all of them, found {shown(tokens)}") from error
+    except UnicodeEncodeError as error:
+        raise ValueError(f"expected Tokens of whole characters, found {shown(tokens)}") from error
+    return sign
 
 
 class ActiveSigns(NamedTuple):

@@ -10,6 +10,7 @@ from farside.dem.lists.goals import Outlook
 from farside.dem.lists.hypotheses import HypothesisList
 from farside.dem.lists.signs import Sign, SignList
 from farside.dem.parameters import Parameters
+from farside.dem.policy.detour import Detour
 from farside.dem.policy.policy_map import PolicyMap
 from farside.dem.policy.spread import Spread
 
@@ -106,6 +107,7 @@ class Planner:
         self._spread = Spread(self._hypotheses, self._signs, parameters)
         self._map: PolicyMap | None = None
         self._maps: dict[Sign, PolicyMap] = {}
+        self._detour: Detour | None = None
 
     def refresh(self) -> None:
         """Bring all maps up to date with the lists."""
@@ -118,6 +120,8 @@ class Planner:
         if costs or signs:
             for policy in self._maps.values():
                 policy.update(costs, signs)
+            if self._detour is not None:
+                self._detour.update(costs, signs)
             costs.clear()
             signs.clear()
 
@@ -129,6 +133,8 @@ class Planner:
         """
         self.refresh()
         self._map = None if goal is None else self._map_of(goal)
+        if self._detour is not None and self._detour.of is not self._map:
+            self._detour = None
         if len(self._maps) > (self._map is not None):
             self._maps = {
                 kept: policy
@@ -181,38 +187,28 @@ class Planner:
 
     def action(self, sign: int) -> str:
         """The best action at the Sign that `entry` returned."""
-        return self._action_of(next(self._walk(sign)))
+        best = None if self._map is None else self._map.best(sign)
+        assert best is not None  # noqa: S101 - there is an entry only with a map, short of the goal
+        return self._action_of(best)
 
     def outlook(self, goal: Sign, active: Sequence[int]) -> Outlook:
         """The outlook of a goal with these Signs active."""
         policy = self._map_of(goal)
-        return _NO_PATH if policy is None else self._outlook(policy, active)
+        if policy is None:
+            return _NO_PATH
+        return Outlook(policy.nearest(active), lambda: policy.planned(active, self._actions))
 
     def detour(self, goal: Sign, active: Sequence[int]) -> Outlook:
         """The outlook of a goal if the hypothesis to act on next never came true again."""
         policy = self._map_of(goal)
         entry = None if policy is None else policy.entry(active)
-        if entry is None or policy is None:
+        blocked = None if policy is None or entry is None else policy.best(entry)
+        if policy is None or blocked is None:
             return _NO_PATH
-        cost, blocked = self._hypotheses.cost, next(policy.walk(entry))
-        held, cost[blocked] = cost[blocked], math.inf
-        try:
-            value, planned = self._outlook(PolicyMap(policy.goal, self._spread), active)
-            plan = planned()
-        finally:
-            cost[blocked] = held
+        if self._detour is None or self._detour.of is not policy:
+            self._detour = Detour(policy, self._hypotheses)
+        value, plan = self._detour.outlook(blocked, active, self._actions)
         return Outlook(value, lambda: plan)
-
-    def _outlook(self, policy: PolicyMap, active: Sequence[int]) -> Outlook:
-        entry = policy.entry(active)
-        if entry is None:
-            return _NO_PATH
-
-        def planned() -> float:
-            costs, action = self._actions.costs, self._hypotheses.action
-            return sum(costs[action[arc]] for arc in policy.walk(entry))
-
-        return Outlook(policy.nearest(active), planned)
 
     def path(self, active: Sequence[int]) -> tuple[PolicyStep, ...]:
         """The best-estimate walk from the active Signs to the goal."""

@@ -1,13 +1,16 @@
 """The Dynamic Policy Map (DPM): the policy value of every Sign towards one goal."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Collection, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from farside.dem.policy.repair import RepairedValues
+from farside.dem.lists.actions import ActionList
+from farside.dem.lists.hypothesis import CostChange
+from farside.dem.policy.plan import Plan
+from farside.dem.policy.repair import FEW, RepairedValues
 
 
 class Reason(NamedTuple):
@@ -54,12 +57,49 @@ class PolicyMap(RepairedValues):
     hypothesis with the higher C_m, then to the older one (project default).
     """
 
+    _plan: Plan
+
+    def update(self, changes: Collection[CostChange], signs: Collection[int] = ()) -> None:
+        """Note changes of the lists; see `RepairedValues.update`."""
+        super().update(changes, signs)
+        if self._moved is not None:
+            self._plan.note(changes, signs)
+            if len(self._moved) > FEW:
+                self._moved = None  # nobody has asked for long
+
+    def planned(self, active: Sequence[int], actions: ActionList) -> float:
+        """The cost of the actions on the best path, if each succeeds at once.
+
+        Infinite where no path is known. It takes a walk along the path when it is first asked for,
+        and hardly any time after that.
+        """
+        start = self.entry(active)
+        if start is None:
+            return self.nearest(active)
+        if self._moved is None:
+            self._moved, self._plan = [], Plan(self, self._spread, actions)
+        self._plan.moved(self._moved)
+        self._moved.clear()
+        return self._plan.planned(start)
+
     def best(self, sign: int) -> int | None:
         """The hypothesis to act on at a Sign; its context is the Sign or a part of it.
 
         `None` if no path leads to the goal, or if the Sign is the goal or implies it.
         """
-        return self._best(sign) if 0.0 < self.nearest((sign,)) < math.inf else None
+        value = self.nearest((sign,))
+        # Several ask for the same in a cycle.
+        if self._recent is None or self._recent[0] != sign:
+            self._recent = sign, self._best(sign) if 0.0 < value < math.inf else None
+        return self._recent[1]
+
+    def bests(self, start: int) -> list[int]:
+        """By Sign, the hypotheses to act on where the value is at most that of `start`; else -1."""
+        least = self.nearest((start,))
+        value = np.array(self._values)
+        value[value > least] = math.inf
+        best: list[int] = self._all_best(value).tolist()
+        return best
 
     def _best(self, sign: int) -> int:
         arcs = self._best_arcs(sign)
@@ -75,15 +115,21 @@ class PolicyMap(RepairedValues):
 
     def _best_arcs(self, sign: int) -> list[int]:
         """The hypotheses with the least total at a Sign, in order of rank."""
-        held = self._values[sign]
-        return sorted(
-            (arc for arc in self._arcs_from(sign) if self._total(arc) == held), key=self._rank
-        )
+        values, held = self._values, self._values[sign]
+        cost, outcome = self._hypotheses.cost, self._hypotheses.outcome
+        found = [arc for arc in self._arcs_from(sign) if cost[arc] + values[outcome[arc]] == held]
+        if len(found) > 1:
+            found.sort(key=self._rank)
+        return found
 
     def _first_nearer(self, arcs: Sequence[int]) -> int | None:
         """The first arc that leads to a strictly lesser value, as arcs normally do."""
         value, context, outcome = self._values, self._hypotheses.context, self._hypotheses.outcome
         return next((arc for arc in arcs if value[outcome[arc]] < value[context[arc]]), None)
+
+    def descends(self, sign: int, arc: int) -> bool:
+        """Whether a hypothesis leads from a Sign to one of strictly lesser value."""
+        return self._values[self._hypotheses.outcome[arc]] < self._values[sign]
 
     def _through_equals(self, arcs: Sequence[int]) -> int:
         """The first step to the nearest Sign from which an arc leads to a lesser value.
@@ -119,7 +165,7 @@ class PolicyMap(RepairedValues):
         `None` if no active Sign is on the map, or if the goal itself is active.
         """
         least = self.nearest(active)
-        if least in {0.0, math.inf}:
+        if least == 0.0 or least == math.inf:  # noqa: PLR1714 - no set in every cycle
             return None
         tied = [sign for sign in active if self._values[sign] == least]
         if len(tied) == 1:

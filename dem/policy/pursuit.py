@@ -1,11 +1,11 @@
 """Pursuit: which goal of the Goal List is pursued now, and what the maps tell of it."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from farside.dem.learning.learner import Learner
 from farside.dem.lists.goals import Goal, GoalList, Outlook
-from farside.dem.lists.inherent import InherentGoal
+from farside.dem.lists.inherent import InherentGoal, wanted
 from farside.dem.lists.signs import Sign
 from farside.dem.parameters import Parameters
 from farside.dem.policy.planning import Planner
@@ -47,17 +47,29 @@ class Pursuit:
         self.goals.change(parameters)
         self.planner.change(parameters)
 
-    def sense(self, tokens: Sign, active: Sequence[int], *, on_course: bool) -> GoalNews:
+    def wanted(self, tokens: Sign) -> Mapping[Sign, float]:
+        """What the robot wants of itself where `tokens` are sensed; raises what rules raise."""
+        return wanted(self._inherent, tokens) if self._inherent else {}
+
+    def sense(
+        self,
+        tokens: Sign,
+        active: Sequence[int],
+        by_rules: Mapping[Sign, float],
+        *,
+        on_course: bool,
+    ) -> GoalNews:
         """Drop the goals that were reached, and choose among the others.
 
         Args:
             tokens: what is sensed.
             active: the active Signs, with everything learned from them.
+            by_rules: what was `wanted` by rules before that.
             on_course: whether the action performed last was the policy map's own choice.
         """
         goals = self.goals
         if self._inherent:
-            goals.follow(self._inherent, tokens)
+            goals.follow(by_rules, tokens)
             self.know_goals()
         reached = goals.take_satisfied(tokens)
         if not goals.ordered:

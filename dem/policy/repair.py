@@ -6,15 +6,16 @@ come, and worked off in order of value until the values asked for are final.
 """
 
 import math
-from collections.abc import Callable, Container, Iterable, Sequence
+from collections.abc import Callable, Collection, Container, Sequence
 from heapq import heapify, heappop, heappush
 
-from farside.dem.lists.hypotheses import CostChange
+from farside.dem.lists.hypothesis import CostChange
 from farside.dem.policy.spread import Spread
 
-_DOUBT, _OFFER, _SPREAD = range(3)  # at equal values in this order
+_DOUBT, _OFFER, _SPREAD = range(3)  # at equal values in this order, so that less is done in vain
 
-_FEW = 1000
+FEW = 1000
+"""So many changes are kept in any case (project default)."""
 
 
 class RepairedValues:
@@ -46,13 +47,26 @@ class RepairedValues:
         #   _SPREAD: s has the value v, which is lower than before; who leads to it does not know.
         self._pending: list[tuple[float, int, int]] = []
         self._values = self._spread.values(self.goal)
-        self._compact_at = _FEW
+        self._compact_at = FEW
+        # The Signs whose values have changed, where somebody wants to know; not known here.
+        self._moved: list[int] | None = None
+        # The Sign that was asked for last, and what to act on there.
+        self._recent: tuple[int, int | None] | None = None
+
+    def part(self) -> None:
+        """Go on apart from the map that this one was copied from."""
+        self._values, self._pending = list(self._values), list(self._pending)
+        self._moved = None
 
     @property
     def value(self) -> list[float]:
         """P_v by Sign id, infinite if no path leads to the goal."""
         self._settle(lambda: math.inf)
         return self._values
+
+    def is_final(self, sign: int) -> bool:
+        """Whether the value of a Sign would be the same if it was asked for."""
+        return not self._pending or self._pending[0][0] > self._values[sign]
 
     def nearest(self, signs: Sequence[int]) -> float:
         """The least P_v of some Signs, infinite if no path leads from them to the goal.
@@ -73,13 +87,14 @@ class RepairedValues:
         self._settle(bound, frozenset(signs))
         return bound()
 
-    def update(self, changes: Iterable[CostChange], signs: Iterable[int] = ()) -> None:
+    def update(self, changes: Collection[CostChange], signs: Collection[int] = ()) -> None:
         """Note changes of the lists.
 
         Args:
             changes: hypotheses created, removed or changed in cost, in any order.
             signs: Signs added or removed, and those that implied a removed one.
         """
+        self._recent = None
         values, pending, names = self._values, self._pending, self._signs.names
         if len(values) < len(names):
             values.extend([math.inf] * (len(names) - len(values)))
@@ -117,7 +132,7 @@ class RepairedValues:
             if (values[sign] > value if what == _OFFER else values[sign] == value)
         ]
         heapify(self._pending)
-        self._compact_at = 2 * len(self._pending) + _FEW
+        self._compact_at = 2 * len(self._pending) + FEW
 
     def _settle(self, bound: Callable[[], float], watched: Container[int] = ()) -> None:
         """Work off what is pending up to a value, cheapest first (after Ramalingam and Reps).
@@ -129,6 +144,7 @@ class RepairedValues:
             bound: the value, which may depend on those of `watched`.
             watched: Signs.
         """
+        self._recent = None
         pending, limit = self._pending, self._spread.repairable
         within = bound()
         while pending and pending[0][0] <= within:
@@ -136,7 +152,7 @@ class RepairedValues:
             if what == _DOUBT:
                 while pending and pending[0] == entry:
                     heappop(pending)
-                is_new = self._is_lost(sign, value)
+                is_new = self._is_raised(sign, value)
             elif what == _OFFER:
                 is_new = self._is_offered(sign, value)
             else:
@@ -145,6 +161,8 @@ class RepairedValues:
                 continue
             if what != _DOUBT:
                 self._relax_from(sign)
+            if self._moved is not None:
+                self._moved.append(sign)
             limit -= 1
             if limit < 0:
                 self._build()
@@ -152,11 +170,32 @@ class RepairedValues:
             if sign in watched:
                 within = bound()
 
-    def _is_lost(self, sign: int, held: float) -> bool:
-        """Take away the value that a Sign holds if it rests on nothing any more."""
-        if self._values[sign] != held or sign == self.goal or self._is_supported(sign):
+    def _is_raised(self, sign: int, held: float) -> bool:
+        """Raise the value that a Sign holds, or take it away, if it rests on nothing any more."""
+        values, arcs = self._values, self._hypotheses
+        if values[sign] != held or sign == self.goal:
             return False
-        self._lose(sign)
+        outcome, cost = arcs.outcome, arcs.cost
+        least = through = math.inf
+        for arc in arcs.from_context(sign):
+            onward = values[outcome[arc]]
+            total = cost[arc] + onward
+            # Only a Sign strictly nearer to the goal supports another. Signs of equal value could
+            # support each other, along implications or where a cost vanishes beside a value.
+            if onward < held and total <= held:
+                return False
+            if total < least:
+                least, through = total, onward
+        for part in self._implied.parts(sign):
+            if values[part] < least:
+                least = through = values[part]
+        self._doubt_before(sign)
+        if through < held:  # and so it is final
+            values[sign] = least
+            heappush(self._pending, (least, _SPREAD, sign))
+        else:
+            values[sign] = math.inf
+            self._await(least, sign)
         return True
 
     def _is_offered(self, sign: int, offer: float) -> bool:
@@ -188,10 +227,9 @@ class RepairedValues:
                 values[whole] = reached
                 heappush(pending, (reached, _SPREAD, whole))
 
-    def _lose(self, sign: int) -> None:
-        """Take a Sign's value away, doubt those that may rest on it, and await another."""
+    def _doubt_before(self, sign: int) -> None:
+        """Doubt the values that may rest on that of a Sign."""
         values, pending, held = self._values, self._pending, self._values[sign]
-        values[sign] = math.inf
         arcs = self._hypotheses
         context, cost, following = arcs.context, arcs.cost, arcs.by_outcome.following
         arc = arcs.by_outcome.head(sign)
@@ -203,22 +241,10 @@ class RepairedValues:
         for whole in self._implied.wholes(sign):
             if held <= values[whole] < math.inf:
                 heappush(pending, (values[whole], _DOUBT, whole))
-        self._await(self._offer(sign), sign)
 
     def _await(self, offer: float, sign: int) -> None:
         if offer < self._values[sign]:
             heappush(self._pending, (offer, _OFFER, sign))
-
-    def _is_supported(self, sign: int) -> bool:
-        # Only a Sign strictly nearer to the goal supports another. Signs of equal value could
-        # support each other, along implications or where a cost vanishes beside a value.
-        arcs, values = self._hypotheses, self._values
-        outcome, cost, held = arcs.outcome, arcs.cost, values[sign]
-        for arc in arcs.from_context(sign):
-            onward = values[outcome[arc]]
-            if onward < held and cost[arc] + onward <= held:
-                return True
-        return False
 
     def _offer(self, sign: int) -> float:
         """The least that a Sign's value can be by the others as they are."""

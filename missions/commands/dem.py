@@ -16,7 +16,7 @@ from farside.escaping import printable
 from farside.missions.commands.dem_stream import RecordedCycle, StreamError, read_stream
 from farside.missions.figure1.example import GOALS, SEED, Figure1, run_figure1
 
-_DEFAULTS = Parameters()
+_DEFAULTS, _PLAIN = Parameters(), Parameters(plain=True)
 _DEFAULT_COST = 1.0
 _ROWS = 30
 
@@ -75,6 +75,10 @@ def _action_cost(text: str) -> ActionCost:
     return ActionCost(name, cost)
 
 
+def _by(averaging: float, constant: float) -> str:
+    return f"[default: {averaging:g}, without averaging {constant:g}]"
+
+
 @app.command()
 def learn(
     stream: Annotated[
@@ -95,11 +99,17 @@ def learn(
         ),
     ] = None,
     alpha: Annotated[
-        float, typer.Option(metavar="X", help="α, gain of C_m on success.")
-    ] = _DEFAULTS.alpha,
+        float | None,
+        typer.Option(
+            metavar="X", help=f"α, gain of C_m on success. {_by(_DEFAULTS.alpha, _PLAIN.alpha)}"
+        ),
+    ] = None,
     beta: Annotated[
-        float, typer.Option(metavar="X", help="β, loss of C_m on failure.")
-    ] = _DEFAULTS.beta,
+        float | None,
+        typer.Option(
+            metavar="X", help=f"β, loss of C_m on failure. {_by(_DEFAULTS.beta, _PLAIN.beta)}"
+        ),
+    ] = None,
     learning_probability: Annotated[
         float,
         typer.Option(metavar="X", help="λ, probability that an opportunity to learn is taken."),
@@ -119,11 +129,35 @@ def learn(
             help=f"Cost of an action, {_DEFAULT_COST:g} by default. Repeatable.",
         ),
     ] = None,
+    plain: Annotated[
+        bool,
+        typer.Option("--plain", help="The seed and nothing else: all of the following at once."),
+    ] = False,
+    no_averaging: Annotated[
+        bool,
+        typer.Option("--no-averaging", help="Let C_m change at constant rates only."),
+    ] = False,
+    no_credit: Annotated[
+        bool, typer.Option("--no-credit", help="Base cost estimates on C_m, not on credit.")
+    ] = False,
+    no_situations: Annotated[
+        bool, typer.Option("--no-situations", help="Let every Sign before it explain a surprise.")
+    ] = False,
+    no_whole_implies_parts: Annotated[
+        bool,
+        typer.Option("--no-whole-implies-parts", help="Let no Sign stand for the parts of it."),
+    ] = False,
     no_differentiation: Annotated[
         bool, typer.Option("--no-differentiation", help="Do not form conjunctions of Tokens.")
     ] = False,
     no_removal: Annotated[
         bool, typer.Option("--no-removal", help="Keep ineffective hypotheses.")
+    ] = False,
+    no_put_aside: Annotated[
+        bool, typer.Option("--no-put-aside", help="Put no goal aside for want of a way.")
+    ] = False,
+    no_break_point: Annotated[
+        bool, typer.Option("--no-break-point", help="Block no goal that has become too dear.")
     ] = False,
     seed: Annotated[
         int, typer.Option(min=0, metavar="N", help="Seed of the random generator.")
@@ -141,9 +175,17 @@ def learn(
     tail -n 500 drive.jsonl | farside dem learn - --json
     """
     try:
+        rates = Parameters(plain=plain, averaging=not no_averaging)
         parameters = Parameters(
-            alpha=alpha,
-            beta=beta,
+            alpha=rates.alpha if alpha is None else alpha,
+            beta=rates.beta if beta is None else beta,
+            plain=plain,
+            averaging=not no_averaging,
+            own_credit=not no_credit,
+            situations=not no_situations,
+            whole_implies_parts=not no_whole_implies_parts,
+            put_aside=not no_put_aside,
+            break_point=not no_break_point,
             learning_probability=learning_probability,
             initial_cm=initial_cm,
             reach=reach,

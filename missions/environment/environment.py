@@ -40,7 +40,7 @@ class MissionEnv(gymnasium.Env[Observation, np.int64]):
             reached, or else those that are loaded on board before the start.
         overrides: values by dotted key in place of the mission file's, such as `link.up.delay_s`.
         period_s: what a step takes at the ground, and a step of waiting on board, in simulated
-            seconds; `rover.drive.move_cost_s` of the mission by default.
+            seconds, to the nearest tick; `rover.drive.move_cost_s` of the mission by default.
         reward: what a step is worth; see `farside.missions.environment.happening`.
         logs: folder for the logs of the episodes, one file each; without it nothing is written.
         render_mode: `ansi` or `rgb_array`.

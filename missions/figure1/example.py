@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from farside.dem import DynamicExpectancyModel, PolicyValue
+from farside.dem.lab.picture import ramp
 from farside.places import ACTIONS, Cell, Chart
 
 CYCLES = 2000
@@ -42,7 +43,6 @@ SEED = 1
 TALLEST = 4.0
 """Height of the highest column, in cells."""
 
-_RAMP = ("#ffd27a", "#f79a5c", "#e2606c", "#a8458a", "#65398f", "#2b2a66")  # near the goal: first
 _GOAL, _WALL, _ROCK, _UNSEEN = "#2fae72", "#cfd5dd", "#98897a", "#f3f4f6"
 
 
@@ -163,16 +163,3 @@ def _column(token: str, cell: Cell, value: PolicyValue | None, greatest: float) 
             f"valence depth {value.depth}",
         ),
     )
-
-
-def ramp(share: float) -> str:
-    """The colour of a value, given as a fraction of the greatest: light near the goal, dark far."""
-    position = share * (len(_RAMP) - 1)
-    lower = min(int(position), len(_RAMP) - 2)
-    return mixed(_RAMP[lower], _RAMP[lower + 1], position - lower)
-
-
-def mixed(colour: str, other: str, share: float) -> str:
-    """The colour a fraction `share` of the way from `colour` to `other`, all as `#rrggbb`."""
-    pairs = zip(bytes.fromhex(colour[1:]), bytes.fromhex(other[1:]), strict=True)
-    return "#" + bytes(round(a + (b - a) * share) for a, b in pairs).hex()

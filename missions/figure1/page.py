@@ -7,6 +7,7 @@ from string import Template
 from plotly import graph_objects  # type: ignore[import-untyped]
 from plotly.io import to_html  # type: ignore[import-untyped]
 
+from farside.dem.lab.picture import mixed, ramp
 from farside.missions.figure1.example import (
     ACTION_COST,
     CYCLES,
@@ -17,8 +18,6 @@ from farside.missions.figure1.example import (
     Panel,
     blocks,
     greatest_value,
-    mixed,
-    ramp,
 )
 
 _CORNERS = tuple((east, north, up) for up in (0, 1) for north in (0, 1) for east in (0, 1))
@@ -37,7 +36,7 @@ _CAMERA = {
     "eye": {"x": 0.5, "y": -1.4, "z": 1.6},
     "center": {"x": 0, "y": 0, "z": 0.01},
 }
-_ZOOM = 5.8  # cells per unit of the scene
+_ZOOM = 6.3  # cells per unit of the scene
 
 _PAGE = Template("""<!doctype html>
 <html lang="en">
@@ -63,8 +62,8 @@ _PAGE = Template("""<!doctype html>
 </head>
 <body>
 <h1>Three goals, three policy maps</h1>
-<p>A yard of $places places, learned by $cycles random actions at a cost of $cost each. $twice of
-the places were sensed at least twice; all of them are with $share of random seeds. The height
+<p>A yard of $places places, learned by $cycles random actions at a cost of $cost each. They sensed
+$twice of the places at least twice, and sense all of them so often with $share of seeds. The height
 of a column is the policy value of its place: the least estimated cost from there to the goal, the
 green place under the pin. Drag to rotate, scroll to zoom; all three rotate together. Point at a
 column for its values.</p>

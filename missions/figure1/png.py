@@ -5,14 +5,13 @@ from pathlib import Path
 
 from PIL import Image, ImageDraw, ImageFont
 
+from farside.dem.lab.picture import mixed, ramp
 from farside.missions.figure1.example import (
     Block,
     Figure1,
     Panel,
     blocks,
     greatest_value,
-    mixed,
-    ramp,
 )
 from farside.places import Cell
 

@@ -55,8 +55,6 @@ _MAY: Mapping[Key, str | None] = {
     ("rover", "battery", "initial"): _START,
     _MODEL: None,
     (*_MODEL, "reach"): _LEARNED,
-    (*_MODEL, "own_credit"): _LEARNED,
-    (*_MODEL, "maturity"): _LEARNED,
     ("ground",): None,
     ("ground", "heartbeat_s"): _AGREED,
 }

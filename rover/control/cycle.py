@@ -3,7 +3,7 @@
 import msgspec
 
 from farside.control import Chooser
-from farside.dem import Choice, Goal, Why
+from farside.dem import Choice, Goal, Recall, Why
 from farside.messages import ProposedStep, Tokens
 from farside.node import Journal
 from farside.places import ACTIONS
@@ -29,10 +29,12 @@ class ControlCycle:
         goals: the goals on its list.
         journal: where cycles and decisions are noted.
         is_shadowed: whether the ground is to have a shadow of the controller, if that can be.
+        memory: how many steps back the controller senses what was sensed and done, as a Token of
+            its own, which nobody else takes for what is so; see `farside.dem.Recall`.
 
     Attributes:
         shadowed: the controller, if the ground is to have a shadow of it.
-        tokens: what was last sensed.
+        tokens: what was last sensed, without the memory Token.
         number: counts the cycles.
     """
 
@@ -43,6 +45,7 @@ class ControlCycle:
         journal: Journal,
         *,
         is_shadowed: bool = False,
+        memory: int = 0,
     ) -> None:
         self._controller, self._goals, self._journal = controller, goals, journal
         self.shadowed = controller if is_shadowed and isinstance(controller, Shadowed) else None
@@ -50,6 +53,7 @@ class ControlCycle:
         self._checked: tuple[int, bool, tuple[Goal, ...], int] = (-1, False, (), 0)
         self._active: tuple[Tokens, ...] = ()
         self._is_open = False
+        self._recall = Recall(memory)
         self.tokens: frozenset[str] = frozenset()
         self.number = 0
 
@@ -60,6 +64,7 @@ class ControlCycle:
         for satisfied until the next cycle begins.
         """
         self._controller.perform(action)
+        self._recall.did(action)
         self._is_open = False
 
     def sense(self, tokens: frozenset[str]) -> None:
@@ -73,11 +78,12 @@ class ControlCycle:
             controller.perform(None)
         self._is_open = True
         self.tokens = tokens
+        self._recall.sense(tokens)
         self.number += 1
-        sensed = controller.sense(tokens)
+        sensed = controller.sense(self._with_memory(tokens))
         self._active = sensed.active
         self._goals.reached(sensed.reached)
-        self._goals.follow_aside(tokens)
+        self._goals.follow_aside(self._with_memory(tokens))
         self._journal.note(
             ROVER_CYCLE,
             Cycle(
@@ -96,11 +102,14 @@ class ControlCycle:
 
     def follow(self, tokens: frozenset[str]) -> None:
         """Begin a new cycle while standing, if the Tokens changed or satisfy a new goal."""
-        if self._goals.are_met(tokens) or tokens != self.tokens:
+        if self._goals.are_met(self._with_memory(tokens)) or tokens != self.tokens:
             self.sense(tokens)
         else:
-            self._goals.follow_aside(tokens)
+            self._goals.follow_aside(self._with_memory(tokens))
             self._note_map()
+
+    def _with_memory(self, tokens: frozenset[str]) -> frozenset[str]:
+        return tokens.union(self._recall.tokens)
 
     def _note_map(self) -> None:
         """Note the policy map whenever another goal is on top."""

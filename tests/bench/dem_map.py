@@ -17,7 +17,8 @@ from scipy.sparse import csr_array  # type: ignore[import-untyped]
 from scipy.sparse.csgraph import dijkstra  # type: ignore[import-untyped]
 
 from farside.dem.lists.actions import ActionList
-from farside.dem.lists.hypotheses import CostChange, HypothesisList
+from farside.dem.lists.hypotheses import HypothesisList
+from farside.dem.lists.hypothesis import CostChange
 from farside.dem.lists.signs import SignList
 from farside.dem.parameters import Parameters
 from farside.dem.policy.policy_map import PolicyMap

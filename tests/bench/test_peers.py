@@ -124,7 +124,8 @@ def test_every_change_that_a_field_can_make_is_asked_for_once(field: Field, chan
 def test_a_model_knows_what_it_has_seen_often_enough_and_nothing_before() -> None:
     field = MazeField(WOODS1, 0)
     player = DemAnimat(field, 0, whole, Parameters())
-    assert player.knowledge(field.transitions()) == 0
+    assert player.knowledge(field.transitions()) == (0, 0)
     player.explore(3000)
-    assert player.knowledge(field.transitions()) > 0.99
+    reliable, credible = player.knowledge(field.transitions())
+    assert 0.9 < reliable <= credible == 1.0
     assert all(player.exploit(start) <= 3 for start in range(field.starts))

@@ -97,7 +97,7 @@ def test_of_constant_chance_c_m_is_the_probability_and_c_e_the_cost_of_the_mean_
     cm, results, run = 0.5, 1, 1.0
     settled = []
     for success in drawn:
-        results, run = averaged(results, run, cm if success else 1.0 - cm, success=success)
+        results, run = averaged(results, run, cm if success else 1.0 - cm, 1.0 if success else -1.0)
         rate = averaging_rate(DEFAULT.alpha if success else DEFAULT.beta, results)
         cm += rate * (success - cm)
         settled.append(cm)

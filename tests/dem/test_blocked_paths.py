@@ -1,9 +1,17 @@
 """Goals whose path is blocked: abandoned, or reached by a detour."""
 
+import math
+from collections.abc import Sequence
+from functools import reduce
+
+import numpy as np
 import pytest
 from goal_runs import drive, reached, reasons, suspended
 
 from farside.dem import Aside, DynamicExpectancyModel
+from farside.dem.lists.goals import Outlook
+from farside.dem.policy.policy_map import PolicyMap
+from farside.dem.policy.spread import Spread
 from tests.dem.conftest import Grid, MakeModel, RunCycle
 
 
@@ -98,6 +106,79 @@ def test_a_detour_many_times_as_long_as_the_path_is_still_taken(
     assert reached(story) == [("at:1,0",)]
     assert suspended(story) == []
     assert len(story) - 1 > 13
+
+
+class Walking:
+    """What `Planner` tells of goals, by walking along the path of a new map each time."""
+
+    def __init__(self, model: DynamicExpectancyModel, monkeypatch: pytest.MonkeyPatch) -> None:
+        self._model = model
+        monkeypatch.setattr(model._planner, "outlook", self.outlook)
+        monkeypatch.setattr(model._planner, "detour", self.detour)
+
+    def outlook(self, goal: tuple[str, ...], active: Sequence[int]) -> Outlook:
+        model = self._model
+        policy = PolicyMap(
+            model._signs.find(goal),
+            Spread(model._hypotheses, model._signs, model._parameters),
+        )
+        entry, action, costs = policy.entry(active), model._hypotheses.action, model._actions.costs
+        steps = [] if entry is None else list(policy.walk(entry))
+        self.next_step = steps[0] if steps else None
+        # Summed up from the goal, as the policy value is.
+        plan = reduce(lambda onward, arc: costs[action[arc]] + onward, reversed(steps), 0.0)
+        return Outlook(policy.nearest(active), lambda: plan if steps else math.inf)
+
+    def detour(self, goal: tuple[str, ...], active: Sequence[int]) -> Outlook:
+        self.outlook(goal, active)
+        cost, blocked = self._model._hypotheses.cost, self.next_step
+        held, cost[blocked] = cost[blocked], math.inf
+        found = self.outlook(goal, active)
+        cost[blocked] = held
+        return found
+
+
+@pytest.mark.parametrize("seed", [0, 1, 4])
+def test_the_same_goals_are_blocked_in_the_same_cycles_as_by_walking_every_time(
+    make_model: MakeModel, monkeypatch: pytest.MonkeyPatch, seed: int
+) -> None:
+    """Rocks fall and are taken away, goals are set anywhere, and at times the robot is led."""
+    yard = Grid("....", ".##.", ".##.", ".##.", "....")
+    rng, free = np.random.default_rng(seed), sorted(yard.places)
+    models = [
+        make_model(seed, break_multiple=1.5, recovery=7, ineffective=0.0, averaging=False)
+        for _ in range(2)
+    ]
+    Walking(models[1], monkeypatch)
+    blocked = asked = 0
+    detour_of = models[0]._planner.detour
+
+    def counted(goal: tuple[str, ...], active: Sequence[int]) -> Outlook:
+        nonlocal asked
+        asked += 1
+        return detour_of(goal, active)
+
+    monkeypatch.setattr(models[0]._planner, "detour", counted)
+    for model in models:
+        learn(model, yard, ("EEENNNNWWWSSSS" + "NNNNEEESSSSWWW") * 3)
+    for _ in range(600):
+        if rng.random() < 0.15:
+            yard.places.symmetric_difference_update([free[rng.integers(len(free))], yard.at])
+            yard.places.add(yard.at)
+        goal, led = yard.token(free[rng.integers(len(free))]), rng.random() < 0.2
+        if rng.random() < 0.2:
+            for model in models:
+                model.set_goal([goal], priority=1.0)
+        told, walked = (model.sense(yard.tokens()) for model in models)
+        assert told == walked
+        blocked += reasons([told]).count(Aside.BLOCKED)
+        chosen, by_walking = (model.choose() for model in models)
+        assert chosen == by_walking
+        action = str(rng.choice(list("NESW"))) if led else chosen.action
+        yard.do(action)
+        for model in models:
+            model.perform(action)
+    assert asked > blocked > 2
 
 
 def test_leading_the_robot_away_from_its_goal_does_not_suspend_the_goal(

@@ -51,9 +51,26 @@ class Witness:
         self.active: Sequence[Sign] | None = None
         self.ages: dict[Sign, None] = {}
         self.told: dict[Sign, Aside | None] = {}
+        self.owed: dict[Sign, float] = {}  # satisfied as they were set
+
+    def set(self, sign: Sign, priority: float) -> None:
+        """Set a goal: it is satisfied at once if it is active, and otherwise on the list."""
+        satisfied = self.model.set_goal(sign, priority)
+        is_here = self.active is not None and self.is_here(sign)
+        assert satisfied == (Goal(sign, {"operator": priority}) if is_here else None)
+        assert bool(self.model.goal_priorities(sign)) is not is_here
+        if is_here:
+            self.owed[sign] = priority
 
     def sensed(self, sensed: Sensed) -> None:
         self.active = sensed.active
+        reached = {goal.tokens: goal.priorities for goal in sensed.reached}
+        assert len(reached) == len(sensed.reached)
+        for sign, priority in self.owed.items():
+            assert reached[sign]["operator"] == priority or self.is_here(sign)
+        for sign in reached:
+            assert self.is_here(sign) or sign in self.owed
+        self.owed.clear()
         for goal in sensed.reached:
             self.ages.pop(goal.tokens, None)
             self.told.pop(goal.tokens, None)
@@ -80,7 +97,7 @@ class Witness:
         return 0.0 if self.is_here(goal) else least
 
     def is_here(self, goal: Sign) -> bool:
-        """Whether it is sensed, even if it became known only since."""
+        """Whether it is sensed."""
         return set(goal) <= {token for sign in self.active for token in sign}
 
     def agrees(self) -> None:
@@ -89,6 +106,7 @@ class Witness:
         if self.active is None:
             assert [goal.aside for goal in goals] == [None] * len(goals)
             return
+        assert not any(self.is_here(goal.tokens) for goal in goals)
         by_rank = sorted(goals, key=lambda g: (-g.priority, list(self.ages).index(g.tokens)))
         assert list(goals) == sorted(by_rank, key=lambda goal: goal.aside is not None)
         cost = {goal.tokens: self.cost(goal.tokens) for goal in goals}
@@ -106,8 +124,7 @@ class Witness:
             unknown = waits and goal.tokens not in self.model.signs
             assert (goal.aside is Aside.UNKNOWN) == unknown
             assert self.model._parameters.break_point or goal.aside is not Aside.BLOCKED
-        if top is None or top.tokens in self.active or not self.is_here(top.tokens):
-            self.goes_to(top, 0.0 if top is None else cost[top.tokens])
+        self.goes_to(top, 0.0 if top is None else cost[top.tokens])
 
     def goes_to(self, top: Goal | None, cost: float) -> None:
         path, why = self.model.policy_path(), self.model.why()
@@ -115,6 +132,8 @@ class Witness:
         if path:
             assert path[0].cost_to_go == why.cost_to_go == cost
             assert path[0].action == why.action
+        choice = self.model.choose(explore=False)
+        assert (choice and choice.goal) == (top.tokens if top and path else None)
 
     def asks(self, goal: Sign, start: Sign) -> None:
         value = plain_values(self.model, goal)
@@ -163,7 +182,7 @@ def test_the_goal_pursued_is_the_highest_with_a_way_and_costs_are_exact(
             witness.asks(tuple(goal), tuple(start))
         match change:
             case "set", sign, priority:
-                model.set_goal(sign, priority)
+                witness.set(tuple(sign), priority)
             case "withdraw", sign, _:
                 model.withdraw_goal(sign)
         witness.keep_up()

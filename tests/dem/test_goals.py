@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import pytest
 
-from farside.dem import Aside, Goal, InherentGoal, Parameters
+from farside.dem import Aside, Goal, Parameters
 from farside.dem.lists.goals import GoalList, Outlook
 
 A, B, C = ("a",), ("b",), ("c",)
@@ -113,7 +113,7 @@ def test_a_satisfied_goal_goes_for_all_sources(goals: GoalList) -> None:
 
 
 def test_nobody_can_set_or_withdraw_a_goal_in_the_name_of_the_rules(goals: GoalList) -> None:
-    goals.follow([InherentGoal(when=B, goal=A, priority=1.0)], B)
+    goals.follow({A: 1.0}, B)
     with pytest.raises(ValueError, match=r"source of goal .*: expected any but 'rule'"):
         goals.set(A, 2.0, "rule")
     assert not goals.withdraw(A, "rule")

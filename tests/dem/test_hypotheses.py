@@ -10,7 +10,8 @@ from hypothesis import strategies as st
 
 from farside.dem import Hypothesis, Parameters
 from farside.dem.lists.actions import ActionList
-from farside.dem.lists.hypotheses import CostChange, HypothesisList
+from farside.dem.lists.hypotheses import HypothesisList
+from farside.dem.lists.hypothesis import CostChange
 from farside.dem.lists.predictions import PredictionList
 
 COSTS = {"a": 1.0, "b": 2.0}
@@ -64,8 +65,8 @@ def test_the_error_about_an_unknown_action_lists_the_known_ones() -> None:
 
 def test_actions_are_ordered_by_name() -> None:
     actions = ActionList({"b": 2.0, "a": 1.0})
-    assert actions.names == ("a", "b")
-    assert actions.costs == (1.0, 2.0)
+    assert actions.names == ["a", "b"]
+    assert actions.costs == [1.0, 2.0]
     assert [actions.id_of(name) for name in actions.names] == [0, 1]
 
 

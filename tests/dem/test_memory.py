@@ -213,9 +213,9 @@ def test_a_bit_generator_of_unknown_kind_is_refused() -> None:
     class Foreign:
         state = {"bit_generator": "Foreign"}  # noqa: RUF012
 
-    class Rng:
-        bit_generator = Foreign()
+    class Rng(np.random.Generator):
+        bit_generator = Foreign()  # type: ignore[assignment]
 
-    model = DynamicExpectancyModel(COSTS, rng=cast("np.random.Generator", Rng()))
+    model = DynamicExpectancyModel(COSTS, rng=Rng(np.random.PCG64(1)))
     with pytest.raises(TypeError, match=r"expected one of MT19937, .* found Foreign"):
         model.save()

@@ -37,7 +37,8 @@ def test_of_equal_totals_the_higher_cm_is_taken_and_then_the_older(lists: Lists)
     lists.follow(policy)
     assert policy.value[A] == 3.0
     assert policy.best(A) == older
-    lists.hypotheses.cm[younger] = 1.0
+    lists.reprice(younger, lists.hypotheses.cost[younger], cm=1.0)
+    lists.follow(policy)
     assert policy.best(A) == younger
 
 
@@ -225,3 +226,17 @@ def test_one_spread_serves_any_number_of_goals_as_the_lists_change(lists: Lists)
         assert lists.map(A, spread).value == [0.0, math.inf, 1.0, math.inf]
         lists.know(("a", "b"))
         assert lists.map(A, spread).value == [0.0, math.inf, 1.0, math.inf, 0.0]
+
+
+def test_a_plan_follows_a_part_that_became_known_after_the_walk(lists: Lists) -> None:
+    """{a, b, c} leads to d by x; then {a, b} becomes known, and leads there by y for less."""
+    whole = lists.know(("a", "b", "c"))
+    lists.link(whole, D, 5.0)
+    policy = lists.map(D, lists.spread(Persistent))
+    assert policy.planned([whole], lists.actions) == 1.0
+    part = lists.know(("a", "b"))
+    lists.follow(policy)
+    assert policy.planned([whole], lists.actions) == 1.0
+    lists.link(part, D, 3.0, action=1)
+    lists.follow(policy)
+    assert policy.planned([whole], lists.actions) == 2.66

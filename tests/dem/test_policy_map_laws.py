@@ -10,6 +10,7 @@ from hypothesis.strategies._internal.core import DataObject
 from policy_lists import TOKENS, Lists, Persistent, by_scipy
 
 from farside.dem import Parameters
+from farside.dem.policy.detour import Detour
 from farside.dem.policy.spread import Spread
 
 # Integers produce exact ties. 1e-300 and 1e300 vanish or dominate beside others, and an infinite
@@ -32,6 +33,7 @@ class RepairedMap(RuleBasedStateMachine):
         self.lists = Lists(parameters=self.parameters)
         self.goal = self.lists.know(goal)
         self.policy = self.lists.map(self.goal, self.lists.spread(self.spread))
+        self.detour = Detour(self.policy, self.lists.hypotheses)
 
     @rule(data=st.data(), cost=costs, cm=cms, action=st.integers(0, 1))
     def make(self, data: DataObject, cost: float, cm: float, action: int) -> None:
@@ -39,9 +41,9 @@ class RepairedMap(RuleBasedStateMachine):
         self.lists.link(data.draw(known), data.draw(known), cost, cm, action)
 
     @precondition(lambda self: self.lists.arcs)
-    @rule(data=st.data(), cost=costs)
-    def reprice(self, data: DataObject, cost: float) -> None:
-        self.lists.reprice(data.draw(st.sampled_from(sorted(self.lists.arcs))), cost)
+    @rule(data=st.data(), cost=costs, cm=cms)
+    def reprice(self, data: DataObject, cost: float, cm: float) -> None:
+        self.lists.reprice(data.draw(st.sampled_from(sorted(self.lists.arcs))), cost, cm)
 
     @precondition(lambda self: self.lists.arcs)
     @rule(data=st.data())
@@ -66,18 +68,18 @@ class RepairedMap(RuleBasedStateMachine):
 
     @rule()
     def update(self) -> None:
-        self.lists.follow(self.policy)
+        self.lists.follow(self.policy, self.detour)
         self.check()
 
     @rule()
     def note(self) -> None:
         """Nothing is asked: what is pending grows."""
-        self.lists.follow(self.policy)
+        self.lists.follow(self.policy, self.detour)
 
     @rule(data=st.data())
     def ask(self, data: DataObject) -> None:
         """Only as far as somebody asks are the values to be right."""
-        self.lists.follow(self.policy)
+        self.lists.follow(self.policy, self.detour)
         lists, policy = self.lists, self.policy
         known = [sign for sign, name in enumerate(lists.signs.names) if name]
         active = data.draw(st.lists(st.sampled_from(known), max_size=3))
@@ -89,6 +91,9 @@ class RepairedMap(RuleBasedStateMachine):
         if entry is not None:
             assert policy.why(entry) == fresh.why(entry)
             assert list(islice(policy.walk(entry), 100)) == list(fresh.walk(entry))
+            assert policy.planned(active, lists.actions) == lists.planned(fresh, entry)
+            without = self.detour.outlook(policy.best(entry), active, lists.actions)
+            assert without == lists.detour(self.goal, active)
 
     def teardown(self) -> None:
         if hasattr(self, "lists"):

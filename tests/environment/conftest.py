@@ -1,4 +1,4 @@
-"""Missions as environments, in coarse ticks: five times as quick, and long enough for a move."""
+"""Missions as environments, in coarse ticks, which are the quicker ones."""
 
 from collections.abc import Callable
 from typing import Any

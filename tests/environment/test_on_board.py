@@ -138,7 +138,8 @@ def test_the_end_of_the_mission_truncates(make: Any) -> None:
     assert not any(terminated for terminated, _, _ in ends)
 
 
-def test_a_way_of_the_rovers_own_comes_first(make: Any) -> None:
+@pytest.mark.parametrize("deep", [1, 3])
+def test_a_way_of_the_rovers_own_comes_first(make: Any, deep: int) -> None:
     """Out of sight of Earth with the link lost, it goes back by its track, whatever the agent says.
 
     Its moves are told as they are; the agent's are refused, and not begun afterwards.
@@ -156,12 +157,13 @@ def test_a_way_of_the_rovers_own_comes_first(make: Any) -> None:
     }
     env = make("shadow", overrides=hidden)
     env.reset()
-    for _ in range(4):
+    for _ in range(1 + deep):
         *_, told = env.step(1)
-    assert told["tokens"] == ("at:5,1",)
+    assert told["tokens"] == (f"at:{2 + deep},1",)
     moves = []
     while "link:up" not in told["tokens"]:
-        *_, told = env.step(1)
-        if told["failsafe"] == "alone":
+        *_, told = env.step(1 if told["failsafe"] != "nominal" else WAIT)
+        if told["action"]:
             moves.append((told["action"], told["refused"]))
-    assert moves[-2:] == [("W", "the rover is on a way of its own")] * 2
+    assert moves == [("W", "the rover is on a way of its own")] * deep
+    assert env.step(WAIT)[4]["action"] == ""

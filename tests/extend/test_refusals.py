@@ -58,8 +58,8 @@ def refusal(key: str, name: str, text: str = "", **options: object) -> str:
 
 def test_a_name_that_nobody_has() -> None:
     assert refusal("rover.controller", "den") == (
-        'blackout: rover.controller: expected "dem", or module:Class from your own code, found '
-        '"den"; did you mean dem? (with rover.controller set from Python)'
+        'blackout: rover.controller: expected "dem", "queued", or module:Class from your own code, '
+        'found "den"; did you mean dem? (with rover.controller set from Python)'
     )
     assert refusal("ground.operator", "script").startswith(
         'blackout: ground.operator: expected "scripted", "guide", "supervisor", "recorded", '

@@ -47,6 +47,35 @@ MAZE_F4 = "####### #....F# #.##### #....## #.##### #######"
 """10 free cells, two of which look alike. Source: Stolzmann (2000), An Introduction to Anticipatory
 Classifier Systems, LNAI 1813."""
 
+# In these, cells look alike that are at different distances from food, as for MazeF4.
+
+WOODS101 = "####### #.....# #.#.#.# #.#F#.# #######"
+"""10 free cells, 2.7 steps from food. Source: Cliff and Ross (1994), Adding Temporary Memory to
+ZCS, Adaptive Behavior 3(2)."""
+
+WOODS102 = "####### #.#F#.# #.#.#.# #.....# #.#.#.# ####### #.#.#.# #.....# #.#.#.# #.#F#.# #######"
+"""26 free cells in two halves, 2.77 steps from food. Source: as Woods101."""
+
+MAZE7 = "##### #...# #.#.# #.#.# #.#.# #F### #####"
+"""9 free cells, 4.11 steps from food. Source: Lanzi (1998), Adding Memory to XCS, ICEC 98."""
+
+LITTMAN57 = "############# #...........# ###.#.#.#F### #############"
+"""14 free cells along a hallway, 3.71 steps from food. Source: Littman, Cassandra and Kaelbling
+(1995), Learning Policies for Partially Observable Environments: Scaling Up, ICML 95."""
+
+LITTMAN89 = "######### ##.....## #..#.#..# ##.#.#.## #..#.#.F# ##.....## #########"
+"""22 free cells around an office floor, 3.77 steps from food. Source: as Littman57."""
+
+ALIASED = {
+    "Woods101": WOODS101,
+    "Woods102": WOODS102,
+    "Maze7": MAZE7,
+    "MazeF4": MAZE_F4,
+    "Littman57": LITTMAN57,
+    "Littman89": LITTMAN89,
+}
+"""The mazes where what is seen does not tell where one is, by name."""
+
 Place = tuple[int, int]
 
 

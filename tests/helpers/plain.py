@@ -70,6 +70,13 @@ class PlainModel:
         self.situation: tuple[str, ...] = ()
         self.tokens = Reproducible()
 
+    def change(self, parameters: Parameters) -> None:
+        """Go by others from now on; a watch that is too long by them is void."""
+        self.parameters = parameters
+        for h in self.hypotheses:
+            if h.watch is not None and len(h.watch) >= parameters.maturity:
+                h.watch = None
+
     def know(self, tokens: tuple[str, ...]) -> KnownSign:
         """The Sign of these Tokens, added if it is not known."""
         for sign in self.signs:
@@ -176,7 +183,7 @@ class PlainModel:
             return constant
         if h.run and h.run[-1][0] is not success:
             h.run = []
-        h.run.append((success, max(h.cm if success else 1.0 - h.cm, 1e-300)))
+        h.run.append((success, (h.cm if success else 1.0 - h.cm) or 1e-300))
         if len(h.run) >= 2 and prod(odds for _, odds in h.run) < 0.002:
             h.run = [(success, 1.0)]
             h.averaged = 1

@@ -1,14 +1,19 @@
 """Lists with costs that a test chooses, and their policy map."""
 
 import math
+from collections.abc import Sequence
+from functools import reduce
+from itertools import islice
 
 import pytest
 
 from farside.dem import Parameters
 from farside.dem.lists.actions import ActionList
-from farside.dem.lists.hypotheses import CostChange, HypothesisList
+from farside.dem.lists.hypotheses import HypothesisList
+from farside.dem.lists.hypothesis import CostChange
 from farside.dem.lists.signs import SignList
 from farside.dem.policy import spread as spread_module
+from farside.dem.policy.detour import Detour
 from farside.dem.policy.policy_map import PolicyMap
 from farside.dem.policy.spread import Spread
 
@@ -22,8 +27,8 @@ class Lists:
     def __init__(self, tokens: str = TOKENS, parameters: Parameters = DEFAULTS) -> None:
         self.signs = SignList()
         self.parameters = parameters
-        actions = ActionList({"x": 1.0, "y": 1.0})
-        self.hypotheses = HypothesisList(actions, parameters)
+        self.actions = ActionList({"x": 1.0, "y": 2.66})
+        self.hypotheses = HypothesisList(self.actions, parameters)
         self.arcs: dict[int, tuple[int, int]] = {}
         self.changes: list[CostChange] = []
         self.changed_signs: list[int] = []
@@ -50,10 +55,11 @@ class Lists:
         self.changes.append(CostChange(arc, context, outcome, math.inf))
         return arc
 
-    def reprice(self, arc: int, cost: float) -> None:
+    def reprice(self, arc: int, cost: float, cm: float | None = None) -> None:
         context, outcome = self.arcs[arc]
         self.changes.append(CostChange(arc, context, outcome, self.hypotheses.cost[arc]))
         self.hypotheses.cost[arc] = cost
+        self.hypotheses.cm[arc] = self.hypotheses.cm[arc] if cm is None else cm
 
     def cut(self, arc: int) -> None:
         context, outcome = self.arcs.pop(arc)
@@ -68,10 +74,34 @@ class Lists:
         self.changed_signs.clear()
         return PolicyMap(goal, spread or self.spread())
 
-    def follow(self, policy: PolicyMap) -> None:
-        policy.update(self.changes, self.changed_signs)
+    def follow(self, *maps: PolicyMap | Detour) -> None:
+        for policy in maps:
+            policy.update(self.changes, self.changed_signs)
         self.changes.clear()
         self.changed_signs.clear()
+
+    def planned(self, policy: PolicyMap, start: int) -> float:
+        """What the actions on the best path cost, by walking it, summed up from the goal."""
+        action = self.hypotheses.action
+        costs = [self.actions.costs[action[arc]] for arc in islice(policy.walk(start), 100)]
+        return reduce(lambda onward, cost: cost + onward, reversed(costs), 0.0)
+
+    def outlook(self, goal: int, active: Sequence[int]) -> tuple[float, float]:
+        """The least value of some Signs, and what the actions on the path from there cost."""
+        policy = self.map(goal)
+        entry = policy.entry(active)
+        if entry is None:
+            return math.inf, math.inf
+        return policy.value[entry], self.planned(policy, entry)
+
+    def detour(self, goal: int, active: Sequence[int]) -> tuple[float, float]:
+        """The same without the hypothesis to act on next."""
+        policy, cost = self.map(goal), self.hypotheses.cost
+        blocked = next(policy.walk(policy.entry(active) or 0))
+        held, cost[blocked] = cost[blocked], math.inf
+        found = self.outlook(goal, active)
+        cost[blocked] = held
+        return found
 
     def bellman_ford(self, goal: int) -> list[float]:
         """P_v from its definition: relax all arcs until no value changes."""

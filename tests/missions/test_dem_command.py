@@ -88,11 +88,11 @@ def test_predictions_that_come_true_or_fail_move_the_corroboration(
     (tmp_path / "drive.jsonl").write_text(
         lines([("a", "E"), ("b", "W"), ("a", "E"), ("b", "W"), ("a", "E"), ("c", None)])
     )
-    _, out, _ = farside("learn", "drive.jsonl", "--json", "--alpha", "0.4", "--beta", "0.1")
+    _, out, _ = farside("learn", "drive.jsonl", "--json", "--alpha", "0.6", "--beta", "0.4")
     first = json.loads(out)["hypotheses"][0]
     assert (first["context"], first["action"], first["outcome"]) == (["at:a"], "E", ["at:b"])
     assert (first["predictions"], first["successes"]) == (2, 1)
-    assert first["cm"] == pytest.approx((0.5 + 0.4 * 0.5) * 0.9)
+    assert first["cm"] == pytest.approx((0.5 + 0.6 * 0.5) * (1.0 - 0.4))
 
 
 def test_a_goal_of_several_tokens_is_a_sign_from_the_first_cycle_on(
@@ -203,11 +203,11 @@ def test_tables_show_the_strongest_hypotheses_first(
     rows = [line.split() for line in out.splitlines()]
     hypotheses = [row for row in rows if len(row) == 7 and row[0].startswith("at:")]
     assert [row[:5] for row in hypotheses] == [
-        ["at:a", "E", "at:b", "1", "0.938"],
-        ["at:b", "W", "at:a", "1", "0.938"],
+        ["at:a", "E", "at:b", "1", "0.875"],
+        ["at:b", "W", "at:a", "1", "0.875"],
         ["at:a", "N", "at:a", "1", "0.500"],
     ]
-    assert ["at:a", "1.07", "E", "1"] in rows
+    assert ["at:a", "1.14", "E", "1"] in rows
 
 
 def test_tables_show_thirty_rows_and_say_how_many_more_there_are(

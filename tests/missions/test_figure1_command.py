@@ -10,6 +10,7 @@ from PIL import Image
 from random_walks import times_sensed
 from scipy.stats import binomtest  # type: ignore[import-untyped]
 
+from farside.dem.lab.picture import mixed, ramp
 from farside.missions.commands import main as cli
 from farside.missions.figure1 import example
 from farside.missions.figure1.example import (
@@ -22,8 +23,6 @@ from farside.missions.figure1.example import (
     Figure1,
     blocks,
     greatest_value,
-    mixed,
-    ramp,
     run_figure1,
 )
 from farside.missions.figure1.page import write_page
@@ -124,12 +123,12 @@ def test_following_the_best_actions_leads_down_to_the_goal(figure: Figure1) -> N
 
 
 def test_no_value_is_below_the_true_cost_and_their_sum_is_little_above(figure: Figure1) -> None:
-    """Reliable arcs cost little more than their action, so the map is almost exact."""
+    """Arcs that never fail cost little more than their action after six trials, as here."""
     for panel in figure.panels:
         goal = figure.chart.cells[f"at:{panel.goal}"]
         least = {cell: COST * len(figure.chart.way(cell, goal)) for cell in panel.values}
         assert all(row.value >= least[cell] for cell, row in panel.values.items())
-        assert sum(row.value for row in panel.values.values()) <= 1.2 * sum(least.values())
+        assert sum(row.value for row in panel.values.values()) <= 1.25 * sum(least.values())
 
 
 def test_the_same_seed_gives_the_same_lists_and_values(figure: Figure1) -> None:

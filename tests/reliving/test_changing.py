@@ -10,6 +10,7 @@ from insides import insides
 from short_life import SHORT
 
 from farside.control import Mode
+from farside.dem.parameters import OWN_RULES
 from farside.messages import SetMode
 from farside.missions import load_mission
 from farside.missions.build import build_channel, build_ground, build_operator, build_rover
@@ -70,8 +71,9 @@ _OTHERS: dict[str, Any] = {
     "rover.dem.beta": 0.1,
     "rover.dem.learning_probability": 0.1,
     "rover.dem.initial_cm": 0.1,
-    "rover.dem.differentiation": False,
-    "rover.dem.removal": False,
+    "rover.dem.plain": True,
+    **{f"rover.dem.{rule}": False for rule in OWN_RULES},
+    "rover.dem.maturity": 9,
     "rover.dem.ineffective": 0.01,
     "rover.dem.break_multiple": 99.0,
     "rover.dem.recovery": 99,

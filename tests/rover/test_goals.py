@@ -6,8 +6,16 @@ from collections.abc import Callable
 import pytest
 
 from farside.control import CommandStage, Mode
-from farside.messages import CommandReached, GoalAside, SetGoal, SetMode, WithdrawGoal
-from farside.topics import ROVER_GOAL, ROVER_MODE, GoalChange, GoalSource
+from farside.messages import (
+    CommandReached,
+    Drive,
+    GoalAside,
+    GoalReached,
+    SetGoal,
+    SetMode,
+    WithdrawGoal,
+)
+from farside.topics import ROVER_ACTION_STARTED, ROVER_GOAL, ROVER_MODE, GoalChange, GoalSource
 from tests.rover.conftest import Bench
 
 ROUND = "NNEEEEESSNNWWWWWSS"  # from the dock to C and back: everything there is to know
@@ -30,6 +38,69 @@ def test_a_goal_of_operator_and_mission_is_reached_for_both(bench: Callable[...,
         (GoalChange.REACHED, 2.0, GoalSource.OPERATOR),
         (GoalChange.REACHED, 1.0, GoalSource.MISSION),
     ]
+
+
+@pytest.mark.parametrize("mode", [Mode.GUIDED, Mode.AUTONOMOUS])
+def test_a_goal_where_the_rover_stands_is_reached_at_once_and_told_once(
+    bench: Callable[..., Bench], mode: Mode
+) -> None:
+    rover = bench()
+    rover.order(SetMode(mode))
+    rover.order(SetGoal(("at:D",), 2.0))
+    rover.run_s(3)
+    assert changes(rover) == [
+        (GoalChange.SET, 2.0, GoalSource.OPERATOR),
+        (GoalChange.REACHED, 2.0, GoalSource.OPERATOR),
+    ]
+    assert rover.told(GoalReached) == [GoalReached(("at:D",))]
+    assert rover.telemetry.goals == ()
+    assert not rover.of(ROVER_ACTION_STARTED)
+
+
+def test_a_goal_of_the_mission_where_the_rover_stands_is_reached_once_when_it_is_alone(
+    bench: Callable[..., Bench],
+) -> None:
+    rover = bench(goals=[{"place": "D", "priority": 1.0}, {"place": "C", "priority": 0.5}])
+    rover.link_up = False
+    rover.until(lambda: rover.of(ROVER_MODE)[-1].mode is Mode.AUTONOMOUS)
+    rover.run_s(3)
+    assert changes(rover) == [
+        (GoalChange.SET, 1.0, GoalSource.MISSION),
+        (GoalChange.SET, 0.5, GoalSource.MISSION),
+        (GoalChange.REACHED, 1.0, GoalSource.MISSION),
+        (GoalChange.SUSPENDED, 0.5, GoalSource.MISSION),
+    ]
+
+
+def test_a_mission_goal_that_is_satisfied_as_it_is_set_is_not_set_again_until_that_is_told(
+    bench: Callable[..., Bench],
+) -> None:
+    """What the rover wants is looked at in every tick, and what to do only once in a while."""
+    rover = bench(goals=[{"place": "D", "priority": 1.0}])
+    for _ in range(3):
+        rover.rover.parts.goals.follow_mission(wanted=True)
+    rover.run_s(2)
+    assert changes(rover) == [
+        (GoalChange.SET, 1.0, GoalSource.MISSION),
+        (GoalChange.REACHED, 1.0, GoalSource.MISSION),
+    ]
+
+
+def test_a_goal_that_the_rover_is_just_leaving_is_not_reached(
+    bench: Callable[..., Bench],
+) -> None:
+    """It was sensed last where the move began; the rover has to come back."""
+    rover = bench()
+    rover.do("NS")
+    rover.order(Drive("N"))
+    rover.until(lambda: rover.telemetry.action == "N")
+    rover.order(SetGoal(("at:D",), 2.0))
+    rover.run_s(4)
+    assert rover.telemetry.goals == (("at:D",),)
+    assert not rover.told(GoalReached)
+    rover.order(SetMode(Mode.AUTONOMOUS))
+    rover.until(lambda: rover.told(GoalReached))
+    assert [entry.action for entry in rover.of(ROVER_ACTION_STARTED)] == ["N", "S", "N", "S"]
 
 
 def test_a_goal_that_the_operator_withdraws_stays_while_the_mission_wants_it(

@@ -11,12 +11,15 @@ from statistics import mean
 from typing import Any
 
 import numpy as np
-from fields import Field, Transition
+from fields import Field, Knowledge, Transition
 from lcs import Perception
 from lcs.agents.acs2 import ACS2, Configuration
 
 RELIABLE = 0.9
 """θ_r, as published."""
+
+CREDIBLE = 0.25
+"""Half the quality of a new classifier; the model takes half the credit of a new hypothesis."""
 
 
 class _SpentError(Exception):
@@ -106,13 +109,18 @@ class Acs2Player:
         """The number of different classifiers."""
         return len(self._agent.population)
 
-    def knowledge(self, transitions: Sequence[Transition]) -> float:
-        """The share of which a reliable classifier predicts all that changes, and nothing else."""
-        reliable = [rule for rule in self._agent.population if rule.is_reliable()]
-        return mean(
-            any(
-                rule.predicts_successfully(Perception(before), action, Perception(after))
-                for rule in reliable
+    def knowledge(self, transitions: Sequence[Transition]) -> Knowledge:
+        """What a reliable, or a credible, classifier predicts: all that changes, nothing else."""
+        return Knowledge(
+            *(
+                mean(
+                    any(
+                        rule.q >= least
+                        and rule.predicts_successfully(Perception(p0), action, Perception(p1))
+                        for rule in self._agent.population
+                    )
+                    for p0, action, p1 in transitions
+                )
+                for least in (RELIABLE, CREDIBLE)
             )
-            for before, action, after in transitions
         )

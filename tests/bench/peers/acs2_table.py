@@ -9,7 +9,7 @@ for ACS2. With parts of names, only those learners and fields are measured.
 
 import sys
 from collections import defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from multiprocessing import Pool
 from statistics import mean
 from typing import NamedTuple, Protocol
@@ -17,7 +17,7 @@ from typing import NamedTuple, Protocol
 from acs2 import Acs2Player
 from animats import MAZE4, WOODS1
 from dem_animat import DemAnimat, Tokens, parts, whole
-from fields import Field, FrozenLake, Maze, Transition
+from fields import Field, FrozenLake, Knowledge, Maze, Transition
 from intervals import mean_told
 from rich.console import Console
 from rich.progress import track
@@ -45,8 +45,8 @@ class Learner(Protocol):
     def rules(self) -> int:
         """The length of its list."""
 
-    def knowledge(self, transitions: Sequence[Transition]) -> float:
-        """The share of the transitions that it predicts."""
+    def knowledge(self, transitions: Sequence[Transition]) -> Knowledge:
+        """The shares of the transitions that it predicts."""
 
 
 class Row(NamedTuple):
@@ -60,14 +60,14 @@ class Result(NamedTuple):
     """The result of a learner with one seed.
 
     Attributes:
-        knowledge: share of the changes predicted.
+        knowledge: shares of the changes predicted.
         rules: length of its list.
         found: share of the trials that ended at the goal.
-        steps: steps in all trials over the number of goals found; infinite without one.
+        steps: mean steps of a trial; one that did not counts as one given up.
         cpu_s: processor time of the exploration.
     """
 
-    knowledge: float
+    knowledge: Knowledge
     rules: float
     found: float
     steps: float
@@ -123,24 +123,21 @@ def judge(job: Job) -> Result:
     learner = LEARNERS[row.learner](field, seed)
     learner.explore(row.steps)
     knowledge, rules = learner.knowledge(field.transitions()), learner.rules
-    steps, found = zip(*_trials(learner, field), strict=True)
-    effort = sum(steps) / sum(found) if any(found) else float("inf")
-    return Result(knowledge, rules, mean(found), effort, learner.cpu_s)
-
-
-def _trials(learner: Learner, field: Field) -> Iterator[tuple[int, bool]]:
-    starts = range(field.starts) if field.starts > 1 else [0] * TRIALS
-    for start in starts:
-        yield learner.exploit(start), field.found
+    steps, found = [], []
+    for start in range(field.starts) if field.starts > 1 else [0] * TRIALS:
+        made = learner.exploit(start)
+        found.append(field.found)
+        steps.append(made if field.found else field.limit)
+    return Result(knowledge, rules, mean(found), mean(steps), learner.cpu_s)
 
 
 def cells(results: Sequence[Result]) -> list[str]:
-    """The cells of a row. Steps are told as a mean over the seeds with which a goal was found."""
-    steps = [result.steps for result in results if result.found]
+    """The cells of a row."""
     return [
-        mean_told([100 * result.knowledge for result in results]),
+        mean_told([100 * result.knowledge.reliable for result in results]),
+        mean_told([100 * result.knowledge.credible for result in results]),
         mean_told([100 * result.found for result in results]),
-        mean_told(steps, digits=2) if steps else "-",
+        mean_told([result.steps for result in results], digits=2),
         mean_told([result.rules for result in results]),
         mean_told([result.cpu_s for result in results], digits=1),
     ]
@@ -165,7 +162,8 @@ def main(seeds: int = 2, learner: str = "", field: str = "") -> None:
         ):
             results[name, row].append(result)
     table = Table(
-        "field", "learner", "steps", "knowledge, %", "found, %", "steps to goal", "rules", "CPU, s",
+        "field", "learner", "explored", "reliable, %", "credible, %", "found, %", "steps to goal",
+        "rules", "CPU, s",
         title=f"{seeds} seeds: mean (95 % interval)",
     )  # fmt: skip
     for (name, row), found in results.items():

@@ -1,17 +1,17 @@
 """The model as a player in the worlds of the classifier-system literature."""
 
 import time
+from collections import defaultdict
 from collections.abc import Callable, Iterable, Sequence
-from statistics import mean
 
 import numpy as np
-from fields import Field, Situation, Transition
+from fields import Field, Knowledge, Situation, Transition
 
-from farside.dem import DynamicExpectancyModel, Exploration, Parameters
+from farside.dem import DynamicExpectancyModel, Exploration, Hypothesis, Parameters
 
 GOAL = ("rewarded",)
 RELIABLE = 0.9
-"""C_m above which a hypothesis counts as reliable: ACS2's θ_r."""
+"""Least C_m of a reliable hypothesis: ACS2's θ_r."""
 
 Tokens = Callable[[Situation], list[str]]
 
@@ -24,6 +24,10 @@ def parts(situation: Situation) -> list[str]:
 def whole(situation: Situation) -> list[str]:
     """One Token for all that is perceived."""
     return [f"view:{''.join(situation)}"]
+
+
+def _is_reliable(known: Hypothesis) -> bool:
+    return known.cm >= RELIABLE
 
 
 class DemAnimat:
@@ -83,26 +87,30 @@ class DemAnimat:
         """The number of hypotheses."""
         return self._model.hypothesis_count
 
-    def knowledge(self, transitions: Sequence[Transition]) -> float:
-        """The share of which reliable hypotheses predict all that changes, each Token of it."""
-        reliable = [known for known in self._model.hypotheses if known.cm > RELIABLE]
-        known_by = {
-            action: [
-                (set(known.context), set(known.outcome))
-                for known in reliable
-                if known.action == str(action)
-            ]
-            for action in range(self._field.actions)
-        }
-        return mean(self._knows(known_by[change[1]], change) for change in transitions)
+    def knowledge(self, transitions: Sequence[Transition]) -> Knowledge:
+        """What reliable, or credible, hypotheses predict: every Token that is new."""
+        reliable, credible = (
+            [known for known in self._model.hypotheses if least(known)]
+            for least in (_is_reliable, self._is_credible)
+        )
+        return Knowledge(self._share(reliable, transitions), self._share(credible, transitions))
 
-    def _knows(self, known: list[tuple[set[str], set[str]]], change: Transition) -> bool:
-        sensed = set(self._tokens(change[0]))
-        left = set(self._tokens(change[2])) - sensed
-        for context, outcome in known:
-            if context <= sensed:
-                left -= outcome
-        return not left
+    def _is_credible(self, known: Hypothesis) -> bool:
+        return known.credit >= self._model.parameters.initial_cm / 2
+
+    def _share(self, rules: Sequence[Hypothesis], transitions: Sequence[Transition]) -> float:
+        by_action = defaultdict(list)
+        for known in rules:
+            by_action[known.action].append((set(known.context), set(known.outcome)))
+        held = 0
+        for before, action, after in transitions:
+            sensed = set(self._tokens(before))
+            left = set(self._tokens(after)) - sensed
+            for context, outcome in by_action[str(action)]:
+                if context <= sensed:
+                    left -= outcome
+            held += not left
+        return held / len(transitions)
 
     def _sense(self) -> None:
         rewarded: Iterable[str] = GOAL if self._field.found else ()

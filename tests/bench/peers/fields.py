@@ -1,6 +1,6 @@
 """The worlds in which ACS2 and the model meet: two mazes of its literature and two frozen lakes."""
 
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import gymnasium
 import numpy as np
@@ -11,6 +11,18 @@ Situation = tuple[str, ...]
 
 Transition = tuple[Situation, int, Situation]
 """A situation, the number of an action, and another situation that can follow."""
+
+
+class Knowledge(NamedTuple):
+    """What a learner knows of its field: shares of all transitions.
+
+    Attributes:
+        reliable: predicted by rules of a quality of .9 or more.
+        credible: predicted by rules of at least half the quality that a new one has.
+    """
+
+    reliable: float
+    credible: float
 
 
 class Field(Protocol):

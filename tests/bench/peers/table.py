@@ -24,7 +24,7 @@ from farside.dem import Curiosity, Exploration, Parameters
 
 PROCESSES = 2
 EPSILON = 0.1
-LEARNING = Parameters(alpha=0.3, beta=0.5, initial_cm=0.8)
+LEARNING = Parameters(initial_cm=0.75)
 CURIOUS = replace(
     LEARNING,
     exploration=Exploration.CURIOUS,

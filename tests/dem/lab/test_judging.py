@@ -130,6 +130,27 @@ def test_who_knows_nothing_to_do_has_failed() -> None:
     assert all(episode.is_stuck for episode in found.seeds[0].episodes)
 
 
+class Endless:
+    """Three places in a ring, without an end; a walk is broken off after 30 steps."""
+
+    action_costs: ClassVar[dict[str, float]] = {"on": 1.0}
+
+    def begin(self, seed: int | None) -> Situation:  # noqa: ARG002 - as a world has it
+        self.steps = 0
+        return Situation(["at:0"])
+
+    def act(self, action: str) -> Situation:  # noqa: ARG002
+        self.steps += 1
+        return Situation([f"at:{self.steps % 3}"], truncated=self.steps == 30)
+
+
+def test_an_episode_is_judged_until_the_goal_is_reached() -> None:
+    model = DynamicExpectancyModel(Endless.action_costs, rng=np.random.default_rng(0))
+    found = train_then_judge(model, Endless(), episodes=2, judged=3, goal=["at:2"])
+    assert found.seeds[0].trained_steps == found.seeds[0].first_reached * 2 == 60
+    assert [(one.steps, one.reached) for one in found.seeds[0].episodes] == [(2, 1)] * 3
+
+
 def test_what_is_still_learns_nothing_while_it_is_judged() -> None:
     model = made(0)
     train_then_judge(model, Coin(), episodes=30, judged=1, goal=["won"])

@@ -172,6 +172,18 @@ def test_nothing_is_learned_from_the_reset_after_a_truncation(
     assert causes(model, "at:2") == set()
 
 
+def test_an_end_at_the_time_limit_is_an_end(make: Callable[..., DynamicExpectancyModel]) -> None:
+    class Late(Corridor):
+        def step(self, action: int) -> tuple[int, float, bool, bool, dict[str, Any]]:
+            at, reward, over, _, info = super().step(action)
+            return at, reward, over, over, info
+
+    model = make(Late())
+    for _ in islice(play(model, GymWorld(Late(), place), goal=["nowhere"]), 60):
+        pass
+    assert {("at:0",), ("at:5",)} <= {context for context, _ in causes(model, "at:2")}
+
+
 def test_only_the_first_reset_is_seeded(make: Callable[..., DynamicExpectancyModel]) -> None:
     env = Corridor()
     for _ in islice(play(make(env), GymWorld(env, place), seed=7), 3):
@@ -277,6 +289,12 @@ def test_without_a_clock_no_time_is_told() -> None:
     assert {one.seconds for one in told} == {None}
 
 
-def test_the_model_itself_does_not_import_gymnasium() -> None:
-    script = "import sys, farside.dem; sys.exit('gymnasium' in sys.modules)"
+def test_the_laboratory_imports_no_library_of_an_extra_before_it_is_needed() -> None:
+    script = """
+import sys
+from farside.dem import lab
+for name in lab.__all__:
+    getattr(lab, name)
+sys.exit(bool({"gymnasium", "pandas", "plotly", "polars", "pyarrow"} & sys.modules.keys()))
+"""
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0  # noqa: S603

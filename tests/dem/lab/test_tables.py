@@ -6,7 +6,7 @@ import msgspec
 import numpy as np
 import pytest
 
-from farside.dem import DynamicExpectancyModel, Hypothesis, PolicyValue
+from farside.dem import DynamicExpectancyModel, Hypothesis, PolicyValue, ShadowModel
 from farside.dem.lab import hypotheses, policy, signs
 
 
@@ -58,6 +58,14 @@ def test_the_map_is_a_table_from_the_goal_on(model: DynamicExpectancyModel) -> N
     assert frame.columns == [field.name for field in msgspec.structs.fields(PolicyValue)]
     assert frame["value"].to_list() == [row.value for row in model.policy_map()]
     assert frame["action"].to_list()[0] is None
+
+
+def test_a_shadow_at_the_ground_has_the_same_tables(model: DynamicExpectancyModel) -> None:
+    model.record_changes()
+    shadow = ShadowModel({"E": 1.0, "W": 1.0}, model.parameters)
+    shadow.apply(model.take_delta())
+    for table in (hypotheses, signs, policy):
+        assert table(shadow).rows == table(model).rows
 
 
 def test_the_tables_of_a_new_model_are_empty_and_have_their_columns() -> None:

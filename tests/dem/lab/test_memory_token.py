@@ -6,8 +6,8 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from farside.dem import DynamicExpectancyModel
-from farside.dem.lab import Recall, Situation, World, memory, play
+from farside.dem import DynamicExpectancyModel, Recall
+from farside.dem.lab import Situation, World, memory, play
 
 
 class Corridor:
@@ -31,22 +31,51 @@ class Corridor:
         return Situation(["goal" if action == self.door else "wall"], terminated=True)
 
 
+def recalled(recall: Recall, story: str) -> list[str]:
+    """What is remembered after a story such as "b a, N, c": what is sensed and done in turn."""
+    for number, words in enumerate(story.split(", ")):
+        if number % 2:
+            recall.did(words)
+        else:
+            recall.sense(words.split())
+    return recall.tokens
+
+
 def test_the_token_tells_of_the_last_steps_the_latest_first() -> None:
-    recall = Recall(steps=2)
-    assert recall.tokens == []
-    recall.did(["b", "a"], "N")
-    assert recall.tokens == ["was:a b|did:N"]
-    recall.did(["c"], "E")
-    assert recall.tokens == ["was:c|did:E|was:a b|did:N"]
-    recall.did(["d"], "S")
-    assert recall.tokens == ["was:d|did:S|was:c|did:E"]
+    assert recalled(Recall(), "a") == []
+    assert recalled(Recall(), "b a, N, c") == ["was:a b|did:N"]
+    assert recalled(Recall(), "b a, N, c, E, d") == ["was:c|did:E"]
+    assert recalled(Recall(steps=2), "b a, N, c, E, d") == ["was:c|did:E|was:a b|did:N"]
+    assert recalled(Recall(steps=2), "a, N, b, E, c, S, d") == ["was:c|did:S|was:b|did:E"]
+
+
+def test_what_changes_nothing_is_not_worth_remembering() -> None:
+    assert recalled(Recall(), "a, N, b, push, b, push, b") == ["was:a|did:N"]
+
+
+def test_what_is_sensed_while_nothing_is_done_is_what_a_step_begins_with() -> None:
+    recall = Recall()
+    recall.sense(["a"])
+    recall.sense(["a", "low"])
+    recall.did("N")
+    recall.sense(["b"])
+    assert recall.tokens == ["was:a low|did:N"]
+
+
+def test_what_is_forgotten_is_no_step_of_what_follows() -> None:
+    recall = Recall()
+    assert recalled(recall, "a, N, b, E")
     recall.forget()
+    recall.sense(["c"])
     assert recall.tokens == []
 
 
-def test_memory_goes_back_one_step_at_least() -> None:
-    with pytest.raises(ValueError, match="expected 1 or more, found 0"):
-        memory(Corridor(), steps=0)
+def test_no_memory_has_no_token_and_less_than_none_is_refused() -> None:
+    assert recalled(Recall(steps=0), "a, N, b") == []
+    with pytest.raises(ValueError, match="expected 0 or more, found -1"):
+        memory(Corridor(), steps=-1)
+    with pytest.raises(TypeError, match="found the string 'ab'"):
+        Recall().sense("ab")
 
 
 def test_a_world_with_memory_tells_what_was_and_begins_anew_with_every_episode() -> None:
@@ -54,7 +83,7 @@ def test_a_world_with_memory_tells_what_was_and_begins_anew_with_every_episode()
     assert isinstance(world, World)
     (door,) = world.begin(None).tokens
     assert list(world.act("on").tokens) == ["junction", f"was:{door}|did:on"]
-    assert list(world.act("on").tokens) == ["junction", "was:junction|did:on"]
+    assert list(world.act("on").tokens) == ["junction", f"was:{door}|did:on"]
     assert len(list(world.begin(None).tokens)) == 1
 
 
