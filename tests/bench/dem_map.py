@@ -80,7 +80,7 @@ def lists(graph: Graph) -> tuple[HypothesisList, SignList]:
     return hypotheses, signs
 
 
-def _plain_matrix(graph: Graph) -> csr_array:
+def plain_matrix(graph: Graph) -> csr_array:
     """The arcs of a graph as a matrix for scipy: the least of parallel ones, and all loops."""
     cost = ACTION_COST / graph.cm
     order = np.lexsort((cost, graph.context, graph.outcome))
@@ -92,7 +92,8 @@ def _plain_matrix(graph: Graph) -> csr_array:
     return csr_array((cost[order][least], columns, starts), shape=size)
 
 
-def _seconds(work: Callable[[], object]) -> float:
+def seconds(work: Callable[[], object]) -> float:
+    """The time that a piece of work takes."""
     began = time.perf_counter()
     work()
     return time.perf_counter() - began
@@ -117,17 +118,17 @@ class WholeMap(NamedTuple):
 def whole_map(graph: Graph) -> WholeMap:
     """Build the map of a graph for a goal, and run scipy on the same graph."""
     hypotheses, signs = lists(graph)
-    matrix = _plain_matrix(graph)
+    matrix = plain_matrix(graph)
     goal = graph.sign_count // 2
     spread = Spread(hypotheses, signs, Parameters())
     policy = PolicyMap(goal, spread)
     assert policy.value == dijkstra(matrix, indices=goal).tolist()
     runs = [
         (
-            _seconds(lambda: dijkstra(matrix, indices=goal)),
-            _seconds(lambda: PolicyMap(goal, spread)),
-            _seconds(lambda: PolicyMap(goal, Spread(hypotheses, signs, Parameters()))),
-            _seconds(policy.table),
+            seconds(lambda: dijkstra(matrix, indices=goal)),
+            seconds(lambda: PolicyMap(goal, spread)),
+            seconds(lambda: PolicyMap(goal, Spread(hypotheses, signs, Parameters()))),
+            seconds(policy.table),
         )
         for _ in range(BUILDS)
     ]
@@ -163,11 +164,11 @@ def updates(graph: Graph, rng: np.random.Generator, *, on_paths: bool = False) -
         def follow(change: CostChange = change) -> None:
             policy.update([change])
 
-        took.append(_seconds(follow))
+        took.append(seconds(follow))
     anew = PolicyMap(policy.goal, spread)
     assert policy.value == anew.value
     build_s = statistics.median(
-        _seconds(lambda: PolicyMap(policy.goal, spread)) for _ in range(BUILDS)
+        seconds(lambda: PolicyMap(policy.goal, spread)) for _ in range(BUILDS)
     )
     return Updates(
         build_s, statistics.median(took), statistics.quantiles(took, n=100)[-1], max(took)
@@ -178,7 +179,7 @@ def seed_map_s() -> float:
     """Seconds to build a map of 74 Signs, as many as in the seed's example."""
     graph = grid(37, 2, np.random.default_rng(0))
     spread = Spread(*lists(graph), Parameters())
-    return statistics.median(_seconds(lambda: PolicyMap(0, spread)) for _ in range(2000))
+    return statistics.median(seconds(lambda: PolicyMap(0, spread)) for _ in range(2000))
 
 
 def table() -> Table:
