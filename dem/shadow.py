@@ -327,7 +327,7 @@ class ShadowModel(ListViews):
     def _check_action(self, change: ActionAdded | CostSet) -> None:
         known = self._actions.names
         if isinstance(change, ActionAdded):
-            possible = change.action not in known
+            possible = self._actions.find(change.action) is None
         else:
             possible = change.action in range(len(known))
         if not possible or not 0.0 < change.cost < math.inf:

@@ -24,8 +24,8 @@ class ActionList:
     """
 
     def __init__(self, costs: Mapping[str, float]) -> None:
-        self.names: tuple[str, ...] = ()
-        self.costs: tuple[float, ...] = ()
+        self.names: list[str] = []
+        self.costs: list[float] = []
         self._ids: dict[str, int] = {}
         self.restore(dict(sorted(given.costs(costs).items())))
 
@@ -48,15 +48,14 @@ class ActionList:
 
     def add(self, name: str, cost: float) -> int:
         """Add an action that is not known yet, and return its id; raises what `given.cost` does."""
-        self.costs = (*self.costs, given.cost(name, cost))
-        self.names = (*self.names, name)
+        self.costs.append(given.cost(name, cost))
+        self.names.append(name)
         self._ids[name] = len(self._ids)
         return self._ids[name]
 
     def set_cost(self, action: int, cost: float) -> None:
         """Have an action cost something else; raises what `given.cost` does."""
-        cost = given.cost(self.names[action], cost)
-        self.costs = (*self.costs[:action], cost, *self.costs[action + 1 :])
+        self.costs[action] = given.cost(self.names[action], cost)
 
     @property
     def default_cost(self) -> float:

@@ -10,7 +10,7 @@ NO_ROW = -1
 
 
 class Chains:
-    """Linked lists of rows, one for each key, in order of insertion.
+    """Linked lists of rows, one for each key, in order of insertion, linked both ways.
 
     Attributes:
         first: first row by key, -1 for none; may be shorter than there are keys.

@@ -1,5 +1,6 @@
 """What a caller gives, checked where it is given, in words that say what was expected and found."""
 
+import math
 from collections.abc import Mapping
 from numbers import Real
 from reprlib import Repr
@@ -38,19 +39,44 @@ def name(what: str, found: object) -> str:
     return found
 
 
-def number(what: str, found: object) -> float:
+def number(found: object, what: str, *about: object) -> float:
     """A number that was given, of whatever kind; a truth value is none.
+
+    Args:
+        found: what was given.
+        what: its name in a message, with `{}` for each of `about`.
+        about: what the name tells of.
 
     Raises:
         TypeError: if it is no number.
         ValueError: if it is too great for a float.
     """
     if isinstance(found, bool) or not isinstance(found, Real):
-        raise TypeError(f"{what}: expected a number, found {shown(found)}")
+        raise TypeError(f"{told(what, about)}: expected a number, found {shown(found)}")
     try:
         return float(found)
     except OverflowError as error:
-        raise ValueError(f"{what}: expected a number below 1e308, found {shown(found)}") from error
+        raise ValueError(
+            f"{told(what, about)}: expected a number below 1e308, found {shown(found)}"
+        ) from error
+
+
+def finite(found: object, what: str, *about: object) -> float:
+    """A finite number that was given; see `number`.
+
+    Raises:
+        TypeError: if it is no number.
+        ValueError: if it is not finite.
+    """
+    much = number(found, what, *about)
+    if not math.isfinite(much):
+        raise ValueError(f"{told(what, about)}: expected a finite number, found {much}")
+    return much
+
+
+def told(what: str, about: tuple[object, ...]) -> str:
+    """The name of what was given, as a message tells it; see `number`."""
+    return what.format(*map(shown, about))
 
 
 def costs(found: object) -> dict[str, float]:
@@ -68,7 +94,7 @@ def costs(found: object) -> dict[str, float]:
 
 def cost(action: str, found: object) -> float:
     """The cost of an action, as it was given; see `costs`."""
-    much = number(f"cost of action {shown(action)}", found)
-    if not 0.0 < much < float("inf"):
+    much = number(found, "cost of action {}", action)
+    if not 0.0 < much < math.inf:
         raise ValueError(f"cost of action {shown(action)}: expected above 0, found {much}")
     return much

@@ -1,11 +1,10 @@
 """The robot's own rules: what it wants of itself, when, and how much."""
 
-import math
 from collections.abc import Callable, Iterable, Sequence
 
 import msgspec
 
-from farside.dem.lists.given import given, number, shown
+from farside.dem.lists.given import finite, given, shown
 from farside.dem.lists.signs import Sign, to_sign
 
 
@@ -50,11 +49,8 @@ class InherentGoal(msgspec.Struct, frozen=True):
         """
         if not callable(self.priority):
             return self.priority
-        what = f"priority by the rule {shown(self.when)} -> {shown(self.goal)}"
-        much = number(what, self.priority(tokens))
-        if not math.isfinite(much):
-            raise ValueError(f"{what}: expected a finite number, found {much}")
-        return much
+        what = "priority by the rule {} -> {}"
+        return finite(self.priority(tokens), what, self.when, self.goal)
 
 
 class RuleState(msgspec.Struct, frozen=True, array_like=True):
@@ -74,10 +70,7 @@ def check_goal(sign: Sign, priority: float) -> float:
     """
     if not sign:
         raise ValueError("a goal: expected one Token at least, found none")
-    much = number(f"priority of goal {shown(sign)}", priority)
-    if not math.isfinite(much):
-        raise ValueError(f"priority of goal {shown(sign)}: expected a finite number, found {much}")
-    return much
+    return finite(priority, "priority of goal {}", sign)
 
 
 def rules_given(found: object) -> tuple[InherentGoal, ...]:

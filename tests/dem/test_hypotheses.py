@@ -65,8 +65,8 @@ def test_the_error_about_an_unknown_action_lists_the_known_ones() -> None:
 
 def test_actions_are_ordered_by_name() -> None:
     actions = ActionList({"b": 2.0, "a": 1.0})
-    assert actions.names == ("a", "b")
-    assert actions.costs == (1.0, 2.0)
+    assert actions.names == ["a", "b"]
+    assert actions.costs == [1.0, 2.0]
     assert [actions.id_of(name) for name in actions.names] == [0, 1]
 
 

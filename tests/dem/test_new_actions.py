@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import msgspec
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from restless import COSTS, PARAMETERS, lists, sent, signs
 
@@ -113,6 +113,7 @@ changes = st.lists(
 )
 
 
+@settings(max_examples=50)
 @given(lived=st.integers(0, 60), changed=changes, after=st.integers(0, 30))
 def test_a_shadow_and_a_loaded_model_know_new_actions_and_costs(
     eventful: Eventful, live: Live, lived: int, changed: Sequence[tuple[str, float]], after: int

@@ -289,6 +289,12 @@ def test_without_a_clock_no_time_is_told() -> None:
     assert {one.seconds for one in told} == {None}
 
 
-def test_the_model_itself_does_not_import_gymnasium() -> None:
-    script = "import sys, farside.dem; sys.exit('gymnasium' in sys.modules)"
+def test_the_laboratory_imports_no_library_of_an_extra_before_it_is_needed() -> None:
+    script = """
+import sys
+from farside.dem import lab
+for name in lab.__all__:
+    getattr(lab, name)
+sys.exit(bool({"gymnasium", "pandas", "plotly", "polars", "pyarrow"} & sys.modules.keys()))
+"""
     assert subprocess.run([sys.executable, "-c", script], check=False).returncode == 0  # noqa: S603
