@@ -1,6 +1,6 @@
 """Time of a cycle and memory of a hypothesis, in a small world and a large one.
 
-And what a goal adds to a cycle, however far it is, and a Sign that is the context of very many.
+And what a goal adds to a cycle, however far it is.
 """
 
 import math
@@ -9,11 +9,9 @@ import statistics
 import time
 from typing import NamedTuple
 
-import dem_map
 import numpy as np
 from rich.console import Console
 from rich.table import Table
-from scipy.sparse.csgraph import dijkstra  # type: ignore[import-untyped]
 
 from farside.dem import DynamicExpectancyModel, Parameters
 
@@ -22,7 +20,6 @@ SMALL, LARGE = 16, 500  # sides of the squares: about 1,000 and 1,000,000 hypoth
 CYCLES = 20_000
 PURSUED = 200
 PATHS = 10, 1_000, 50_000  # steps
-HUBS = 25_000, 100_000  # arcs
 
 
 class Size(NamedTuple):
@@ -190,41 +187,8 @@ def at_a_wall(places: int) -> Pursuits:
     return Pursuits(without_s, under_s, past_s)
 
 
-class Hub(NamedTuple):
-    """Seconds for a hub whose predictions all fall due in one cycle, and for a bare Dijkstra."""
-
-    scipy_s: float
-    cycle_s: float
-    mature_s: float
-
-
-def hub(arcs: int) -> Hub:
-    """A Sign that is active everywhere leads everywhere, in a world of as many places."""
-    graph = dem_map.grid(arcs // 100, 100, np.random.default_rng(0))
-    matrix = dem_map.plain_matrix(graph)
-    scipy_s = statistics.median(
-        dem_map.seconds(lambda: dijkstra(matrix, indices=0)) for _ in range(5)
-    )
-    model = DynamicExpectancyModel(
-        {"go": 1.0}, Parameters(maturity=8), rng=np.random.default_rng(0)
-    )
-    signs, hypotheses = model._signs, model._hypotheses
-    for place in range(arcs):
-        hypotheses.add(signs.add(("hub",)), 0, signs.add((f"at:{place}",)), 1, 0.5)
-        hypotheses.add(signs.add((f"at:{place}",)), 0, signs.add((f"at:{place + 1}",)), 1, 0.5)
-    model.set_goal((f"at:{arcs}",), 1.0)
-    took = []
-    for place in range(10):
-        began = time.perf_counter()
-        model.sense(("hub", f"at:{place}"))
-        model.choose()
-        model.perform("go")
-        took.append(time.perf_counter() - began)
-    return Hub(scipy_s, statistics.median(took[2:7]), max(took[7:]))
-
-
 def goals_table() -> Table:
-    """What a goal and a hub cost."""
+    """What a goal adds to a cycle."""
     found = Table("measure", "figure", "limit")
     for steps in PATHS:
         pursuit = pursuits(steps)
@@ -241,17 +205,6 @@ def goals_table() -> Table:
             f"at a wall, {state} / without a goal ({1e6 * wall.without_s:.0f} µs)",
             f"{took / wall.without_s:.2f}",
             "2",
-        )
-    for arcs in HUBS:
-        figures = hub(arcs)
-        found.add_row(
-            f"hub with {arcs:,} arcs: cycle, at maturity / bare Dijkstra of as many places "
-            f"({1e3 * figures.scipy_s:.1f} ms)",
-            f"{figures.cycle_s / figures.scipy_s:.1f}, {figures.mature_s / figures.scipy_s:.1f}",
-        )
-        found.add_row(
-            "    the same, µs an arc",
-            f"{1e6 * figures.cycle_s / arcs:.1f}, {1e6 * figures.mature_s / arcs:.1f}",
         )
     return found
 
