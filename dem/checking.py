@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from farside.dem.learning.differentiation import WATCHES, DifferentiationState
 from farside.dem.learning.learner import LearnerState
+from farside.dem.learning.situations import REMEMBERED, SituationsState
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import Aside, Goal, GoalsState, GoalState
 from farside.dem.lists.hypothesis import HypothesesState
@@ -57,6 +58,7 @@ class CheckedLists:
         _expect(len(set(names)) == len(self._signs) + bool(free), "no Sign twice")
         _expect(set(state.free) == free and len(state.free) == len(free), "the free ids of Signs")
         _check_births(_column("q", state.born), len(names))
+        self._tokens = {name for name in names if len(name) == 1}
         self._compounds = {sign for sign in self._signs if len(names[sign]) > 1}
         self._check_ids("never active", state.never_active, self._compounds)
 
@@ -111,14 +113,22 @@ class CheckedLists:
         _expect(0 <= state.cycle <= _GREATEST_COUNT, "a possible number of cycles")
         self._check_trials(state.trials, state.cycle)
         _expect(len(state.traces) <= reach, "activation traces within reach")
-        for active, action in state.traces:
+        for active, action, situation in state.traces:
             self._check_ids("activation trace", active, self._signs)
             _expect(action is None or 0 <= action < self._actions, "actions that are known")
+            self._check_situation(situation)
+            if action is not None:
+                causes = [context * self._actions + action for context in active]
+                tried = all(one < len(self._tries) and self._tries[one] > 0 for one in causes)
+                _expect(tried, "trials of the past")
+        self._check_situation(state.situation)
         _expect(len(state.predictions) == reach, "predictions within reach")
         for due in state.predictions:
             self._check_ids("prediction", due, self._hypotheses)
         self._check_differentiation(state.differentiation)
+        self._check_situations(state.situations)
         self._check_ids("probation", state.probation, self._compounds)
+        self._check_ids("wholes", state.wholes, self._compounds)
 
     def check_active(self, active: Collection[int]) -> None:
         """The active Signs.
@@ -150,6 +160,33 @@ class CheckedLists:
         _expect(len(tries) == len(last) <= causes, "trials of known Signs")
         _expect(bool(np.all((tries >= 0) & (tries <= _GREATEST_COUNT))), "a number of trials")
         _expect(bool(np.all((last >= -1) & (last <= cycle))), "trials of past cycles")
+        self._tries = tries
+
+    def _check_situation(self, situation: Sign) -> None:
+        known = all((token,) in self._tokens for token in situation)
+        _expect(_is_sign(situation) and known, "a situation of known Tokens")
+
+    def _check_situations(self, state: SituationsState) -> None:
+        kinds = "qdddb"
+        _expect(len(state.columns) == len(kinds), f"{len(kinds)} columns of Tokens")
+        columns = [_column(kind, data) for kind, data in zip(kinds, state.columns, strict=True)]
+        sensed, *shares, random = columns
+        rows = len(sensed)
+        _expect(all(len(column) == rows for column in columns), "columns of one length")
+        _expect(rows <= len(self._names), "what followed of known Tokens")
+        _expect(0 <= state.cycles <= _GREATEST_COUNT, "a possible number of cycles")
+        _expect(bool(np.all((sensed >= 0) & (sensed <= state.cycles))), "Tokens of past cycles")
+        _expect(0.0 <= state.repetitions <= _GREATEST_COUNT, "a possible number of repetitions")
+        most = 1.001 * state.repetitions  # shares of one add up to about one
+        possible = all(bool(np.all((one >= 0.0) & (one <= most))) for one in shares)
+        _expect(possible, "no more with a Token than all repetitions")
+        _expect(bool(np.all((random == 0) | (random == 1))), "Tokens that are random or not")
+        causes = {(context, action) for context, action, _ in state.followed}
+        _expect(len(causes) == len(state.followed) <= REMEMBERED, "what followed each cause once")
+        tokens = {sign for sign in self._signs - self._compounds if sign < rows}
+        for context, action, followed in state.followed:
+            _expect(context in self._signs and 0 <= action < self._actions, "causes that are known")
+            self._check_ids("what followed", followed, tokens)
 
     def _check_differentiation(self, state: DifferentiationState) -> None:
         self._check_ids("watch", [one.hypothesis for one in state.watches], self._hypotheses)

@@ -20,9 +20,10 @@ An outcome seen once after a context never tried before has the full initial cre
 is still enough. Where no two contexts compete, credit and C_m are equal.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from farside.dem.lists.hypotheses import HypothesisList
+from farside.dem.lists.signs import Sign
 
 
 def initial_credit(initial_cm: float, tries: int, fewest: int) -> float:
@@ -36,7 +37,9 @@ def initial_credit(initial_cm: float, tries: int, fewest: int) -> float:
     return initial_cm * fewest / tries
 
 
-def standing_alone(succeeded: Iterable[int], hypotheses: HypothesisList) -> Sequence[bool]:
+def standing_alone(
+    succeeded: Iterable[int], hypotheses: HypothesisList, names: Sequence[Sign] | None = None
+) -> Sequence[bool]:
     """For each hypothesis that succeeded: whether none with more credit had the same outcome.
 
     If several hypotheses share the most credit for an outcome, all of them stand alone.
@@ -44,6 +47,7 @@ def standing_alone(succeeded: Iterable[int], hypotheses: HypothesisList) -> Sequ
     Args:
         succeeded: hypotheses whose predictions came true in the same cycle.
         hypotheses: the Hypothesis List.
+        names: the Signs by id, where who predicts a whole has predicted its parts too.
     """
     succeeded = list(succeeded)
     outcome, credit = hypotheses.outcome, hypotheses.credit
@@ -51,4 +55,20 @@ def standing_alone(succeeded: Iterable[int], hypotheses: HypothesisList) -> Sequ
     for hypothesis in succeeded:
         sign = outcome[hypothesis]
         most[sign] = max(credit[hypothesis], most.get(sign, 0.0))
+    if names is not None:
+        for whole, much in [*most.items()]:
+            if len(names[whole]) > 1:
+                most.update(_shared_with_parts(names, whole, much, most))
     return [credit[hypothesis] >= most[outcome[hypothesis]] for hypothesis in succeeded]
+
+
+def _shared_with_parts(
+    names: Sequence[Sign], whole: int, credit: float, most: Mapping[int, float]
+) -> dict[int, float]:
+    """The parts of a whole that were predicted with less credit, with its credit."""
+    tokens = set(names[whole])
+    return {
+        sign: credit
+        for sign, much in most.items()
+        if much < credit and tokens.issuperset(names[sign])
+    }

@@ -120,7 +120,8 @@ class Differentiation:
             hypothesis: id of the hypothesis that predicted.
             predictions: number of its predictions that have fallen due, this one included.
             successes: number of these that came true.
-            beside: the Signs of single Tokens that were active beside its context.
+            beside: the Signs of single Tokens that were active beside its context; asked for only
+                while it is watched.
             success: whether this prediction came true.
 
         Returns:
@@ -136,6 +137,10 @@ class Differentiation:
             return None
         del self._watches[hypothesis]
         return watch.separating()
+
+    def is_watching(self, hypothesis: int) -> bool:
+        """Whether the next result of a hypothesis counts with the Tokens beside its context."""
+        return hypothesis in self._watches
 
     def forget(self, hypothesis: int) -> None:
         """Drop a hypothesis that is being removed."""

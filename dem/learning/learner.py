@@ -1,24 +1,24 @@
 """The learner: how a cycle changes the lists, whoever chose the action before it."""
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Collection, Container, Sequence
 from typing import NamedTuple
 
 import msgspec
 from numpy.random import Generator
 
-from farside.dem.learning.credit import initial_credit, standing_alone
-from farside.dem.learning.differentiation import Differentiation, DifferentiationState
+from farside.dem.learning.creation import Creation
+from farside.dem.learning.credit import standing_alone
+from farside.dem.learning.differentiation import DifferentiationState
+from farside.dem.learning.removal import Removal
+from farside.dem.learning.situations import SituationsState
+from farside.dem.learning.workspace import Trace, Workspace
 from farside.dem.lists.actions import ActionList
-from farside.dem.lists.hypotheses import HypothesisList
 from farside.dem.lists.hypothesis import HypothesesState
-from farside.dem.lists.predictions import PredictionList
-from farside.dem.lists.signs import Sign, SignList, SignsState
-from farside.dem.lists.trials import Trials, TrialsState
+from farside.dem.lists.signs import Sign, SignsState
+from farside.dem.lists.trials import TrialsState
 from farside.dem.parameters import Parameters
-from farside.dem.policy.aversions import AversionList
 
-_GAIN = 0.25  # the least fraction of a part's failures that a conjunction must avoid
 _SURE = 0.9  # the C_m above which a Token predicts well enough alone
 
 
@@ -40,23 +40,22 @@ class CycleResult(NamedTuple):
     removed: int
 
 
-class _Trace(NamedTuple):
-    """The activation trace of a past cycle: its active Signs, and the action performed, if any."""
-
-    active: list[int]
-    action: int | None
-
-
 class LearnerState(msgspec.Struct, frozen=True, array_like=True):
-    """All lists as they are saved, and the activation traces, the latest first."""
+    """All lists as they are saved, and the activation traces, the latest first.
+
+    See `farside.dem.learning.workspace` for what they hold.
+    """
 
     signs: SignsState
     hypotheses: HypothesesState
     trials: TrialsState
     predictions: tuple[tuple[int, ...], ...]
     differentiation: DifferentiationState
-    traces: tuple[tuple[tuple[int, ...], int | None], ...]
+    situations: SituationsState
+    traces: tuple[tuple[tuple[int, ...], int | None, Sign], ...]
+    situation: Sign
     probation: tuple[int, ...]
+    wholes: tuple[int, ...]
     cycle: int
 
 
@@ -65,25 +64,25 @@ class Learner:
 
     Attributes:
         signs, actions, hypotheses, trials, aversions: the lists.
-        cycle: number of completed cycles.
     """
 
     def __init__(self, actions: ActionList, parameters: Parameters, rng: Generator) -> None:
-        self.signs = SignList()
-        self.actions = actions
-        self.aversions = AversionList(self.signs)
-        self.hypotheses = HypothesisList(actions, parameters, self.aversions)
-        self.trials = Trials()
-        self.cycle = 0
-        self._parameters = parameters
-        self._rng = rng
-        self._predictions = PredictionList(parameters.reach)
-        self._differentiation = Differentiation(parameters.maturity)
-        # Hypotheses removed in the current call.
-        self._removed: set[int] = set()
-        self._probation: set[int] = set()
-        # The latest first.
-        self._traces: deque[_Trace] = deque(maxlen=parameters.reach)
+        self._work = work = Workspace(actions, parameters)
+        self.signs, self.actions = work.signs, actions
+        self.hypotheses, self.trials = work.hypotheses, work.trials
+        self.aversions = work.aversions
+        self._predictions, self._differentiation = work.predictions, work.differentiation
+        self._creation = Creation(work, rng)
+        self._removal = Removal(work)
+
+    @property
+    def cycle(self) -> int:
+        """The number of completed cycles."""
+        return self._work.cycle
+
+    @property
+    def _parameters(self) -> Parameters:
+        return self._work.parameters
 
     def change(self, parameters: Parameters) -> None:
         """Learn by these from now on.
@@ -92,11 +91,11 @@ class Learner:
             ValueError: if `reach` is less than before: nothing would tell any more whether
                 hypotheses of a longer delay come true.
         """
-        before, reach = self._parameters.reach, parameters.reach
+        work, before, reach = self._work, self._parameters.reach, parameters.reach
         if reach < before:
             raise ValueError(f"reach: expected at least {before}, as before, found {reach}")
-        self._parameters = parameters
-        self._traces = deque(self._traces, maxlen=reach)
+        work.parameters = parameters
+        work.traces = deque(work.traces, maxlen=reach)
         self._predictions.extend(reach - before)
         self._differentiation.change(parameters.maturity)
         self.hypotheses.change(parameters)
@@ -115,16 +114,24 @@ class Learner:
         """
         active, novel = self.signs.sense(tokens)
         due = self._predictions.take_due()
-        predicted = self._predicted(due)
-        unexpected = [sign for sign in active if sign not in predicted and sign not in novel]
+        credible = self._credible(due)
+        foreseen = {self.hypotheses.outcome[hypothesis] for hypothesis in credible}
+        unexpected = self._unexpected(active, novel, foreseen)
+        turned_random = self._situate(active)
+        disproved = self._disproved(credible, active)
         before = self.hypotheses.count
         came_true = self._settle(due, active)
         grown = self.hypotheses.count
+        kept = {*needed, *active}
         if self._parameters.removal:
-            self._remove(due, [*needed, *active])
+            self._removal.removed.clear()
+            self._removal.useless(due, kept)
+            self._removal.random(turned_random, kept)
         removed = grown - self.hypotheses.count
         self._end_probation(due)
-        self._create(novel + unexpected)
+        self._creation.explain(
+            novel + unexpected, active, foreseen=foreseen, disproved=disproved, needed=needed
+        )
         return CycleResult(
             active=active,
             novel=novel,
@@ -143,18 +150,19 @@ class Learner:
             action: the action performed, if any.
             needed: goals.
         """
+        work = self._work
         if action is not None:
             delay = self.hypotheses.delay
             for context in active:
-                self.trials.count(self.hypotheses.cause(context, action), self.cycle)
+                self.trials.count(self.hypotheses.cause(context, action), work.cycle)
                 for hypothesis in self.hypotheses.of_cause(context, action):
                     self._predictions.add(hypothesis, delay[hypothesis])
-        expired = self._traces[-1].active if len(self._traces) == self._traces.maxlen else []
-        self._traces.appendleft(_Trace(active, action))
-        self._removed.clear()
+        expired = work.traces[-1].active if len(work.traces) == work.traces.maxlen else []
+        work.traces.appendleft(Trace(active, action, work.situation))
+        self._removal.removed.clear()
         for sign in expired if self._parameters.removal else ():
-            self._forget_sign(sign, needed)
-        self.cycle += 1
+            self._removal.sign(sign, needed)
+        work.cycle += 1
 
     def forget(self, sign: int, needed: Sequence[int]) -> None:
         """Remove a conjunction that is no longer a goal, unless anything else refers to it.
@@ -164,32 +172,43 @@ class Learner:
             needed: goals and active Signs.
         """
         if self._parameters.removal:
-            self._removed.clear()
-            self._forget_sign(sign, needed)
+            self._removal.removed.clear()
+            self._removal.sign(sign, needed)
 
     def state(self) -> LearnerState:
         """Everything that `restore` needs."""
+        work = self._work
         return LearnerState(
             signs=self.signs.state(),
             hypotheses=self.hypotheses.state(),
             trials=self.trials.state(),
             predictions=self._predictions.state(),
             differentiation=self._differentiation.state(),
-            traces=tuple((tuple(trace.active), trace.action) for trace in self._traces),
-            probation=tuple(sorted(self._probation)),
-            cycle=self.cycle,
+            situations=work.situations.state(),
+            traces=tuple(
+                (tuple(trace.active), trace.action, trace.situation) for trace in work.traces
+            ),
+            situation=work.situation,
+            probation=tuple(sorted(work.probation)),
+            wholes=tuple(sorted(work.wholes)),
+            cycle=work.cycle,
         )
 
     def restore(self, state: LearnerState) -> None:
         """Become the learner that `state` was taken from. This one must be new."""
+        work = self._work
         self.signs.restore(state.signs)
         self.hypotheses.restore(state.hypotheses)
         self.trials.restore(state.trials)
         self._predictions.restore(state.predictions)
         self._differentiation.restore(state.differentiation)
-        self._traces.extend(_Trace(list(active), action) for active, action in state.traces)
-        self._probation.update(state.probation)
-        self.cycle = state.cycle
+        work.situations.restore(state.situations)
+        for active, action, situation in state.traces:
+            work.traces.append(Trace(list(active), action, situation))
+        work.situation = state.situation
+        work.probation.update(state.probation)
+        work.wholes.update(state.wholes)
+        work.cycle = state.cycle
 
     @property
     def open_predictions(self) -> tuple[tuple[int, ...], ...]:
@@ -199,28 +218,73 @@ class Learner:
     @property
     def traces(self) -> tuple[tuple[list[int], int | None], ...]:
         """The active Signs and the action of each past cycle within reach, the latest first."""
-        return tuple(self._traces)
+        return tuple((trace.active, trace.action) for trace in self._work.traces)
 
     @property
     def last_action(self) -> int | None:
         """The action performed in the last cycle, if any."""
-        return self._traces[0].action if self._traces else None
+        return self._work.traces[0].action if self._work.traces else None
+
+    # --- sensing -------------------------------------------------------------------------------
+
+    def _credible(self, due: Sequence[int]) -> Sequence[int]:
+        """The credible predictions in P*; see `farside.dem.learning.credit`."""
+        if not self._parameters.own_credit:
+            return due
+        credit, least = self.hypotheses.credit, self._parameters.initial_cm / 2
+        return [hypothesis for hypothesis in due if credit[hypothesis] >= least]
+
+    def _unexpected(
+        self, active: Sequence[int], novel: Sequence[int], foreseen: Collection[int]
+    ) -> list[int]:
+        """The active Signs that are neither novel nor foreseen.
+
+        With `situations`, to foresee a whole is to foresee its parts.
+        """
+        names = self.signs.names
+        wholes: list[set[str]] = []
+        if self._parameters.situations:
+            wholes = [set(names[sign]) for sign in foreseen if len(names[sign]) > 1]
+        return [
+            sign
+            for sign in active
+            if sign not in foreseen
+            and sign not in novel
+            and not any(whole.issuperset(names[sign]) for whole in wholes)
+        ]
+
+    def _disproved(self, credible: Sequence[int], active: Container[int]) -> set[int]:
+        """The delays with which a credible prediction failed that was not of a random Token."""
+        if not self._parameters.situations:
+            return set()
+        outcome, delay = self.hypotheses.outcome, self.hypotheses.delay
+        return {
+            delay[hypothesis]
+            for hypothesis in credible
+            if outcome[hypothesis] not in active and not self._work.is_random(outcome[hypothesis])
+        }
+
+    def _situate(self, active: Sequence[int]) -> Sequence[int]:
+        """Find the situation; return the Tokens that have turned out to be random."""
+        work = self._work
+        if not self._parameters.situations:
+            work.situation = ()
+            return ()
+        tokens = work.tokens_of(active)
+        contexts, tries, action = work.last_trials()
+        turned_random = work.situations.note(contexts, tries, action, tokens)
+        names = self.signs.names
+        work.situation = tuple(sorted(names[token][0] for token in work.situations.tell(tokens)))
+        return turned_random
 
     # --- settling ------------------------------------------------------------------------------
 
-    def _predicted(self, due: list[int]) -> set[int]:
-        """The Signs that credible predictions in P* name."""
-        outcome, credit = self.hypotheses.outcome, self.hypotheses.credit
-        if not self._parameters.own_credit:
-            return {outcome[hypothesis] for hypothesis in due}
-        credible = self._parameters.initial_cm / 2
-        return {outcome[hypothesis] for hypothesis in due if credit[hypothesis] >= credible}
-
     def _settle(self, due: list[int], active: list[int]) -> int:
         """Settle P* and differentiate; return the number of predictions that came true."""
-        hypotheses = self.hypotheses
-        came_true = [one for one in due if hypotheses.outcome[one] in active]
-        alone = dict(zip(came_true, standing_alone(came_true, hypotheses), strict=True))
+        hypotheses, here = self.hypotheses, set(active)
+        came_true = [one for one in due if hypotheses.outcome[one] in here]
+        names = self.signs.names if self._parameters.situations else None
+        alone = dict(zip(came_true, standing_alone(came_true, hypotheses, names), strict=True))
         for hypothesis in due:
             if hypothesis in alone:
                 hypotheses.succeed(hypothesis, alone=alone[hypothesis])
@@ -233,13 +297,19 @@ class Learner:
 
     def _differentiate(self, hypothesis: int, *, success: bool) -> None:
         hypotheses = self.hypotheses
-        trace = self._traces[hypotheses.delay[hypothesis] - 1]
-        context = self.signs.names[hypotheses.context[hypothesis]]
-        beside = [
-            sign
-            for sign in trace.active
-            if not self.signs.is_compound(sign) and self.signs.names[sign][0] not in context
-        ]
+        context = hypotheses.context[hypothesis]
+        trace = self._work.traces[hypotheses.delay[hypothesis] - 1]
+        situation = self.signs.find(trace.situation)
+        if situation not in (None, context) and hypotheses.is_context(situation):
+            return  # the situation tells more
+        beside: list[int] = []
+        if self._differentiation.is_watching(hypothesis):
+            name = self.signs.names[context]
+            beside = [
+                token
+                for token in self._work.tokens_of(trace.active)
+                if self.signs.names[token][0] not in name
+            ]
         token = self._differentiation.note(
             hypothesis,
             hypotheses.predictions[hypothesis],
@@ -248,7 +318,8 @@ class Learner:
             success=success,
         )
         if token is not None and not self._predicts_alone(token, hypothesis):
-            self._spawn(hypothesis, tuple(sorted((*context, *self.signs.names[token]))))
+            together = (*self.signs.names[context], *self.signs.names[token])
+            self._spawn(hypothesis, tuple(sorted(together)))
 
     def _predicts_alone(self, token: int, hypothesis: int) -> bool:
         """Whether a Token by itself predicts the outcome as well as any conjunction could."""
@@ -260,7 +331,7 @@ class Learner:
     def _spawn(self, hypothesis: int, context: Sign) -> None:
         hypotheses = self.hypotheses
         if self.signs.find(context) is None:
-            self._probation.add(self.signs.add(context))
+            self._work.probation.add(self.signs.add(context))
         sign = self.signs.add(context)
         action, outcome = hypotheses.action[hypothesis], hypotheses.outcome[hypothesis]
         delay = hypotheses.delay[hypothesis]
@@ -271,7 +342,7 @@ class Learner:
 
     def know(self, sign: Sign) -> None:
         """Add a Sign, or end its probation if it was spawned."""
-        self._probation.discard(self.signs.add(sign))
+        self._work.probation.discard(self.signs.add(sign))
 
     def _end_probation(self, due: list[int]) -> None:
         """Admit the conjunctions that have proved themselves to further hypotheses.
@@ -281,98 +352,13 @@ class Learner:
         without limit in a noisy world. Probation ends after a quarter of maturity without a
         failure, or when the mature hypothesis is not removed (project default).
         """
-        if not self._probation:
+        if not self._work.probation:
             return
         hypotheses, maturity = self.hypotheses, self._parameters.maturity
         for hypothesis in due:
             predictions = hypotheses.predictions[hypothesis]
             never_failed = hypotheses.successes[hypothesis] == predictions
-            if hypothesis not in self._removed and (
+            if hypothesis not in self._removal.removed and (
                 predictions >= maturity or (never_failed and predictions >= maturity // 4)
             ):
-                self._probation.discard(hypotheses.context[hypothesis])
-
-    # --- creation and removal ------------------------------------------------------------------
-
-    def _create(self, outcomes: list[int]) -> None:
-        for outcome in outcomes:
-            if outcome in self._probation:
-                continue
-            for delay, trace in enumerate(self._traces, start=1):
-                if trace.action is not None:
-                    self._take_opportunities(trace, outcome, delay)
-
-    def _take_opportunities(self, trace: _Trace, outcome: int, delay: int) -> None:
-        hypotheses, action = self.hypotheses, trace.action
-        assert action is not None  # noqa: S101 - checked by the caller
-        contexts = [context for context in trace.active if context not in self._probation]
-        tries = [self.trials.tried(hypotheses.cause(context, action)) for context in contexts]
-        for context, tried in zip(contexts, tries, strict=True):
-            if hypotheses.holds(context, action, outcome, delay):
-                continue
-            if self._rng.random() < self._parameters.learning_probability:
-                credit = initial_credit(self._parameters.initial_cm, tried, min(tries))
-                hypotheses.add(context, action, outcome, delay, credit)
-
-    def _remove(self, due: list[int], needed: list[int]) -> None:
-        """Remove the hypotheses that have just proved useless, and what depends on them."""
-        self._removed.clear()
-        for hypothesis in due:
-            if hypothesis not in self._removed and self._is_useless(hypothesis, needed):
-                self._forget(hypothesis, needed)
-
-    def _is_useless(self, hypothesis: int, needed: Sequence[int]) -> bool:
-        hypotheses, parameters = self.hypotheses, self._parameters
-        if hypotheses.predictions[hypothesis] < parameters.maturity:
-            return False
-        if hypotheses.outcome[hypothesis] in needed and hypotheses.is_last_of(hypothesis):
-            return False
-        return hypotheses.cm[hypothesis] < parameters.ineffective or self._is_redundant(hypothesis)
-
-    def _is_redundant(self, hypothesis: int) -> bool:
-        """Whether a conjunction predicts no better than one of its parts.
-
-        It must avoid at least a quarter of the part's failures. Checked whenever the number of
-        predictions is a multiple of maturity (project default).
-        """
-        hypotheses, maturity = self.hypotheses, self._parameters.maturity
-        if hypotheses.predictions[hypothesis] % maturity:
-            return False
-        action, outcome = hypotheses.action[hypothesis], hypotheses.outcome[hypothesis]
-        delay, rate = hypotheses.delay[hypothesis], hypotheses.success_rate(hypothesis)
-        for part in self.signs.parts(hypotheses.context[hypothesis]):
-            rival = hypotheses.find(part, action, outcome, delay)
-            if rival is not None and hypotheses.predictions[rival] >= maturity:
-                rival_rate = hypotheses.success_rate(rival)
-                if rate <= rival_rate + _GAIN * (1.0 - rival_rate):
-                    return True
-        return False
-
-    def _forget(self, hypothesis: int, needed: Sequence[int]) -> None:
-        hypotheses = self.hypotheses
-        hypotheses.remove(hypothesis)
-        self._removed.add(hypothesis)
-        self._predictions.forget(hypothesis)
-        self._differentiation.forget(hypothesis)
-        self._forget_sign(hypotheses.context[hypothesis], needed)
-
-    def _forget_sign(self, sign: int, needed: Sequence[int]) -> None:
-        """Remove a conjunction that is no context, is not needed, and is in no activation trace.
-
-        A conjunction exists to be a context. Hypotheses with it as outcome are removed with it.
-        """
-        if (
-            not self.signs.is_compound(sign)
-            or sign in needed
-            or self.hypotheses.is_context(sign)
-            or any(sign in trace.active for trace in self._traces)
-        ):
-            return
-        for hypothesis in list(self.hypotheses.of_outcome(sign)):
-            if hypothesis not in self._removed:
-                self._forget(hypothesis, needed)
-        if self.signs.is_compound(sign):
-            first = self.hypotheses.cause(sign, 0)
-            self.trials.forget(range(first, first + len(self.actions)))
-            self.signs.remove(sign)
-            self._probation.discard(sign)
+                self._work.probation.discard(hypotheses.context[hypothesis])

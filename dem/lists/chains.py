@@ -10,7 +10,7 @@ NO_ROW = -1
 
 
 class Chains:
-    """Linked lists of rows, one for each key, in order of insertion.
+    """Linked lists of rows, one for each key, in order of insertion, linked both ways.
 
     Attributes:
         first: first row by key, -1 for none; may be shorter than there are keys.
@@ -21,6 +21,8 @@ class Chains:
         self.first = array("i")
         self.following = array("i")
         self._last = array("i")
+        # A hub is the context or outcome of very many, which may be removed in one cycle.
+        self._preceding = array("i")
 
     def widen(self, before: int, after: int) -> None:
         """Have key `r * before + i` be `r * after + i` from now on; see `packing.widen`."""
@@ -43,8 +45,9 @@ class Chains:
         _extend(self.first, key)
         _extend(self._last, key)
         _extend(self.following, row)
-        self.following[row] = NO_ROW
+        _extend(self._preceding, row)
         last = self._last[key]
+        self.following[row], self._preceding[row] = NO_ROW, last
         if last == NO_ROW:
             self.first[key] = row
         else:
@@ -53,16 +56,15 @@ class Chains:
 
     def remove(self, key: int, row: int) -> None:
         """Unlink a row from its chain."""
-        before, here = NO_ROW, self.first[key]
-        while here != row:
-            before, here = here, self.following[here]
-        after = self.following[row]
+        before, after = self._preceding[row], self.following[row]
         if before == NO_ROW:
             self.first[key] = after
         else:
             self.following[before] = after
         if after == NO_ROW:
             self._last[key] = before
+        else:
+            self._preceding[after] = before
 
     def is_empty(self, key: int) -> bool:
         """Whether the chain has no row."""

@@ -143,6 +143,10 @@ class HypothesisList:
         """Whether no other hypothesis has the same outcome."""
         return self.by_outcome.is_single(self.outcome[hypothesis])
 
+    def is_outcome(self, sign: int) -> bool:
+        """Whether any hypothesis has this Sign as its outcome."""
+        return not self.by_outcome.is_empty(sign)
+
     def is_context(self, sign: int) -> bool:
         """Whether any hypothesis has this Sign as its context."""
         return any(

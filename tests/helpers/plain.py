@@ -4,11 +4,12 @@ Written from the rules and not from the code: lists of small records, searched f
 disagreement with the model is a fault in one of them.
 """
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, field
 from math import log, prod
 
 import numpy as np
+from plain_situations import Reproducible
 
 from farside.dem import Parameters
 
@@ -20,7 +21,17 @@ class KnownSign:
     tokens: tuple[str, ...]
     met: bool = False
     on_probation: bool = False
+    is_situation: bool = False
     tries: dict[str | None, int] = field(default_factory=dict)
+
+
+@dataclass
+class Past:
+    """A cycle: the Signs that were active, what was done, and the situation it was in."""
+
+    active: list[KnownSign]
+    action: str | None
+    situation: tuple[str, ...]
 
 
 @dataclass(eq=False)
@@ -36,7 +47,8 @@ class MuHypothesis:
     predictions: int = 0
     successes: int = 0
     averaged: int = 1  # results in the average that C_m is, the creation being the first
-    run: list[tuple[bool, float]] = field(default_factory=list)  # equal results, their odds
+    # Equal results and the odds of each; the creation is a success.
+    run: list[tuple[bool, float]] = field(default_factory=lambda: [(True, 1.0)])
     watches: int = 0
     watch: list[tuple[list[str], bool]] | None = None
 
@@ -54,10 +66,10 @@ class PlainModel:
         self.signs: list[KnownSign] = []
         self.hypotheses: list[MuHypothesis] = []
         self.predictions: list[tuple[int, MuHypothesis]] = []  # (cycle it is due, hypothesis)
-        self.past: list[
-            tuple[list[KnownSign], str | None]
-        ] = []  # (active Signs, action), one cycle ago first
+        self.past: list[Past] = []  # one cycle ago first
         self.cycle = 0
+        self.situation: tuple[str, ...] = ()
+        self.tokens = Reproducible()
 
     def change(self, parameters: Parameters) -> None:
         """Go by others from now on; a watch that is too long by them is void."""
@@ -81,23 +93,47 @@ class PlainModel:
         self.active = [sign for sign in self.signs if set(sign.tokens) <= set(tokens)]
         novel = [sign for sign in self.active if not sign.met]
         due = [hypothesis for cycle, hypothesis in self.predictions if cycle == self.cycle]
+        credible = [h for h in due if self.is_credible(h)]
         unexpected = [
             sign
             for sign in self.active
-            if sign.met and not any(h.outcome == sign and self.is_credible(h) for h in due)
+            if sign.met and not any(self.names(h.outcome, sign) for h in credible)
         ]
         for sign in novel:
             sign.met = True
+        turned_random: list[str] = []
+        if self.parameters.situations:
+            turned_random = self.tokens.note(tokens, self.last_trials())
+            self.situation = self.tokens.situation(tokens)
+        surprising = [h for h in credible if h.outcome not in self.active]
+        disproved = {h.delay for h in surprising if not self.tokens.random & {*h.outcome.tokens}}
         self.settle(due)
         for hypothesis in due if self.parameters.differentiation else []:
             self.differentiate(hypothesis)
         for hypothesis in due if self.parameters.removal else []:
             self.remove_if_useless(hypothesis, goals)
+        for token in turned_random if self.parameters.removal else []:
+            self.drop_situations_with(token, goals)
         for hypothesis in due:
             self.end_probation(hypothesis)
-        for sign in novel + unexpected:
-            if not sign.on_probation:
-                self.explain(sign)
+        self.explain_all(novel + unexpected, credible, disproved, goals)
+
+    def explain_all(
+        self,
+        surprises: Sequence[KnownSign],
+        credible: Sequence[MuHypothesis],
+        disproved: set[int],
+        goals: Sequence[tuple[str, ...]],
+    ) -> None:
+        """Create hypotheses, for the situation as a whole first."""
+        outcomes = [sign for sign in surprises if not sign.on_probation]
+        told: list[set[str]] = [set() for _ in self.past]
+        if self.parameters.situations:
+            outcomes = [s for s in outcomes if not s.is_situation or s.tokens in goals]
+            if not any(h.outcome.tokens == self.situation for h in credible):
+                told = self.explain_as_a_whole(disproved)
+        for sign in outcomes:
+            self.explain(sign, told)
 
     def perform(self, action: str | None, goals: Sequence[tuple[str, ...]] = ()) -> None:
         """Every hypothesis whose context and action are active predicts."""
@@ -106,11 +142,18 @@ class PlainModel:
             for hypothesis in self.hypotheses:
                 if hypothesis.context == sign and hypothesis.action == action:
                     self.predictions.append((self.cycle + hypothesis.delay, hypothesis))
-        self.past = [(self.active, action), *self.past]
-        expired = [sign for active, _ in self.past[self.parameters.reach :] for sign in active]
+        self.past = [Past(self.active, action, self.situation), *self.past]
+        expired = [sign for then in self.past[self.parameters.reach :] for sign in then.active]
         self.past = self.past[: self.parameters.reach]
         self.forget(expired if self.parameters.removal else [], goals)
         self.cycle += 1
+
+    def last_trials(self) -> dict[tuple[Hashable, str], int]:
+        """How often the last action was tried in each Sign that was active then."""
+        if not self.past or self.past[0].action is None:
+            return {}
+        action = self.past[0].action
+        return {(sign, action): sign.tries[action] for sign in self.past[0].active}
 
     def is_credible(self, hypothesis: MuHypothesis) -> bool:
         """Whether it has at least half the initial C_m as credit."""
@@ -120,7 +163,7 @@ class PlainModel:
 
     def settle(self, due: Sequence[MuHypothesis]) -> None:
         """Update C_m and credit; a success that a better hypothesis predicted gives no credit."""
-        predicted = [(h.outcome, h.credit) for h in due]
+        predicted = [(h.outcome, h.credit) for h in due if h.outcome in self.active]
         for h in due:
             h.predictions += 1
             success = h.outcome in self.active
@@ -128,7 +171,7 @@ class PlainModel:
             if success:
                 h.successes += 1
                 h.cm += rate * (1.0 - h.cm)
-                if not any(sign == h.outcome and credit > h.credit for sign, credit in predicted):
+                if not any(self.names(s, h.outcome) and much > h.credit for s, much in predicted):
                     h.credit += rate * (1.0 - h.credit)
             else:
                 h.cm -= rate * h.cm
@@ -148,29 +191,91 @@ class PlainModel:
         h.averaged += 1
         return max(constant, 1.0 / h.averaged)
 
-    def explain(self, outcome: KnownSign) -> None:
-        """Create hypotheses for `outcome` from all Signs that were active within reach."""
-        for delay, (then, action) in enumerate(self.past, start=1):
-            contexts = [context for context in then if not context.on_probation]
-            if action is None:
+    def names(self, outcome: KnownSign, sign: KnownSign) -> bool:
+        """Whether who predicts `outcome` has predicted `sign`: a part too, with situations."""
+        part = self.parameters.situations and {*sign.tokens} < {*outcome.tokens}
+        return sign == outcome or part
+
+    def explain(self, outcome: KnownSign, told: Sequence[set[str]]) -> None:
+        """Create hypotheses for `outcome` from all Signs that were active within reach.
+
+        With situations, not where the situation then explains it, and not from Signs with more than
+        twice as many trials as the rarest.
+        """
+        for delay, then in enumerate(self.past, start=1):
+            contexts = [context for context in then.active if not context.on_probation]
+            action = then.action
+            if action is None or {*outcome.tokens} <= told[delay - 1]:
                 continue
             for context in contexts:
-                if self.holds(context, action, outcome, delay):
+                rarest = min(other.tries[action] for other in contexts)
+                if self.parameters.situations and context.tries[action] > 2 * rarest:
                     continue
-                if self.rng.random() < self.parameters.learning_probability:
-                    rarest = min(other.tries[action] for other in contexts)
-                    credit = self.parameters.initial_cm * rarest / context.tries[action]
-                    self.create(context, action, outcome, delay, credit)
+                credit = self.parameters.initial_cm * rarest / context.tries[action]
+                self.take(context, action, outcome, delay, credit)
+
+    def take(
+        self, context: KnownSign, action: str, outcome: KnownSign, delay: int, credit: float
+    ) -> None:
+        """Take the opportunity to create a hypothesis, unless it exists."""
+        held = self.holds(context, action, outcome, delay)
+        if not held and self.rng.random() < self.parameters.learning_probability:
+            self.create(context, action, outcome, delay, credit)
+
+    def explain_as_a_whole(self, disproved: set[int]) -> list[set[str]]:
+        """Let past situations explain this one; for each cycle of the past the Tokens explained."""
+        told: list[set[str]] = [set() for _ in self.past]
+        if not self.situation:
+            return told
+        is_known = any(sign.tokens == self.situation for sign in self.signs)
+        for delay, then in enumerate(self.past, start=1):
+            if then.action is None or not then.situation:
+                continue
+            left = [h for h in self.hypotheses if h.context.tokens == then.situation]
+            if is_known or delay in disproved or left:
+                context = self.know_situation(then.situation)
+                if context not in then.active:
+                    then.active.append(context)
+                    context.tries[then.action] = context.tries.get(then.action, 0) + 1
+                outcome = self.know_situation(self.situation)
+                if outcome not in self.active:
+                    self.active.append(outcome)
+                self.take(context, then.action, outcome, delay, self.parameters.initial_cm)
+                told[delay - 1] = {*self.situation}
+        return told
+
+    def know_situation(self, tokens: tuple[str, ...]) -> KnownSign:
+        """The Sign of a situation."""
+        known = any(sign.tokens == tokens for sign in self.signs)
+        sign = self.know(tokens)
+        sign.is_situation |= not known
+        sign.met, sign.on_probation = True, False
+        return sign
+
+    def drop_situations_with(self, token: str, goals: Sequence[tuple[str, ...]]) -> None:
+        """Remove all hypotheses from or to situations with a Token that turned out to be random."""
+        needed = [*goals, *(sign.tokens for sign in self.active)]
+        for sign in [sign for sign in self.signs if sign.is_situation and token in sign.tokens]:
+            for h in self.hypotheses:
+                if sign in (h.context, h.outcome):
+                    self.drop(h, needed)
 
     def differentiate(self, h: MuHypothesis) -> None:
-        """Watch a mature, middling hypothesis; at the end it may spawn a copy."""
+        """Watch a mature, middling hypothesis; at the end it may spawn a copy.
+
+        Not where a whole situation is the context of something: that tells more.
+        """
         maturity = self.parameters.maturity
+        situation = self.past[h.delay - 1].situation
+        is_context = any(other.context.tokens == situation for other in self.hypotheses)
+        if is_context and h.context.tokens != situation:
+            return
         if h.watch is None:
             middling = 0.08 < h.successes / h.predictions < 0.92
             if middling and h.predictions % maturity == 0 and h.watches < 4:
                 h.watch, h.watches = [], h.watches + 1
             return
-        active_then = self.past[h.delay - 1][0]
+        active_then = self.past[h.delay - 1].active
         tokens = [sign.tokens[0] for sign in active_then if len(sign.tokens) == 1]
         beside = [token for token in tokens if token not in h.context.tokens]
         h.watch.append((beside, h.outcome in self.active))
@@ -229,12 +334,14 @@ class PlainModel:
         self.hypotheses = [other for other in self.hypotheses if other != h]
         self.predictions = [(cycle, other) for cycle, other in self.predictions if other != h]
         self.forget([h.context], needed)
+        self.forget([h.outcome] if h.outcome.is_situation else [], needed)
 
     def forget(self, signs: Sequence[KnownSign], needed: Sequence[tuple[str, ...]]) -> None:
         """Remove conjunctions that are no longer contexts, and the hypotheses for them."""
         for sign in signs:
-            kept = [other for active, _ in self.past for other in active]
+            kept = [other for then in self.past for other in then.active]
             kept += [other.context for other in self.hypotheses]
+            kept += [h.outcome for h in self.hypotheses if h.outcome.is_situation]
             if len(sign.tokens) > 1 and sign not in kept and sign.tokens not in needed:
                 for h in [other for other in self.hypotheses if other.outcome == sign]:
                     if h in self.hypotheses:

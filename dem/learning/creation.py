@@ -1,0 +1,121 @@
+"""Creation: which hypotheses explain a surprise.
+
+The seed leaves the candidates open: here all Signs in the activation traces are contexts, each with
+the action performed then. Where many Tokens are active at once, that is a flood. With `situations`,
+few things explain a surprise (project defaults):
+
+1. *Nothing is created that could not be believed.* A context with more than twice as many trials as
+   the rarest one would have too little credit to make anything expected.
+2. *The situation explains where its parts cannot.* It becomes a Sign, and the context of one
+   hypothesis that ends in the next situation as a whole, where a credible prediction has failed,
+   where a situation that is known was not foreseen as a whole, or where it is a context already.
+   That one hypothesis names all Tokens of the next situation, so nothing else has to.
+"""
+
+from collections.abc import Container, Sequence
+
+from numpy.random import Generator
+
+from farside.dem.learning.credit import initial_credit
+from farside.dem.learning.workspace import Trace, Workspace
+from farside.dem.lists.signs import Sign
+
+_BELIEVABLE = 2  # times the trials of the rarest context
+
+
+class Creation:
+    """Creates hypotheses, each opportunity with the learning probability λ."""
+
+    def __init__(self, work: Workspace, rng: Generator) -> None:
+        self._work = work
+        self._rng = rng
+
+    def explain(
+        self,
+        surprises: Sequence[int],
+        active: list[int],
+        *,
+        foreseen: Container[int],
+        disproved: Container[int],
+        needed: Container[int],
+    ) -> None:
+        """Create what explains the present cycle.
+
+        Args:
+            surprises: the novel and the unexpected Signs.
+            active: the active Signs; the situation is added if it becomes known.
+            foreseen: the Signs that a credible prediction named.
+            disproved: delays with which a credible prediction failed.
+            needed: goals.
+        """
+        work = self._work
+        outcomes = [sign for sign in surprises if sign not in work.probation]
+        told: list[set[str]] = []
+        if work.parameters.situations:
+            outcomes = [sign for sign in outcomes if sign not in work.wholes or sign in needed]
+            told = self._explain_as_a_whole(active, foreseen, disproved)
+        for outcome in outcomes:
+            for delay, trace in enumerate(work.traces, start=1):
+                if trace.action is None:
+                    continue
+                if told and told[delay - 1].issuperset(work.signs.names[outcome]):
+                    continue
+                self._take_opportunities(trace, trace.action, outcome, delay)
+
+    def _take_opportunities(self, trace: Trace, action: int, outcome: int, delay: int) -> None:
+        work, parameters = self._work, self._work.parameters
+        contexts = [context for context in trace.active if context not in work.probation]
+        tries = [work.tried(context, action) for context in contexts]
+        fewest = min(tries, default=0)
+        for context, tried in zip(contexts, tries, strict=True):
+            if tried <= _BELIEVABLE * fewest or not parameters.situations:
+                credit = initial_credit(parameters.initial_cm, tried, fewest)
+                self._take(context, action, outcome, delay, credit)
+
+    def _take(self, context: int, action: int, outcome: int, delay: int, credit: float) -> None:
+        work = self._work
+        if work.hypotheses.holds(context, action, outcome, delay):
+            return
+        if self._rng.random() < work.parameters.learning_probability:
+            work.hypotheses.add(context, action, outcome, delay, credit)
+
+    # --- situations ----------------------------------------------------------------------------
+
+    def _explain_as_a_whole(
+        self, active: list[int], foreseen: Container[int], disproved: Container[int]
+    ) -> list[set[str]]:
+        """For each trace, the Tokens that its situation explains."""
+        work = self._work
+        here = work.signs.find(work.situation)
+        if not work.situation or here in foreseen:
+            return []
+        told: list[set[str]] = []
+        for delay, trace in enumerate(work.traces, start=1):
+            told.append(set())
+            if trace.action is None or not trace.situation:
+                continue
+            before = work.signs.find(trace.situation)
+            is_context = before is not None and work.hypotheses.is_context(before)
+            if here is not None or delay in disproved or is_context:
+                context = self._known(trace.situation)
+                if context not in trace.active:
+                    trace.active.append(context)
+                    cause = work.hypotheses.cause(context, trace.action)
+                    work.trials.count(cause, work.cycle - delay)
+                outcome = self._known(work.situation)
+                if outcome not in active:
+                    active.append(outcome)
+                initial_cm = work.parameters.initial_cm
+                self._take(context, trace.action, outcome, delay, initial_cm)
+                told[-1].update(work.situation)
+        return told
+
+    def _known(self, situation: Sign) -> int:
+        """A situation as a Sign, which was active when it was the situation."""
+        work = self._work
+        is_new = work.signs.find(situation) is None
+        known = work.signs.activate(situation)
+        if is_new:
+            work.wholes.add(known)
+        work.probation.discard(known)
+        return known
