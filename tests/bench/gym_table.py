@@ -43,7 +43,10 @@ class World(NamedTuple):
     budget: int
     goal: str = REWARDED
     floor: float = 0.0  # an episode succeeds if it ends with a reward above this
-    aversion: float = 0.0  # what the models with expected values give for an end without one
+    # Of the models with expected values: what an end without a reward costs, and α and β where the
+    # odds are the same for ever, so that no run of luck is taken for a change of the world.
+    aversion: float = 0.0
+    rate: float | None = None
 
 
 class Result(NamedTuple):
@@ -85,6 +88,7 @@ WORLDS = (
         state,
         20_000,
         aversion=100.0,
+        rate=0.02,
     ),
     World(
         "CliffWalking",
@@ -112,6 +116,10 @@ def expected_play(world: World, seed: int, exploration: Exploration) -> Learner:
     """The same with expected values and an aversion to failure, without curiosity in the end."""
     played = GymWorld(world.env(), world.tokens, tells_failure=world.aversion > 0.0)
     parameters = Parameters(values=Values.EXPECTED, exploration=exploration)
+    if world.rate is not None:
+        parameters = msgspec.structs.replace(
+            parameters, averaging=False, alpha=world.rate, beta=world.rate
+        )
     rng = np.random.default_rng(seed)
     model = DynamicExpectancyModel(played.action_costs, parameters, rng=rng)
     if world.aversion:
