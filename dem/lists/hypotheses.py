@@ -373,14 +373,8 @@ class HypothesisList:
         self._risks.follow_all()
 
     def _note_cost_change(self, hypothesis: int) -> None:
-        self.cost_changes.append(
-            CostChange(
-                hypothesis,
-                self.context[hypothesis],
-                self.outcome[hypothesis],
-                self.cost[hypothesis],
-            )
-        )
+        context, outcome = self.context[hypothesis], self.outcome[hypothesis]
+        self.cost_changes.append(CostChange(hypothesis, context, outcome, self.cost[hypothesis]))
 
     def _own_columns(self) -> "list[array[int] | array[float]]":
         """All columns but the costs, which follow from the others."""

@@ -98,7 +98,9 @@ def test_the_highest_cost_that_any_source_gives_counts(
 def test_what_one_active_sign_knows_of_a_risk_counts_for_all() -> None:
     """A Sign that is active everywhere must not show a way that the place knows to be bad."""
     model = DynamicExpectancyModel(
-        COSTS, Parameters(own_credit=False, removal=False), rng=np.random.default_rng(0)
+        COSTS,
+        Parameters(own_credit=False, removal=False, situations=False),
+        rng=np.random.default_rng(0),
     )
     for _ in range(20):
         for place, action, outcome in (("a", "E", "pit"), ("b", "E", "goal"), ("a", "N", "b")):
