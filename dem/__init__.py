@@ -12,6 +12,7 @@ from farside.lazily import lazily
 if TYPE_CHECKING:
     from farside.dem.cycle import Choice, Prediction, Sensed, Trace
     from farside.dem.feed import Delta
+    from farside.dem.lists.aversions import Aversion
     from farside.dem.lists.goals import Aside, Goal
     from farside.dem.lists.hypothesis import Hypothesis
     from farside.dem.lists.inherent import InherentGoal
@@ -19,7 +20,6 @@ if TYPE_CHECKING:
     from farside.dem.memory import UnreadableMemoryError
     from farside.dem.model import DynamicExpectancyModel
     from farside.dem.parameters import Curiosity, Exploration, Parameters, Values
-    from farside.dem.policy.aversions import Aversion
     from farside.dem.policy.planning import PolicyStep, PolicyValue, Why
     from farside.dem.recall import Recall
     from farside.dem.shadow import DeltaError, ShadowModel
@@ -54,7 +54,7 @@ __getattr__ = lazily(
     __name__,
     {
         "Aside": "lists.goals",
-        "Aversion": "policy.aversions",
+        "Aversion": "lists.aversions",
         "Choice": "cycle",
         "Curiosity": "parameters",
         "Delta": "feed",

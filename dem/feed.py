@@ -5,18 +5,19 @@ The first is a whole; then follow the changes of the lists in order, not the res
 """
 
 import zlib
+from collections.abc import Iterable
 
 import msgspec
 
 from farside.dem.changes import ListChange
 from farside.dem.lists.actions import ActionList
+from farside.dem.lists.aversions import Aversion, AversionList
 from farside.dem.lists.goals import Goal
 from farside.dem.lists.hypotheses import HypothesisList
 from farside.dem.lists.hypothesis import HypothesesState
 from farside.dem.lists.signs import SignList, SignsState
 from farside.dem.memory import compress
 from farside.dem.parameters import Parameters
-from farside.dem.policy.aversions import Aversion, AversionList
 
 FEW_CHANGES = 1000
 """So many changes are kept in any case (project default)."""
@@ -142,3 +143,33 @@ class ChangeFeed:
         self._changes.clear()
         self._goals, self._told = goals, averted
         return msgspec.structs.replace(delta, check=self._check)
+
+
+def lists_check(
+    actions: ActionList,
+    signs: SignList,
+    hypotheses: HypothesisList,
+    goals: Iterable[Goal],
+    aversions: Iterable[Aversion],
+) -> int:
+    """CRC-32 of actions, Signs, hypotheses, goals and aversions, on a model as on its shadow.
+
+    It covers all that a shadow holds, with every C_m to the last bit, and the ids by which the next
+    changes will name it; not how the lists came to be so, which `Delta.check` covers. It takes
+    about a millisecond for 20,000 hypotheses.
+    """
+    wanted = [
+        # A whole number and the order of the sources do not outlast the way to a shadow.
+        (goal.tokens, sorted((by, float(much)) for by, much in goal.priorities.items()), goal.aside)
+        for goal in goals
+    ]
+    averted = [
+        (one.tokens, sorted((by, float(much)) for by, much in one.costs.items()))
+        for one in aversions
+    ]
+    crcs = (
+        signs.crc(),
+        hypotheses.crc(),
+        zlib.crc32(msgspec.msgpack.encode([actions.by_name, wanted, averted])),
+    )
+    return zlib.crc32(msgspec.msgpack.encode(crcs))

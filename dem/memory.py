@@ -26,11 +26,11 @@ from numpy.random import Generator
 from farside.dem.checking import CheckedLists, check_goal_list
 from farside.dem.learning.learner import LearnerState
 from farside.dem.lists.actions import ActionList
+from farside.dem.lists.aversions import Aversion, checked
 from farside.dem.lists.given import shown
 from farside.dem.lists.goals import GoalsState
 from farside.dem.lists.inherent import InherentGoal, RuleState
 from farside.dem.parameters import Parameters
-from farside.dem.policy.aversions import Aversion, checked
 
 FORMAT = 4
 """Version of the format that is written; no other is read."""

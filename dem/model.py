@@ -5,10 +5,9 @@ from collections.abc import Iterable, Mapping
 from numpy.random import Generator
 
 from farside.dem.cycle import Choice, Sensed
-from farside.dem.feed import ChangeFeed, Delta
+from farside.dem.feed import ChangeFeed, Delta, lists_check
 from farside.dem.learning.learner import Learner
 from farside.dem.lists.actions import ActionList
-from farside.dem.lists.check import lists_check
 from farside.dem.lists.given import given
 from farside.dem.lists.inherent import InherentGoal, restored, rules_given, saved
 from farside.dem.lists.signs import to_sign

@@ -20,9 +20,9 @@ from farside.dem.changes import (
     decoded_result,
 )
 from farside.dem.checking import CheckedLists, check_goals
-from farside.dem.feed import FEW_CHANGES, Delta, Whole
+from farside.dem.feed import FEW_CHANGES, Delta, Whole, lists_check
 from farside.dem.lists.actions import ActionList
-from farside.dem.lists.check import lists_check
+from farside.dem.lists.aversions import Aversion, AversionList, checked
 from farside.dem.lists.given import given, shown
 from farside.dem.lists.goals import Goal, sought
 from farside.dem.lists.hypotheses import HypothesisList
@@ -30,7 +30,6 @@ from farside.dem.lists.hypothesis import Hypothesis
 from farside.dem.lists.signs import Sign, SignList, to_sign
 from farside.dem.memory import UnreadableMemoryError, decompress
 from farside.dem.parameters import Parameters, same
-from farside.dem.policy.aversions import Aversion, AversionList, checked
 from farside.dem.policy.planning import Planner, PolicyStep, PolicyValue, Why
 from farside.dem.views import ListViews
 

@@ -5,12 +5,12 @@ from collections.abc import Iterable, Mapping, Sequence
 from farside.dem.cycle import Prediction, Trace
 from farside.dem.learning.learner import Learner
 from farside.dem.lists.actions import ActionList
+from farside.dem.lists.aversions import Aversion
 from farside.dem.lists.goals import Goal, GoalList
 from farside.dem.lists.hypotheses import HypothesisList
 from farside.dem.lists.hypothesis import Hypothesis
 from farside.dem.lists.signs import Sign, SignList, to_sign
 from farside.dem.parameters import Parameters, others_than_default
-from farside.dem.policy.aversions import Aversion
 from farside.dem.policy.planning import Planner, PolicyStep, PolicyValue, Why
 from farside.dem.policy.pursuit import Pursuit
 

@@ -7,12 +7,12 @@ from typing import NamedTuple
 from farside.dem.learning.differentiation import Differentiation
 from farside.dem.learning.situations import Situations
 from farside.dem.lists.actions import ActionList
+from farside.dem.lists.aversions import AversionList
 from farside.dem.lists.hypotheses import HypothesisList
 from farside.dem.lists.predictions import PredictionList
 from farside.dem.lists.signs import Sign, SignList
 from farside.dem.lists.trials import Trials
 from farside.dem.parameters import Parameters
-from farside.dem.policy.aversions import AversionList
 
 
 class Trace(NamedTuple):

@@ -22,12 +22,12 @@ from farside.dem.changes import (
 )
 from farside.dem.equations import averaged, averaging_rate, cost_estimate, reinforced, weakened
 from farside.dem.lists.actions import ActionList
+from farside.dem.lists.aversions import AversionList, Risks
 from farside.dem.lists.chains import NO_ROW, Chains
 from farside.dem.lists.hypothesis import CostChange, HypothesesState, Hypothesis
 from farside.dem.lists.packing import crc_of, packed, unpack_into
 from farside.dem.lists.signs import Sign, SignList
 from farside.dem.parameters import Parameters
-from farside.dem.policy.aversions import AversionList, Risks
 
 
 class HypothesisList:
@@ -41,7 +41,7 @@ class HypothesisList:
         cost: the current cost estimate C_e; infinite for a free row.
         measure: the column that cost estimates rest on, `credit` or `cm`.
         risks: by context and action what an attempt risks beside its cost, where it does; see
-            `farside.dem.policy.aversions`.
+            `farside.dem.lists.aversions`.
         born: serial number of creation, which gives the order of age.
         structure: incremented whenever a hypothesis is created or removed.
         cm_sum: the current sum of all C_m.

@@ -104,7 +104,7 @@ def test_what_one_active_sign_knows_of_a_risk_counts_for_all() -> None:
     )
     for _ in range(20):
         for place, action, outcome in (("a", "E", "pit"), ("b", "E", "goal"), ("a", "N", "b")):
-            model.sense([place, "always"])
+            model.sense([place] if outcome == "pit" else [place, "always"])
             model.perform(action)
             model.sense([outcome])
             model.perform(None)

@@ -10,16 +10,14 @@ that is often entered tilted is dear, though only the Token of the tilt is to be
 """
 
 import math
-from collections.abc import Iterable, Mapping
-from typing import TYPE_CHECKING
+from array import array
+from collections.abc import Iterable, Iterator, Mapping
+from typing import Protocol
 
 import msgspec
 
 from farside.dem.lists import given
 from farside.dem.lists.signs import Sign, SignList, to_sign
-
-if TYPE_CHECKING:
-    from farside.dem.lists.hypotheses import HypothesisList
 
 
 class Aversion(msgspec.Struct, frozen=True):
@@ -111,6 +109,24 @@ class AversionList:
         return sum(cost * likely[sign] for sign, cost in self.signs.items() if sign in likely)
 
 
+class Estimated(Protocol):
+    """What is needed of the Hypothesis List; see `farside.dem.lists.hypotheses`."""
+
+    context: "array[int]"
+    action: "array[int]"
+    outcome: "array[int]"
+    delay: "array[int]"
+    measure: "array[float]"
+
+    def of_cause(self, context: int, action: int) -> Iterator[int]:
+        """The hypotheses with this context and action, oldest first."""
+        ...
+
+    def estimate_costs(self, hypotheses: Iterable[int]) -> None:
+        """Estimate the costs of these anew."""
+        ...
+
+
 class Risks:
     """What an attempt risks, by context and action, kept up to date with the Hypothesis List.
 
@@ -122,7 +138,7 @@ class Risks:
         by_cause: the risk of each context and action that has any.
     """
 
-    def __init__(self, aversions: AversionList, hypotheses: "HypothesisList") -> None:
+    def __init__(self, aversions: AversionList, hypotheses: Estimated) -> None:
         self._aversions, self._hypotheses = aversions, hypotheses
         self.by_cause: dict[tuple[int, int], float] = {}
 
