@@ -10,8 +10,8 @@ class Controller(Protocol):
     """A controller on board. `farside.dem.DynamicExpectancyModel` is one.
 
     A cycle is `sense`, then `choose` if the controller is to choose, then `perform` with the action
-    that was really performed, whoever chose it. Goals may be set and withdrawn at any time.
-    `farside.rover.PlainController` keeps the goals and leaves `choose` to its user.
+    that is really performed, whoever chose it, as it begins. Goals may be set and withdrawn at any
+    time. `farside.rover.PlainController` keeps the goals and leaves `choose` to its user.
     """
 
     @property

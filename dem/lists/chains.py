@@ -20,8 +20,9 @@ class Chains:
     def __init__(self) -> None:
         self.first = array("i")
         self.following = array("i")
-        self._preceding = array("i")
         self._last = array("i")
+        # A hub is the context or outcome of very many, which may be removed in one cycle.
+        self._preceding = array("i")
 
     def widen(self, before: int, after: int) -> None:
         """Have key `r * before + i` be `r * after + i` from now on; see `packing.widen`."""
@@ -45,9 +46,8 @@ class Chains:
         _extend(self._last, key)
         _extend(self.following, row)
         _extend(self._preceding, row)
-        self.following[row] = NO_ROW
         last = self._last[key]
-        self._preceding[row] = last
+        self.following[row], self._preceding[row] = NO_ROW, last
         if last == NO_ROW:
             self.first[key] = row
         else:

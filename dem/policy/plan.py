@@ -80,6 +80,8 @@ class Plan:
         for sign in self._touched:
             self._look_again(sign)
         self._touched.clear()
+        if start in self._planned:
+            return self._planned[start]
         walked = self._walk(start)
         sign = self._arcs.outcome[walked[-1][1]] if walked else start
         planned, keep = self._planned.get(sign, 0.0), True
@@ -137,7 +139,7 @@ class Plan:
         for one in gone:
             if self._planned.pop(one, None) is None:
                 continue
-            for part in self._implied.parts(one):
+            for part in self._implied.parts(one) if self._wholes else ():
                 self._wholes.get(part, {}).pop(one, None)
             # Who leads here by what is no longer so is looked at again by itself.
             for arc in self._arcs.of_outcome(one):

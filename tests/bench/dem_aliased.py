@@ -1,7 +1,10 @@
-"""`make bench`: mazes where cells look alike, with longer traces, and with a memory Token."""
+"""Mazes where cells look alike, with longer traces, and with a memory Token.
+
+The arguments are the number of seeds, and `long` for the row that takes longer than all others.
+"""
 
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from concurrent.futures import ProcessPoolExecutor
 from itertools import product
 from statistics import mean
@@ -16,7 +19,15 @@ from rich.table import Table
 from farside.dem import DynamicExpectancyModel, Parameters
 from farside.dem.lab import Situation, memory, play, train_then_judge
 
-STEPS = (3_000, 20_000)
+BUDGETS = ((3_000, True), (20_000, True), (3_000, False))
+"""Random steps, and whether the view is one Token."""
+
+LONG = (20_000, False)
+"""The same, if asked for: it takes longer than all of the others."""
+
+LEARNERS = ((1, 0), (3, 0), (1, 1))
+"""Reach and memory."""
+
 SEEDS = 2
 NOWHERE = ("nowhere",)
 """A goal that cannot be, so that steps are random."""
@@ -104,41 +115,36 @@ def ratio(case: Case, seed: int) -> float:
     return mean(episode.steps for episode in only.episodes) / judged.maze.optimum()
 
 
-def cases() -> Iterator[Case]:
-    """Every case, the quick ones first."""
-    for steps, as_one in product(STEPS, (True, False)):
-        for reach, steps_back in ((1, 0), (3, 0), (1, 1)):
-            for maze in ALIASED:
-                yield Case(maze, as_one, reach, steps_back, steps)
-
-
 def _job(job: tuple[Case, int]) -> float:
     return ratio(*job)
 
 
-def main(seeds: int = SEEDS) -> None:
+def main(seeds: int = SEEDS, long: str = "") -> None:
     """Measure in one process for each processor, and print the table."""
     console = Console()
-    jobs = [(case, seed) for case in cases() for seed in range(seeds)]
-    ratios: dict[Case, list[float]] = {}
+    budgets = (*BUDGETS, LONG) if long else BUDGETS
+    rows = list(product(budgets, LEARNERS))
+    jobs = [
+        (Case(maze, as_one, reach, steps_back, steps), seed)
+        for (steps, as_one), (reach, steps_back) in rows
+        for maze in ALIASED
+        for seed in range(seeds)
+    ]
     with ProcessPoolExecutor() as pool:
-        done = track(pool.map(_job, jobs), total=len(jobs), console=console)
-        for (case, _), found in zip(jobs, done, strict=True):
-            ratios.setdefault(case, []).append(found)
+        found = list(track(pool.map(_job, jobs), total=len(jobs), console=console))
     table = Table("steps to food / fewest", "view", "reach", "memory", *ALIASED, "mean")
-    for steps, as_one in product(STEPS, (True, False)):
-        for reach, steps_back in ((1, 0), (3, 0), (1, 1)):
-            row = [mean(ratios[Case(maze, as_one, reach, steps_back, steps)]) for maze in ALIASED]
-            view = "one Token" if as_one else "eight Tokens"
-            table.add_row(
-                f"after {steps:,} random steps",
-                view,
-                str(reach),
-                "yes" if steps_back else "",
-                *(f"{value:.2f}" for value in (*row, mean(row))),
-            )
+    ratios = iter(found)
+    for (steps, as_one), (reach, steps_back) in rows:
+        means = [mean(next(ratios) for _ in range(seeds)) for _ in ALIASED]
+        table.add_row(
+            f"after {steps:,} random steps",
+            "one Token" if as_one else "eight Tokens",
+            str(reach),
+            "yes" if steps_back else "",
+            *(f"{value:.2f}" for value in (*means, mean(means))),
+        )
     console.print(table)
 
 
 if __name__ == "__main__":
-    main(*map(int, sys.argv[1:2]))
+    main(int(sys.argv[1]) if len(sys.argv) > 1 else SEEDS, *sys.argv[2:])

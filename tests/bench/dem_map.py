@@ -16,6 +16,7 @@ from rich.table import Table
 from scipy.sparse import csr_array  # type: ignore[import-untyped]
 from scipy.sparse.csgraph import dijkstra  # type: ignore[import-untyped]
 
+from farside.dem import DynamicExpectancyModel
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.hypotheses import HypothesisList
 from farside.dem.lists.hypothesis import CostChange
@@ -27,6 +28,7 @@ from farside.dem.policy.spread import Spread
 ACTION_COST = 2.66
 BUILDS = 9
 CHANGES = 400
+HUBS = 25_000, 100_000  # arcs
 Ids = NDArray[np.int64]
 
 
@@ -162,6 +164,7 @@ def updates(graph: Graph, rng: np.random.Generator, *, on_paths: bool = False) -
 
         def follow(change: CostChange = change) -> None:
             policy.update([change])
+            _ = policy.value  # all of them
 
         took.append(_seconds(follow))
     anew = PolicyMap(policy.goal, spread)
@@ -172,6 +175,37 @@ def updates(graph: Graph, rng: np.random.Generator, *, on_paths: bool = False) -
     return Updates(
         build_s, statistics.median(took), statistics.quantiles(took, n=100)[-1], max(took)
     )
+
+
+class Hub(NamedTuple):
+    """Seconds for a hub whose predictions all fall due in one cycle, and for a bare Dijkstra."""
+
+    scipy_s: float
+    cycle_s: float
+    mature_s: float
+
+
+def hub(arcs: int) -> Hub:
+    """A Sign that is active everywhere leads everywhere, in a world of as many places."""
+    graph = grid(arcs // 100, 100, np.random.default_rng(0))
+    matrix = _plain_matrix(graph)
+    scipy_s = statistics.median(_seconds(lambda: dijkstra(matrix, indices=0)) for _ in range(5))
+    model = DynamicExpectancyModel(
+        {"go": 1.0}, Parameters(maturity=8), rng=np.random.default_rng(0)
+    )
+    signs, hypotheses = model._signs, model._hypotheses
+    for place in range(arcs):
+        hypotheses.add(signs.add(("hub",)), 0, signs.add((f"at:{place}",)), 1, 0.5)
+        hypotheses.add(signs.add((f"at:{place}",)), 0, signs.add((f"at:{place + 1}",)), 1, 0.5)
+    model.set_goal((f"at:{arcs}",), 1.0)
+    took = []
+    for place in range(10):
+        began = time.perf_counter()
+        model.sense(("hub", f"at:{place}"))
+        model.choose()
+        model.perform("go")
+        took.append(time.perf_counter() - began)
+    return Hub(scipy_s, statistics.median(took[2:7]), max(took[7:]))
 
 
 def seed_map_s() -> float:
@@ -212,6 +246,17 @@ def table() -> Table:
                 f"{name}: update p99, greatest / build, {which}",
                 f"{change.p99_s / change.build_s:.2f}, {change.most_s / change.build_s:.2f}",
             )
+    for arcs in HUBS:
+        figures = hub(arcs)
+        found.add_row(
+            f"hub with {arcs:,} arcs: cycle, at maturity / bare Dijkstra of as many places "
+            f"({1e3 * figures.scipy_s:.1f} ms)",
+            f"{figures.cycle_s / figures.scipy_s:.1f}, {figures.mature_s / figures.scipy_s:.1f}",
+        )
+        found.add_row(
+            "    the same, µs an arc",
+            f"{1e6 * figures.cycle_s / arcs:.1f}, {1e6 * figures.mature_s / arcs:.1f}",
+        )
     found.add_row("74 Signs (µs)", f"{1e6 * seed_map_s():.0f}", "100")
     return found
 

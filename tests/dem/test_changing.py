@@ -129,11 +129,11 @@ def test_values_follow_at_once_when_costs_come_from_c_m_again(
     make_model: MakeModel, cycle: RunCycle
 ) -> None:
     """With `dust` everywhere, credit is less than C_m: the way looks cheaper by C_m."""
-    model = make_model()
+    model = make_model(situations=False)
     for tokens, action in [(("dust",), "E"), (("at:A", "dust"), "E"), (B, None)]:
         cycle(model, tokens, action)
     assert model.cost_to(B, ["dust"]) == 2.66 / 0.25
-    model.change(Parameters(own_credit=False))
+    model.change(Parameters(own_credit=False, situations=False))
     assert model.cost_to(B, ["dust"]) == 2.66 / 0.5
 
 

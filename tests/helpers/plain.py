@@ -47,7 +47,8 @@ class MuHypothesis:
     predictions: int = 0
     successes: int = 0
     averaged: int = 1  # results in the average that C_m is, the creation being the first
-    run: list[tuple[bool, float]] = field(default_factory=list)  # equal results, their odds
+    # Equal results and the odds of each; the creation is a success.
+    run: list[tuple[bool, float]] = field(default_factory=lambda: [(True, 1.0)])
     watches: int = 0
     watch: list[tuple[list[str], bool]] | None = None
 
