@@ -107,10 +107,10 @@ class Parameters(_Checked, frozen=True):
     """How a model learns and acts. Every default is a project default: the seed leaves them open.
 
     Attributes:
-        alpha: α, the gain of C_m on success, as a fraction of its distance to 1; 0 to 1. By default
-            .01, and .5 without `averaging`.
-        beta: β, the loss of C_m on failure, as a fraction of its value; 0 to 1. By default .01, and
-            .2 without `averaging`.
+        alpha: α, the gain of C_m on success, as a fraction of its distance to 1; 0 to 1. With
+            `averaging` the least gain, .01 by default; without it .5 by default.
+        beta: β, the loss of C_m on failure, as a fraction of its value; 0 to 1. With `averaging`
+            the least loss, .01 by default; without it .2 by default.
         learning_probability: λ, the probability that an opportunity to create a hypothesis is
             taken; 0 to 1.
         initial_cm: C_m of a new hypothesis; 0 to 1.

@@ -171,7 +171,8 @@ def test_conjunctions_are_made_unless_differentiation_is_off(
         return max(len(sign) for sign in json.loads(out)["signs"])
 
     assert longest() > 1
-    assert longest("--no-differentiation") == 1
+    assert longest("--no-situations") > 1
+    assert longest("--no-situations", "--no-differentiation") == 1
 
 
 def test_a_stream_may_come_from_standard_input(
