@@ -45,6 +45,7 @@ bench: $(VENV)/.ready-to-develop $(VENV)/.ready-to-compare ## measure simulated 
 	$(BIN)/python tests/bench/link_queries.py
 	$(BIN)/python tests/bench/dem_cycle.py
 	$(BIN)/python tests/bench/dem_map.py
+	$(BIN)/python tests/bench/dem_expected.py
 	$(BIN)/python tests/bench/dem_worlds.py
 	$(BIN)/python tests/bench/dem_aliased.py
 	$(BIN)/python tests/bench/gym_table.py

@@ -18,13 +18,15 @@ if TYPE_CHECKING:
     from farside.dem.lists.signs import Sign
     from farside.dem.memory import UnreadableMemoryError
     from farside.dem.model import DynamicExpectancyModel
-    from farside.dem.parameters import Curiosity, Exploration, Parameters
+    from farside.dem.parameters import Curiosity, Exploration, Parameters, Values
+    from farside.dem.policy.aversions import Aversion
     from farside.dem.policy.planning import PolicyStep, PolicyValue, Why
     from farside.dem.recall import Recall
     from farside.dem.shadow import DeltaError, ShadowModel
 
 __all__ = [
     "Aside",
+    "Aversion",
     "Choice",
     "Curiosity",
     "Delta",
@@ -44,6 +46,7 @@ __all__ = [
     "Sign",
     "Trace",
     "UnreadableMemoryError",
+    "Values",
     "Why",
 ]
 
@@ -51,6 +54,7 @@ __getattr__ = lazily(
     __name__,
     {
         "Aside": "lists.goals",
+        "Aversion": "policy.aversions",
         "Choice": "cycle",
         "Curiosity": "parameters",
         "Delta": "feed",
@@ -70,6 +74,7 @@ __getattr__ = lazily(
         "Sign": "lists.signs",
         "Trace": "cycle",
         "UnreadableMemoryError": "memory",
+        "Values": "parameters",
         "Why": "policy.planning",
     },
 )

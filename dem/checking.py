@@ -18,7 +18,7 @@ from farside.dem.learning.learner import LearnerState
 from farside.dem.learning.situations import REMEMBERED, SituationsState
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import Aside, Goal, GoalsState, GoalState
-from farside.dem.lists.hypotheses import HypothesesState
+from farside.dem.lists.hypothesis import HypothesesState
 from farside.dem.lists.packing import unpack_into
 from farside.dem.lists.signs import Sign, SignsState, to_sign
 from farside.dem.lists.trials import TrialsState

@@ -11,10 +11,12 @@ import msgspec
 from farside.dem.changes import ListChange
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import Goal
-from farside.dem.lists.hypotheses import HypothesesState, HypothesisList
+from farside.dem.lists.hypotheses import HypothesisList
+from farside.dem.lists.hypothesis import HypothesesState
 from farside.dem.lists.signs import SignList, SignsState
 from farside.dem.memory import compress
 from farside.dem.parameters import Parameters
+from farside.dem.policy.aversions import Aversion, AversionList
 
 FEW_CHANGES = 1000
 """So many changes are kept in any case (project default)."""
@@ -33,6 +35,7 @@ class Delta(msgspec.Struct, frozen=True, array_like=True):
         check: CRC-32 of this delta and of all before it, back to the last whole.
         changes: the changes, in order.
         goals: the Goal List if it changed, else `None`.
+        aversions: the same of the Aversion List.
         whole: the compressed lists if this is a whole, else `None`.
     """
 
@@ -41,6 +44,7 @@ class Delta(msgspec.Struct, frozen=True, array_like=True):
     check: int
     changes: tuple[ListChange, ...]
     goals: tuple[Goal, ...] | None
+    aversions: tuple[Aversion, ...] | None
     whole: bytes | None
 
 
@@ -59,6 +63,7 @@ class ChangeFeed:
     Args:
         actions, parameters: those of the model.
         signs, hypotheses: its lists, whose changes are recorded from now on.
+        aversions: its Aversion List.
     """
 
     def __init__(
@@ -67,11 +72,14 @@ class ChangeFeed:
         parameters: Parameters,
         signs: SignList,
         hypotheses: HypothesisList,
+        aversions: AversionList,
     ) -> None:
         self._actions = actions
         self._parameters = parameters
         self._signs = signs
         self._hypotheses = hypotheses
+        self._aversions = aversions
+        self._told: tuple[Aversion, ...] = ()
         self._changes: list[ListChange] = []
         signs.recorded = hypotheses.recorded = self._changes
         self._number = 0
@@ -127,8 +135,10 @@ class ChangeFeed:
         self, changed: tuple[Goal, ...] | None, goals: tuple[Goal, ...], whole: bytes | None = None
     ) -> Delta:
         self._number += 1
-        delta = Delta(self._number, self._check, 0, tuple(self._changes), changed, whole)
+        averted = self._aversions.ordered
+        told = averted if whole is not None or averted != self._told else None
+        delta = Delta(self._number, self._check, 0, tuple(self._changes), changed, told, whole)
         self._check = zlib.crc32(msgspec.msgpack.encode(delta))
         self._changes.clear()
-        self._goals = goals
+        self._goals, self._told = goals, averted
         return msgspec.structs.replace(delta, check=self._check)

@@ -30,6 +30,7 @@ from farside.dem.lists.given import shown
 from farside.dem.lists.goals import GoalsState
 from farside.dem.lists.inherent import InherentGoal, RuleState
 from farside.dem.parameters import Parameters
+from farside.dem.policy.aversions import Aversion, checked
 
 FORMAT = 4
 """Version of the format that is written; no other is read."""
@@ -76,6 +77,7 @@ class ModelState(msgspec.Struct, frozen=True, array_like=True):
     random: bytes
     learner: LearnerState
     goals: GoalsState
+    aversions: tuple[Aversion, ...]
     active: tuple[int, ...]
     awaits_action: bool
     chosen: str | None
@@ -205,6 +207,7 @@ def _check(state: ModelState) -> None:
     lists.check_due(learner, awaits_action=state.awaits_action)
     lists.check_active(state.active)
     check_goal_list(state.goals)
+    checked(state.aversions)
     for when, goal, priority in map(msgspec.structs.astuple, state.inherent):
         InherentGoal(when, goal, 0.0 if priority is None else priority)
     if state.chosen is not None:

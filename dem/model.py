@@ -10,19 +10,18 @@ from farside.dem.learning.learner import Learner
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.check import lists_check
 from farside.dem.lists.given import given
-from farside.dem.lists.goals import OPERATOR, Goal
 from farside.dem.lists.inherent import InherentGoal, restored, rules_given, saved
 from farside.dem.lists.signs import to_sign
 from farside.dem.memory import ModelState, random_state, read, restored_generator, written
-from farside.dem.parameters import Exploration, Parameters
+from farside.dem.parameters import Exploration, Parameters, Values
 from farside.dem.policy.curiosity import CuriousMap
 from farside.dem.policy.pursuit import Pursuit
-from farside.dem.views import ModelViews
+from farside.dem.wants import ModelWants
 
 _DEFAULTS = Parameters()
 
 
-class DynamicExpectancyModel(ModelViews):
+class DynamicExpectancyModel(ModelWants):
     """Learns what follows from each action, and how to reach goals.
 
     A cycle is `sense`, then `choose` if the model is to choose, then `perform` with the action
@@ -129,7 +128,7 @@ class DynamicExpectancyModel(ModelViews):
         if choice is None:
             if exploration is Exploration.NONE or not self._actions:
                 return None
-            choice = Choice(self._actions.names[self._rng.integers(len(self._actions))])
+            choice = Choice(self._any_action())
         self._chosen = choice.action if choice.goal else None
         return choice
 
@@ -187,12 +186,29 @@ class DynamicExpectancyModel(ModelViews):
             cost_to_go=self._planner.value(sign),
         )
 
+    def _any_action(self) -> str:
+        """An action at random, of those that are known to risk least of what is to be avoided."""
+        names, risks = self._actions.names, self._hypotheses.risks
+        if risks:
+            most = [
+                max([risks.get((context, action), 0.0) for context in self._active], default=0.0)
+                for action in range(len(names))
+            ]
+            names = [name for name, risk in zip(names, most, strict=True) if risk == min(most)]
+        return names[self._rng.integers(len(names))]
+
     def _curious(self) -> Choice | None:
         if not self._actions:
             return None
         sought = self._goals.sought
         goal = None if sought is None else self._signs.find(sought)
+        directed = None
+        if self._parameters.values is Values.EXPECTED:
+            # The curious map is one of best outcomes. So it leads to the frontier only.
+            directed, goal = self._goal_directed(), None
         curious = CuriousMap(self._learner, self._parameters, goal, self._active)
+        if directed is not None and (directed.cost_to_go or 0.0) <= curious.least:
+            return directed
         lead = curious.lead(self._learner.last_action, self._rng)
         if lead is None:
             return None
@@ -202,57 +218,6 @@ class DynamicExpectancyModel(ModelViews):
             sign=self._signs.names[lead.sign],
             cost_to_go=lead.cost,
         )
-
-    # --- goals ---------------------------------------------------------------------------------
-
-    def set_goal(
-        self, tokens: Iterable[str], priority: float = 1.0, source: str = OPERATOR
-    ) -> Goal | None:
-        """Put a Sign on the Goal List, or change the priority that `source` gives it.
-
-        Several sources may want the same Sign; the highest of their priorities counts. A Sign of
-        several Tokens becomes known by being set. A single Token that was never sensed can be a
-        goal too, but is put aside until it is sensed.
-
-        Within a cycle, between `sense` and `perform`, a goal that is active is satisfied at once:
-        it never comes on the list, and nothing is done for it. It is returned, and told once more
-        in `Sensed.reached` of the next cycle, for those who wait there. To pursue a goal again that
-        was just reached, set it after `perform`.
-
-        Returns:
-            the goal, if it is satisfied at once.
-
-        Raises:
-            ValueError: if there are no Tokens, `priority` is not finite, or `source` is `"rule"`,
-                which stands for the robot's own rules.
-            TypeError: if `tokens` is a string or no Tokens, `priority` no number, or `source` no
-                name.
-        """
-        sign = to_sign(tokens)
-        is_active = self._awaits_action and self._pursuit.is_active(sign, self._active)
-        satisfied = self._goals.set(sign, priority, source, is_active=is_active)
-        if satisfied is None:
-            self._pursuit.know_goals()
-            self._attend()
-        return satisfied
-
-    def withdraw_goal(self, tokens: Iterable[str], source: str = OPERATOR) -> bool:
-        """Take back what `source` set; False if it set no such goal.
-
-        The goal stays as long as another source, or a rule of the robot's own, wants it. With
-        removal on, a Sign of several Tokens that nothing refers to any more is removed.
-        """
-        sign = to_sign(tokens)
-        withdrawn, known = self._goals.withdraw(sign, source), self._signs.find(sign)
-        if withdrawn and known is not None:
-            self._learner.forget(known, [*self._pursuit.needed(), *self._active])
-        self._attend()
-        return withdrawn
-
-    def _attend(self) -> None:
-        # Before the first `sense`, no Sign is active and nothing can be said of any goal.
-        if self._awaits_action or self._learner.cycle:
-            self._pursuit.attend(self._active)
 
     # --- saving and shadowing ------------------------------------------------------------------
 
@@ -273,6 +238,7 @@ class DynamicExpectancyModel(ModelViews):
                 random=random_state(self._rng),
                 learner=self._learner.state(),
                 goals=self._goals.state(),
+                aversions=self._learner.aversions.ordered,
                 active=tuple(self._active),
                 awaits_action=self._awaits_action,
                 chosen=self._chosen,
@@ -304,6 +270,7 @@ class DynamicExpectancyModel(ModelViews):
             inherent=restored(state.inherent, inherent),
         )
         model._actions.restore(state.action_costs)
+        model._learner.aversions.become(state.aversions)
         model._learner.restore(state.learner)
         model._goals.restore(state.goals)
         model._active = list(state.active)
@@ -330,7 +297,13 @@ class DynamicExpectancyModel(ModelViews):
     def record_changes(self) -> None:
         """From now on, record the changes of the lists for a `ShadowModel`; see `take_delta`."""
         if self._feed is None:
-            self._feed = ChangeFeed(self._actions, self._parameters, self._signs, self._hypotheses)
+            self._feed = ChangeFeed(
+                self._actions,
+                self._parameters,
+                self._signs,
+                self._hypotheses,
+                self._learner.aversions,
+            )
 
     def take_delta(self) -> Delta:
         """The changes of the lists since the last delta.
@@ -351,8 +324,14 @@ class DynamicExpectancyModel(ModelViews):
         return self._open_feed().whole(self._goals.ordered)
 
     def lists_check(self) -> int:
-        """CRC-32 of all lists and the goals, to be compared with that of a `ShadowModel`."""
-        return lists_check(self._actions, self._signs, self._hypotheses, self._goals.ordered)
+        """CRC-32 of all lists, goals and aversions, to be compared with that of a `ShadowModel`."""
+        return lists_check(
+            self._actions,
+            self._signs,
+            self._hypotheses,
+            self._goals.ordered,
+            self._learner.aversions.ordered,
+        )
 
     def _open_feed(self) -> ChangeFeed:
         if self._feed is None:

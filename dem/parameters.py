@@ -75,6 +75,16 @@ class Exploration(StrEnum):
     """What was never tried, or not for long; also on the way to a goal. See `Curiosity`."""
 
 
+class Values(StrEnum):
+    """What a policy value P_v tells of the way to a goal."""
+
+    BEST = "best"
+    """Equation 5 of the seed: the least total of cost estimates, by the best outcome of each."""
+
+    EXPECTED = "expected"
+    """What it costs on average, by all outcomes of each action; see `farside.dem.policy`."""
+
+
 class Curiosity(_Checked, frozen=True):
     """Exploration through the map: what was never tried, or not for long, is worth a detour.
 
@@ -134,6 +144,8 @@ class Parameters(_Checked, frozen=True):
         ineffective: a mature hypothesis with a C_m below this is removed; 0 to 1.
         put_aside: put a goal aside that is unknown or that no way leads to, so that the next can be
             pursued. Off: the top-goal is the highest, and the model explores.
+        values: what a policy value tells: `best`, equation 5 of the seed, or `expected`, the cost
+            by all outcomes of each action; see `farside.dem.policy.expectation`.
         break_point: block a goal that has become too dear; see `break_multiple`.
         break_multiple: a goal is blocked, and put aside, when its P_v has grown past this multiple
             of what it was when the goal was set; above 1.
@@ -161,6 +173,7 @@ class Parameters(_Checked, frozen=True):
     maturity: Count = 16
     ineffective: Fraction = 0.02
     put_aside: bool = True
+    values: Values = Values.BEST
     break_point: bool = True
     break_multiple: Annotated[float, Meta(gt=1)] = 4.0
     recovery: Count = 100
@@ -179,6 +192,8 @@ class Parameters(_Checked, frozen=True):
             msgspec.structs.force_setattr(self, name, False)  # noqa: FBT003 - a value, not a flag
         if self.exploration is Exploration.CURIOUS:
             raise ValueError("exploration: expected none or random with plain, found curious")
+        if self.values is Values.EXPECTED:
+            raise ValueError("values: expected best with plain, found expected")
 
 
 def same(one: Parameters, other: Parameters) -> bool:

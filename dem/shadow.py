@@ -30,6 +30,7 @@ from farside.dem.lists.hypothesis import Hypothesis
 from farside.dem.lists.signs import Sign, SignList, to_sign
 from farside.dem.memory import UnreadableMemoryError, decompress
 from farside.dem.parameters import Parameters, same
+from farside.dem.policy.aversions import Aversion, AversionList, checked
 from farside.dem.policy.planning import Planner, PolicyStep, PolicyValue, Why
 from farside.dem.views import ListViews
 
@@ -62,6 +63,7 @@ class ShadowModel(ListViews):
         self._parameters = given(Parameters, "parameters", parameters)
         self._agreed = [parameters]
         self._goals: tuple[Goal, ...] = ()
+        self._averted: tuple[Aversion, ...] = ()
         self._number = 0
         self._check: int | None = None
         self._clear()
@@ -77,8 +79,9 @@ class ShadowModel(ListViews):
         given(Delta, "delta", delta)
         try:
             check_goals(delta.goals or ())
+            checked(delta.aversions or ())
         except ValueError as error:
-            raise DeltaError(f"goals that no model has: {error}") from error
+            raise DeltaError(f"goals or aversions that no model has: {error}") from error
         if delta.whole is not None:
             self._restore(delta.whole)
         else:
@@ -89,10 +92,14 @@ class ShadowModel(ListViews):
                 self._repeat(change)
         except ValueError as error:
             self._clear()
-            self._goals, self._check = (), None
+            self._goals, self._averted, self._check = (), (), None
             raise DeltaError(f"a change that no model makes: {error}: ask for a whole") from error
         if delta.goals is not None:
             self._goals = delta.goals
+        if delta.aversions is not None:
+            self._averted = delta.aversions
+            self._aversions.become(delta.aversions)
+            self._hypotheses.follow_aversions()
         self._number, self._check = delta.number, delta.check
         # The maps are repaired when they are asked for; until then, what for is kept.
         if len(self._hypotheses.cost_changes) > FEW_CHANGES:
@@ -107,7 +114,7 @@ class ShadowModel(ListViews):
 
     def lists_check(self) -> int:
         """CRC-32 of the lists; equal to that of the model when this holds what that held."""
-        return lists_check(self._actions, self._signs, self._hypotheses, self._goals)
+        return lists_check(self._actions, self._signs, self._hypotheses, self._goals, self._averted)
 
     @property
     def number(self) -> int:
@@ -118,6 +125,11 @@ class ShadowModel(ListViews):
     def goals(self) -> tuple[Goal, ...]:
         """The Goal List of the model, the top-goal first."""
         return self._goals
+
+    @property
+    def aversions(self) -> tuple[Aversion, ...]:
+        """The Signs that the model avoids, the oldest aversion first."""
+        return self._averted
 
     def policy_map(self) -> tuple[PolicyValue, ...]:
         """The DPM as `DynamicExpectancyModel.policy_map` gives it."""
@@ -257,7 +269,8 @@ class ShadowModel(ListViews):
         self._actions = ActionList({})
         self._actions.restore(self._first_actions if costs is None else costs)
         self._signs = SignList()
-        self._hypotheses = HypothesisList(self._actions, self._parameters)
+        self._aversions = AversionList(self._signs)
+        self._hypotheses = HypothesisList(self._actions, self._parameters, self._aversions)
         self._planner = Planner(self._signs, self._hypotheses, self._actions, self._parameters)
 
     def _restore(self, packed: bytes) -> None:

@@ -10,6 +10,7 @@ from farside.dem.lists.hypotheses import HypothesisList
 from farside.dem.lists.hypothesis import Hypothesis
 from farside.dem.lists.signs import Sign, SignList, to_sign
 from farside.dem.parameters import Parameters, others_than_default
+from farside.dem.policy.aversions import Aversion
 from farside.dem.policy.planning import Planner, PolicyStep, PolicyValue, Why
 from farside.dem.policy.pursuit import Pursuit
 
@@ -123,6 +124,11 @@ class ModelViews(ListViews):
             TypeError: if `tokens` is a string.
         """
         return self._goals.priorities(to_sign(tokens))
+
+    @property
+    def aversions(self) -> tuple[Aversion, ...]:
+        """The Signs to be avoided, the oldest aversion first."""
+        return self._learner.aversions.ordered
 
     def policy_map(self) -> tuple[PolicyValue, ...]:
         """The top-goal's DPM, ordered by value, then Sign.

@@ -99,6 +99,9 @@ def _unread(mission: MissionFile) -> Iterator[Problem]:
     if rover.controller != "dem" and rover.dem != DemConfig():
         text = f"is not read: rover.controller is {shown(rover.controller)}"
         yield Problem(("rover", "dem"), text)
+    if rover.controller == "queued" and rover.avoid:
+        text = f"is not read: rover.controller is {shown(rover.controller)}"
+        yield Problem(("rover", "avoid"), text)
 
 
 def _reads_rules(ground: GroundConfig) -> bool:

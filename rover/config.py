@@ -7,6 +7,8 @@ from msgspec import Meta, field
 
 from farside.control import OnLoss
 from farside.dem import Exploration, Parameters
+from farside.messages import Tokens
+from farside.places import place_token
 from farside.settings import Fraction, NonNegative, Options, PlaceName, Positive, Section
 
 Physical = Annotated[float, Meta(ge=1e-3, le=1e6)]
@@ -246,12 +248,38 @@ class MissionGoal(Section, frozen=True):
     priority: Positive = 1.0
 
 
+class Avoided(Section, frozen=True):
+    """A place, or anything else that is sensed, which the model on board is to avoid.
+
+    Attributes:
+        cost_s: what it costs to get there beside the moves, in seconds; 0 to 10⁹.
+        place: the place; or else `token`.
+        token: what is sensed, such as `battery:low`.
+    """
+
+    cost_s: Annotated[float, Meta(ge=0, le=1e9)]
+    place: PlaceName | None = None
+    token: str | None = None
+
+    def __post_init__(self) -> None:
+        if (self.place is None) == (self.token is None):
+            found = "neither" if self.place is None else "both"
+            raise ValueError(f"expected place or token, found {found}")
+
+    @property
+    def tokens(self) -> Tokens:
+        """The Sign to be avoided."""
+        return (self.token or place_token(self.place or ""),)
+
+
 class RoverConfig(Section, frozen=True):
     """The rover: where it starts, what it is, and how it decides.
 
     Attributes:
         start: the place where the rover starts, such as `D` or `3,4`.
         goals: mission goals, pursued when the link is lost.
+        avoid: what the model on board avoids in every mode, wherever it chooses; see
+            `docs/dem.md`. The costs of its ways contain this. Orders are not affected.
         body: body and wheels.
         drive: the drive controller.
         sensors: the sensors of the pose estimate.
@@ -274,6 +302,7 @@ class RoverConfig(Section, frozen=True):
 
     start: PlaceName
     goals: tuple[MissionGoal, ...] = ()
+    avoid: tuple[Avoided, ...] = ()
     body: BodyConfig = BodyConfig()
     drive: DriveConfig = DriveConfig()
     sensors: SensorConfig = SensorConfig()
@@ -286,6 +315,11 @@ class RoverConfig(Section, frozen=True):
     dem: DemConfig = DemConfig()
     memory: Annotated[int, Meta(ge=0, le=8)] = 0
     shadow: bool = True
+
+    @property
+    def aversions(self) -> dict[Tokens, float]:
+        """What is to be avoided, with its cost in seconds; the last word on a Sign counts."""
+        return {avoided.tokens: avoided.cost_s for avoided in self.avoid}
 
     @property
     def is_shadowed(self) -> bool:

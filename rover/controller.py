@@ -4,6 +4,8 @@ from collections.abc import Iterable, Mapping
 from typing import Protocol, runtime_checkable
 
 from farside.dem import Choice, Delta, Goal, Hypothesis, PolicyStep, PolicyValue, Sensed, Why
+from farside.messages import Tokens
+from farside.topics import GoalSource
 
 
 class Controller(Protocol):
@@ -77,6 +79,33 @@ class Controller(Protocol):
     def expected(self, action: str) -> Hypothesis | None:
         """The most credible hypothesis of what an action leads to here; `None` if not known."""
         ...
+
+
+@runtime_checkable
+class Averse(Protocol):
+    """A controller that can avoid something. `DynamicExpectancyModel` is one."""
+
+    def avert(self, tokens: Iterable[str], cost: float, source: str = ...) -> None:
+        """Avoid a Sign: to make it active costs so much more."""
+        ...
+
+    def accept(self, tokens: Iterable[str], source: str = ...) -> bool:
+        """Take back what `source` averted; False if it averted no such Sign."""
+        ...
+
+
+def change_aversions(
+    controller: Controller, before: Mapping[Tokens, float], after: Mapping[Tokens, float]
+) -> None:
+    """Have a controller avoid what the mission says, if it can; it said `before` until now."""
+    if not isinstance(controller, Averse):
+        return
+    for tokens in before:
+        if tokens not in after:
+            controller.accept(tokens, GoalSource.MISSION.value)
+    for tokens, cost in after.items():
+        if before.get(tokens) != cost:
+            controller.avert(tokens, cost, GoalSource.MISSION.value)
 
 
 @runtime_checkable

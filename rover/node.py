@@ -26,7 +26,7 @@ from farside.rover.control.authority import Conditions, Parts
 from farside.rover.control.cycle import ControlCycle
 from farside.rover.control.model_updates import ModelUpdates
 from farside.rover.control.proposals import Proposals
-from farside.rover.controller import Controller
+from farside.rover.controller import Controller, change_aversions
 from farside.rover.drive import STAND, Move
 from farside.rover.events import EventQueue
 from farside.rover.failsafe.gate import SafetyGate
@@ -125,6 +125,7 @@ class Rover:
         self._silence = Silence(config.failsafe, terms)
         self._reporting = Reporting(self._endpoint, terms, self._silence, journal)
         self.controller = brain = controller(config, streams.learning)
+        change_aversions(brain, {}, config.aversions)
         mission: dict[Tokens, float] = {
             (place_token(goal.place),): goal.priority for goal in config.goals
         }

@@ -26,9 +26,10 @@ if TYPE_CHECKING:
     from farside.dem.lab.playing import Episode, play
     from farside.dem.lab.remembering import memory
     from farside.dem.lab.tables import SignRow, Table, hypotheses, policy, signs
-    from farside.dem.lab.worlds import REWARDED, GymWorld, Situation, World
+    from farside.dem.lab.worlds import FAILED, REWARDED, GymWorld, Situation, World
 
 __all__ = [
+    "FAILED",
     "REWARDED",
     "CycleMetrics",
     "Episode",
@@ -64,6 +65,7 @@ __all__ = [
 __getattr__ = lazily(
     __name__,
     {
+        "FAILED": "worlds",
         "REWARDED": "worlds",
         "CycleMetrics": "metrics",
         "Episode": "playing",

@@ -9,6 +9,9 @@ if TYPE_CHECKING:
 REWARDED = "rewarded"
 """The Token sensed with the observation that came with a reward."""
 
+FAILED = "failed"
+"""The Token sensed with the last observation of an episode that ended without a reward."""
+
 _Observation = TypeVar("_Observation")
 
 
@@ -59,6 +62,9 @@ class GymWorld(Generic[_Observation]):
         actions: the environment's actions by name, or only the names of discrete ones, in order.
             Left out, discrete actions are named by their numbers in the environment.
         reward_above: only a greater reward counts as a reward.
+        tells_failure: whether the Token `FAILED` is sensed where an episode terminates without a
+            reward. A model that is to avoid this has it averted; see
+            `DynamicExpectancyModel.avert`.
 
     Attributes:
         env: the environment.
@@ -76,10 +82,12 @@ class GymWorld(Generic[_Observation]):
         *,
         actions: "Mapping[str, object] | Sequence[str] | None" = None,
         reward_above: float = 0.0,
+        tells_failure: bool = False,
     ) -> None:
         self.env = env
         self._tokens = tokens
         self._reward_above = reward_above
+        self._tells_failure = tells_failure
         self._actions = _by_name(env, actions)
 
     @property
@@ -105,6 +113,8 @@ class GymWorld(Generic[_Observation]):
         tokens, reward = list(self._tokens(observation)), float(paid)
         if reward > self._reward_above:
             tokens.append(REWARDED)
+        elif terminated and self._tells_failure:
+            tokens.append(FAILED)
         return Situation(tokens, reward, terminated, truncated)
 
 

@@ -14,7 +14,7 @@ from farside.dem.learning.removal import Removal
 from farside.dem.learning.situations import SituationsState
 from farside.dem.learning.workspace import Trace, Workspace
 from farside.dem.lists.actions import ActionList
-from farside.dem.lists.hypotheses import HypothesesState
+from farside.dem.lists.hypothesis import HypothesesState
 from farside.dem.lists.signs import Sign, SignsState
 from farside.dem.lists.trials import TrialsState
 from farside.dem.parameters import Parameters
@@ -63,13 +63,14 @@ class Learner:
     """Changes the lists of Signs, hypotheses, predictions and trials, cycle by cycle.
 
     Attributes:
-        signs, actions, hypotheses, trials: the lists.
+        signs, actions, hypotheses, trials, aversions: the lists.
     """
 
     def __init__(self, actions: ActionList, parameters: Parameters, rng: Generator) -> None:
         self._work = work = Workspace(actions, parameters)
         self.signs, self.actions = work.signs, actions
         self.hypotheses, self.trials = work.hypotheses, work.trials
+        self.aversions = work.aversions
         self._predictions, self._differentiation = work.predictions, work.differentiation
         self._creation = Creation(work, rng)
         self._removal = Removal(work)

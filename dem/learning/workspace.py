@@ -12,6 +12,7 @@ from farside.dem.lists.predictions import PredictionList
 from farside.dem.lists.signs import Sign, SignList
 from farside.dem.lists.trials import Trials
 from farside.dem.parameters import Parameters
+from farside.dem.policy.aversions import AversionList
 
 
 class Trace(NamedTuple):
@@ -32,7 +33,7 @@ class Workspace:
     """The lists of the model, and what else its rules of learning share.
 
     Attributes:
-        signs, actions, hypotheses, trials, predictions: the lists.
+        signs, actions, hypotheses, trials, predictions, aversions: the lists.
         differentiation, situations: what is counted for those rules.
         parameters: those of the model.
         cycle: number of completed cycles.
@@ -45,7 +46,8 @@ class Workspace:
     def __init__(self, actions: ActionList, parameters: Parameters) -> None:
         self.signs = SignList()
         self.actions = actions
-        self.hypotheses = HypothesisList(actions, parameters)
+        self.aversions = AversionList(self.signs)
+        self.hypotheses = HypothesisList(actions, parameters, self.aversions)
         self.trials = Trials()
         self.predictions = PredictionList(parameters.reach)
         self.differentiation = Differentiation(parameters.maturity)

@@ -9,12 +9,17 @@ from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import Goal
 from farside.dem.lists.hypotheses import HypothesisList
 from farside.dem.lists.signs import SignList
+from farside.dem.policy.aversions import Aversion
 
 
 def lists_check(
-    actions: ActionList, signs: SignList, hypotheses: HypothesisList, goals: Iterable[Goal]
+    actions: ActionList,
+    signs: SignList,
+    hypotheses: HypothesisList,
+    goals: Iterable[Goal],
+    aversions: Iterable[Aversion],
 ) -> int:
-    """CRC-32 of actions, Signs, hypotheses and Goal List, on a model as on its shadow.
+    """CRC-32 of actions, Signs, hypotheses, goals and aversions, on a model as on its shadow.
 
     It covers all that a shadow holds, with every C_m to the last bit, and the ids by which the next
     changes will name it; not how the lists came to be so, which `Delta.check` covers. It takes
@@ -25,9 +30,13 @@ def lists_check(
         (goal.tokens, sorted((by, float(much)) for by, much in goal.priorities.items()), goal.aside)
         for goal in goals
     ]
+    averted = [
+        (one.tokens, sorted((by, float(much)) for by, much in one.costs.items()))
+        for one in aversions
+    ]
     crcs = (
         signs.crc(),
         hypotheses.crc(),
-        zlib.crc32(msgspec.msgpack.encode([actions.by_name, wanted])),
+        zlib.crc32(msgspec.msgpack.encode([actions.by_name, wanted, averted])),
     )
     return zlib.crc32(msgspec.msgpack.encode(crcs))

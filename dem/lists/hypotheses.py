@@ -9,7 +9,6 @@ import math
 from array import array
 from collections.abc import Iterable, Iterator, Sequence
 
-import msgspec
 import numpy as np
 
 from farside.dem.changes import (
@@ -21,27 +20,14 @@ from farside.dem.changes import (
     PredictionResult,
     encoded_result,
 )
-from farside.dem.equations import (
-    averaged,
-    averaging_rate,
-    cost_estimate,
-    reinforced,
-    weakened,
-)
+from farside.dem.equations import averaged, averaging_rate, cost_estimate, reinforced, weakened
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.chains import NO_ROW, Chains
-from farside.dem.lists.hypothesis import CostChange, Hypothesis
+from farside.dem.lists.hypothesis import CostChange, HypothesesState, Hypothesis
 from farside.dem.lists.packing import crc_of, packed, unpack_into
-from farside.dem.lists.signs import Sign
+from farside.dem.lists.signs import Sign, SignList
 from farside.dem.parameters import Parameters
-
-
-class HypothesesState(msgspec.Struct, frozen=True, array_like=True):
-    """A Hypothesis List as it is saved: `packed` columns, and what does not follow from them."""
-
-    columns: tuple[bytes, ...]
-    free: tuple[int, ...]
-    cm_sum: float
+from farside.dem.policy.aversions import AversionList, Risks
 
 
 class HypothesisList:
@@ -53,6 +39,9 @@ class HypothesisList:
         results, run: what C_m is the average of, and its latest results; see
             `farside.dem.equations.averaged`.
         cost: the current cost estimate C_e; infinite for a free row.
+        measure: the column that cost estimates rest on, `credit` or `cm`.
+        risks: by context and action what an attempt risks beside its cost, where it does; see
+            `farside.dem.policy.aversions`.
         born: serial number of creation, which gives the order of age.
         structure: incremented whenever a hypothesis is created or removed.
         cm_sum: the current sum of all C_m.
@@ -61,7 +50,12 @@ class HypothesisList:
         recorded: where all changes are recorded for a shadow; `None` if they are not.
     """
 
-    def __init__(self, actions: ActionList, parameters: Parameters) -> None:
+    def __init__(
+        self,
+        actions: ActionList,
+        parameters: Parameters,
+        aversions: AversionList | None = None,
+    ) -> None:
         self.context = array("i")
         self.action = array("i")
         self.outcome = array("i")
@@ -80,7 +74,9 @@ class HypothesisList:
         self.recorded: list[ListChange] | None = None
         self._actions = actions
         self._parameters = parameters
-        self._measure = self.credit if parameters.own_credit else self.cm
+        self.measure = self.credit if parameters.own_credit else self.cm
+        self._risks = Risks(aversions or AversionList(SignList()), self)
+        self.risks = self._risks.by_cause
         self._of_cause = Chains()
         self.by_outcome = Chains()
         self._free: list[int] = []
@@ -90,8 +86,9 @@ class HypothesisList:
         """Strengthen, weaken and estimate costs by these from now on."""
         before, self._parameters = self._parameters, parameters
         if parameters.own_credit is not before.own_credit:
-            self._measure = self.credit if parameters.own_credit else self.cm
-            self._estimate_costs(range(len(self)))
+            self.measure = self.credit if parameters.own_credit else self.cm
+            self.estimate_costs(range(len(self)))
+            self.follow_aversions()
 
     def register(self, action: str, cost: float) -> int:
         """Add an action that is met for the first time, and return its id.
@@ -107,7 +104,7 @@ class HypothesisList:
     def set_cost(self, action: int, cost: float) -> None:
         """Have an action cost something else: the cost estimates follow at once."""
         self._actions.set_cost(action, cost)
-        self._estimate_costs(one for one, done in enumerate(self.action) if done == action)
+        self.estimate_costs(one for one, done in enumerate(self.action) if done == action)
         if self.recorded is not None:
             self.recorded.append(CostSet(action, cost))
 
@@ -186,7 +183,7 @@ class HypothesisList:
         """Create a hypothesis with the initial C_m, and return its id. It must not exist yet."""
         cm = self._parameters.initial_cm
         measure = credit if self._parameters.own_credit else cm
-        cost = cost_estimate(self._actions.costs[action], measure)
+        cost = cost_estimate(self.attempt_cost(context, action), measure)
         self._births += 1
         self.structure += 1
         self.cm_sum += cm
@@ -202,6 +199,7 @@ class HypothesisList:
         self._of_cause.append(self.cause(context, action), added)
         self.by_outcome.append(outcome, added)
         self.cost_changes.append(CostChange(added, context, outcome, math.inf))
+        self._risks.follow(added)
         if self.recorded is not None:
             self.recorded.append(HypothesisAdded(context, action, outcome, delay, credit))
         return added
@@ -212,6 +210,7 @@ class HypothesisList:
         self._of_cause.remove(self.cause(context, action), hypothesis)
         self.by_outcome.remove(self.outcome[hypothesis], hypothesis)
         self._note_cost_change(hypothesis)
+        self._risks.follow(hypothesis)
         self.cost[hypothesis] = math.inf
         self.delay[hypothesis] = 0
         self.cm_sum -= self.cm[hypothesis]
@@ -318,16 +317,16 @@ class HypothesisList:
         self.cm_sum = state.cm_sum
         # A free row keeps its serial number, so the greatest is the last that was assigned.
         self._births = max(self.born, default=0)
-        costs = self._actions.costs
-        for action, measure in zip(self.action, self._measure, strict=True):
-            self.cost.append(cost_estimate(costs[action], measure))
+        self.cost.extend([math.inf] * len(self.cm))
         for hypothesis in self._free:
-            self.cost[hypothesis] = math.inf
             self.delay[hypothesis] = 0
         for hypothesis in self.by_age():
             cause = self.cause(self.context[hypothesis], self.action[hypothesis])
             self._of_cause.append(cause, hypothesis)
             self.by_outcome.append(self.outcome[hypothesis], hypothesis)
+            self._estimate_cost(hypothesis)
+        self.follow_aversions()
+        self.cost_changes.clear()
 
     def _rate(self, hypothesis: int, constant: float, probability: float, sign: float) -> float:
         """The rate of the next result, which had this probability by C_m; see `averaged`."""
@@ -346,8 +345,9 @@ class HypothesisList:
         self.cm[hypothesis] = cm
         self.credit[hypothesis] = credit
         self._estimate_cost(hypothesis)
+        self._risks.follow(hypothesis)
 
-    def _estimate_costs(self, hypotheses: Iterable[int]) -> None:
+    def estimate_costs(self, hypotheses: Iterable[int]) -> None:
         """Estimate costs anew, because something else than C_m has changed."""
         for hypothesis in hypotheses:
             if self.is_living(hypothesis):
@@ -355,19 +355,26 @@ class HypothesisList:
                 self._estimate_cost(hypothesis)
 
     def _estimate_cost(self, hypothesis: int) -> None:
-        self.cost[hypothesis] = cost_estimate(
-            self._actions.costs[self.action[hypothesis]], self._measure[hypothesis]
-        )
+        attempt = self.attempt_cost(self.context[hypothesis], self.action[hypothesis])
+        self.cost[hypothesis] = cost_estimate(attempt, self.measure[hypothesis])
+
+    @property
+    def action_costs(self) -> Sequence[float]:
+        """The cost of each action, by id."""
+        return self._actions.costs
+
+    def attempt_cost(self, context: int, action: int) -> float:
+        """What one attempt costs: the action, and what it risks in this context."""
+        risk = self.risks.get((context, action), 0.0) if self.risks else 0.0
+        return self._actions.costs[action] + risk
+
+    def follow_aversions(self) -> None:
+        """Bring the cost estimates up to date after any change of the Aversion List."""
+        self._risks.follow_all()
 
     def _note_cost_change(self, hypothesis: int) -> None:
-        self.cost_changes.append(
-            CostChange(
-                hypothesis,
-                self.context[hypothesis],
-                self.outcome[hypothesis],
-                self.cost[hypothesis],
-            )
-        )
+        context, outcome = self.context[hypothesis], self.outcome[hypothesis]
+        self.cost_changes.append(CostChange(hypothesis, context, outcome, self.cost[hypothesis]))
 
     def _own_columns(self) -> "list[array[int] | array[float]]":
         """All columns but the costs, which follow from the others."""

@@ -44,3 +44,11 @@ class CostChange(NamedTuple):
     context: int
     outcome: int
     old_cost: float
+
+
+class HypothesesState(msgspec.Struct, frozen=True, array_like=True):
+    """A Hypothesis List as it is saved: `packed` columns, and what does not follow from them."""
+
+    columns: tuple[bytes, ...]
+    free: tuple[int, ...]
+    cm_sum: float

@@ -4,6 +4,7 @@ See `farside.dem.Curiosity` for the rule. This map is separate from the Dynamic 
 arcs are hypotheses only.
 """
 
+import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
@@ -59,6 +60,11 @@ class CuriousMap:
         if active:
             self._relax(cost)
 
+    @property
+    def least(self) -> float:
+        """The least value of the active Signs, infinite without any."""
+        return min((self._value[sign] for sign in self._active), default=math.inf)
+
     def lead(self, last_action: int | None, rng: Generator) -> Lead | None:
         """The action to take, `None` if no Sign is active.
 
@@ -87,7 +93,14 @@ class CuriousMap:
         last[: len(learner.trials.last)] = learner.trials.last
         oldest = last.reshape(sign_count, action_count).min(axis=1)
         again = curiosity.optimistic_cost + curiosity.restlessness / (learner.cycle - oldest)
-        return np.where(oldest < 0, curiosity.optimistic_cost, again)
+        cost = np.where(oldest < 0, curiosity.optimistic_cost, again)
+        for sign in {sign for sign, _ in learner.hypotheses.risks}:
+            cost[sign] = min(
+                self._cost_of_trying(sign, action)
+                + learner.hypotheses.risks.get((sign, action), 0.0)
+                for action in range(action_count)
+            )
+        return cost
 
     def _relax(self, cost: NDArray[np.float64]) -> None:
         near = np.flatnonzero(cost <= cost[self._active].min())
@@ -113,7 +126,7 @@ class CuriousMap:
     def _untried(self, sign: int, last_action: int | None, rng: Generator) -> Lead:
         contexts = (sign, *self._implied.parts(sign))
         costs = [
-            min(self._cost_of_trying(context, action) for context in contexts)
+            min(self._cost_of_trying(context, action) for context in contexts) + self._risk(action)
             for action in range(len(self._learner.actions))
         ]
         least = min(costs)
@@ -123,6 +136,13 @@ class CuriousMap:
         else:
             action = tied[rng.integers(len(tied))] if len(tied) > 1 else tied[0]
         return Lead(sign, action, least, tries=True)
+
+    def _risk(self, action: int) -> float:
+        """What an action risks, by the active Sign that knows worst of it."""
+        risks = self._learner.hypotheses.risks
+        if not risks:
+            return 0.0
+        return max(risks.get((context, action), 0.0) for context in self._active)
 
     def _cost_of_trying(self, sign: int, action: int) -> float:
         """C for an action never tried here, c + r/n for one last tried n cycles ago."""

@@ -8,6 +8,7 @@ from copy import copy
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.hypotheses import HypothesisList
 from farside.dem.lists.hypothesis import CostChange
+from farside.dem.policy.expected_map import ExpectedMap
 from farside.dem.policy.policy_map import PolicyMap
 
 
@@ -22,7 +23,7 @@ class Detour:
         of: the map of the goal.
     """
 
-    def __init__(self, policy: PolicyMap, hypotheses: HypothesisList) -> None:
+    def __init__(self, policy: PolicyMap | ExpectedMap, hypotheses: HypothesisList) -> None:
         self.of = policy
         self._map = copy(policy)
         self._map.part()

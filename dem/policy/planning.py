@@ -9,10 +9,13 @@ from farside.dem.lists.actions import ActionList
 from farside.dem.lists.goals import Outlook
 from farside.dem.lists.hypotheses import HypothesisList
 from farside.dem.lists.signs import Sign, SignList
-from farside.dem.parameters import Parameters
+from farside.dem.parameters import Parameters, Values
 from farside.dem.policy.detour import Detour
+from farside.dem.policy.expected_map import Expectation, ExpectedMap
 from farside.dem.policy.policy_map import PolicyMap
 from farside.dem.policy.spread import Spread
+
+AnyMap = PolicyMap | ExpectedMap
 
 _NO_PATH = Outlook(math.inf, lambda: math.inf)
 
@@ -26,7 +29,8 @@ class PolicyValue(msgspec.Struct, frozen=True):
 
     Attributes:
         sign: the Sign.
-        value: policy value P_v, the least total cost estimate from here to the goal.
+        value: policy value P_v from here to the goal: the least total cost estimate, or the
+            expected cost (`Parameters.values`).
         action: the best Action here, `None` at the goal.
         depth: valence depth, the number of steps on the best path to the goal.
     """
@@ -60,7 +64,8 @@ class Why(msgspec.Struct, frozen=True):
 
     Attributes:
         context, action, outcome: the hypothesis.
-        cost_to_go: C_e of the hypothesis plus P_v of its outcome.
+        cost_to_go: C_e of the hypothesis plus P_v of its outcome; with expected values, the
+            expected cost of the action.
         cm: C_m of the hypothesis.
         runner_up: the same for the best other action, `None` if there is none.
     """
@@ -105,8 +110,11 @@ class Planner:
     def change(self, parameters: Parameters) -> None:
         """Plan by these from now on; all maps are built anew when they are needed."""
         self._spread = Spread(self._hypotheses, self._signs, parameters)
-        self._map: PolicyMap | None = None
-        self._maps: dict[Sign, PolicyMap] = {}
+        self._expectation = (
+            Expectation(self._spread) if parameters.values is Values.EXPECTED else None
+        )
+        self._map: AnyMap | None = None
+        self._maps: dict[Sign, AnyMap] = {}
         self._detour: Detour | None = None
 
     def refresh(self) -> None:
@@ -142,14 +150,19 @@ class Planner:
                 if kept == goal or kept in others or kept in self._watched
             }
 
-    def _map_of(self, goal: Sign) -> PolicyMap | None:
+    def _new_map(self, goal: int) -> AnyMap:
+        if self._expectation is None:
+            return PolicyMap(goal, self._spread)
+        return ExpectedMap(goal, self._expectation)
+
+    def _map_of(self, goal: Sign) -> AnyMap | None:
         """The map of a goal, built if it is not kept; `None` if the Sign is not known."""
         policy = self._maps.get(goal)
         if policy is None:
             known = self._signs.find(goal)
             if known is None:
                 return None
-            policy = self._maps[goal] = PolicyMap(known, self._spread)
+            policy = self._maps[goal] = self._new_map(known)
         return policy
 
     def knows(self, goal: Sign) -> bool:
@@ -179,7 +192,25 @@ class Planner:
 
     def entry(self, active: Sequence[int]) -> int | None:
         """The active Sign to act from, `None` if the map suggests no action."""
-        return None if self._map is None else self._map.entry(active)
+        policy, risks = self._map, self._hypotheses.risks
+        if policy is None:
+            return None
+        if not risks or policy.nearest(active) == 0.0:
+            return policy.entry(active)
+        totals = {sign: self._with_all_risks(policy, sign, active) for sign in active}
+        least = min(totals.values(), default=math.inf)
+        return policy.entry([sign for sign, total in totals.items() if total <= least])
+
+    def _with_all_risks(self, policy: AnyMap, sign: int, active: Sequence[int]) -> float:
+        """P_v of an active Sign, by what any active Sign knows of the risk of its best action."""
+        arc = policy.best(sign)
+        if arc is None:
+            return math.inf
+        arcs, risks = self._hypotheses, self._hypotheses.risks
+        action = arcs.action[arc]
+        most = max(risks.get((context, action), 0.0) for context in active)
+        more = max(0.0, most - risks.get((arcs.context[arc], action), 0.0))
+        return policy.nearest((sign,)) + more / arcs.measure[arc]
 
     def value(self, sign: int) -> float:
         """P_v of a Sign on the map; infinite without a map."""

@@ -129,9 +129,10 @@ class Pursuit:
         return self.planner.cost_to(goal, [] if known is None else self._signs.active(start))
 
     def needed(self) -> list[int]:
-        """The Signs that are goals now, or may become goals by a rule."""
+        """The Signs that are goals now, or may become so by a rule, or are to be avoided."""
         wanted = [goal.tokens for goal in self.goals.ordered]
         wanted += [rule.goal for rule in self._inherent]
+        wanted += self._learner.aversions.signs
         return [sign for sign in map(self._signs.find, wanted) if sign is not None]
 
     def know_goals(self) -> None:

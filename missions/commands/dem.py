@@ -11,7 +11,7 @@ from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
-from farside.dem import DynamicExpectancyModel, Hypothesis, Parameters, PolicyValue, Sign
+from farside.dem import DynamicExpectancyModel, Hypothesis, Parameters, PolicyValue, Sign, Values
 from farside.escaping import printable
 from farside.missions.commands.dem_stream import RecordedCycle, StreamError, read_stream
 from farside.missions.figure1.example import GOALS, SEED, Figure1, run_figure1
@@ -159,6 +159,10 @@ def learn(
     no_break_point: Annotated[
         bool, typer.Option("--no-break-point", help="Block no goal that has become too dear.")
     ] = False,
+    values: Annotated[
+        Values,
+        typer.Option(help="What policy values tell: equation 5, or the cost by all outcomes."),
+    ] = Values.BEST,
     seed: Annotated[
         int, typer.Option(min=0, metavar="N", help="Seed of the random generator.")
     ] = 0,
@@ -191,6 +195,7 @@ def learn(
             reach=reach,
             differentiation=not no_differentiation,
             removal=not no_removal,
+            values=values,
         )
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error

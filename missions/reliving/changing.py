@@ -15,6 +15,7 @@ from farside.missions.extensions.kinds import NONE, Extensions
 from farside.missions.schema import MissionFile
 from farside.places import place_token
 from farside.rover.config import RoverConfig
+from farside.rover.controller import change_aversions
 from farside.rover.node import Rover
 from farside.rover.world.faults import Faults
 from farside.validation import Key, Problem
@@ -48,6 +49,7 @@ _MAY: Mapping[Key, str | None] = {
     ("rover", "drive"): _DRIVEN,
     ("rover", "sensors"): _DRIVEN,
     ("rover", "goals"): None,
+    ("rover", "avoid"): None,
     ("rover", "failsafe"): None,
     ("rover", "consent"): None,
     ("rover", "faults"): None,
@@ -156,6 +158,7 @@ def _change_rover(rover: Rover, config: RoverConfig, now_ns: int) -> None:
     parts.battery.change(config.battery)
     parts.gate.factor = config.battery.reserve
     parts.goals.change_mission(_goals(before), _goals(config))
+    change_aversions(rover.controller, before.aversions, config.aversions)
     rover.faults = Faults(config.faults)
 
 

@@ -154,7 +154,7 @@ def test_lists_that_are_not_those_on_board_are_noticed_with_the_next_update(
     [
         (b"", "an update that cannot be read: Input data was truncated"),
         (b"\xc1", "an update that cannot be read: MessagePack data is malformed"),
-        (b"\x90", "an update that cannot be read: Expected `array` of at least length 6, got 0"),
+        (b"\x90", "an update that cannot be read: Expected `array` of at least length 7, got 0"),
         (b"\x91" * 100_000, "an update that cannot be read"),
     ],
 )
@@ -199,7 +199,7 @@ def test_whatever_decodes_as_an_update_the_ground_goes_on(  # noqa: PLR0917
     live(there.model, eventful(30))
     first = there.model.take_delta()
     there.shadow.apply(there.update(first))
-    odd = Delta(number, first.check if follows else 5, check, tuple(listed), goals, whole)
+    odd = Delta(number, first.check if follows else 5, check, tuple(listed), goals, None, whole)
     there.shadow.apply(there.update(odd))
     shadow = there.shadow.model
     for _ in shadow.goals:
