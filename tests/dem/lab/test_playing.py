@@ -63,22 +63,14 @@ def make() -> Callable[..., DynamicExpectancyModel]:
     return model
 
 
-<<<<<<< HEAD
 def causes(model: DynamicExpectancyModel, outcome: str) -> set[tuple[str, str]]:
     """What leads to a Token, alone or with others: place and action."""
-=======
-def causes(model: DynamicExpectancyModel, outcome: str) -> set[tuple[tuple[str, ...], str]]:
-    """What leads to a Token, alone or in a whole."""
->>>>>>> 646ca244344cf23e1aad611aad12ca4019018603
     return {
         (context, hypothesis.action)
         for hypothesis in model.hypotheses
         if outcome in hypothesis.outcome
-<<<<<<< HEAD
         for context in hypothesis.context
         if context != REWARDED
-=======
->>>>>>> 646ca244344cf23e1aad611aad12ca4019018603
     }
 
 
@@ -159,11 +151,7 @@ def test_a_reward_counts_only_above_the_threshold(
     assert (REWARDED,) not in model.signs
     for _ in islice(play(model, GymWorld(env, place, reward_above=-2.0)), 30):
         pass
-<<<<<<< HEAD
     assert ("at:3", "10") in causes(model, REWARDED)
-=======
-    assert causes(model, REWARDED)
->>>>>>> 646ca244344cf23e1aad611aad12ca4019018603
 
 
 def test_from_a_terminal_state_every_action_leads_to_the_start_of_the_next_episode(
@@ -173,11 +161,7 @@ def test_from_a_terminal_state_every_action_leads_to_the_start_of_the_next_episo
     model = make(env)
     for _ in islice(play(model, GymWorld(env, place), goal=["nowhere"]), 60):
         pass
-<<<<<<< HEAD
     assert {"at:0", "at:5"} <= {context for context, _ in causes(model, "at:2")}
-=======
-    assert {"at:0", "at:5"} <= {token for context, _ in causes(model, "at:2") for token in context}
->>>>>>> 646ca244344cf23e1aad611aad12ca4019018603
 
 
 def test_nothing_is_learned_from_the_reset_after_a_truncation(
@@ -200,11 +184,7 @@ def test_an_end_at_the_time_limit_is_an_end(make: Callable[..., DynamicExpectanc
     model = make(Late())
     for _ in islice(play(model, GymWorld(Late(), place), goal=["nowhere"]), 60):
         pass
-<<<<<<< HEAD
     assert {"at:0", "at:5"} <= {context for context, _ in causes(model, "at:2")}
-=======
-    assert {"at:0", "at:5"} <= {token for context, _ in causes(model, "at:2") for token in context}
->>>>>>> 646ca244344cf23e1aad611aad12ca4019018603
 
 
 def test_only_the_first_reset_is_seeded(make: Callable[..., DynamicExpectancyModel]) -> None:
