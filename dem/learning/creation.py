@@ -8,8 +8,8 @@ few things explain a surprise (project defaults):
    the rarest one would have too little credit to make anything expected.
 2. *The situation explains where its parts cannot.* It becomes a Sign, and the context of one
    hypothesis that ends in the next situation as a whole, where a credible prediction has failed,
-   where a situation that is known was not foreseen as a whole, or where it is a context already.
-   That one hypothesis names all Tokens of the next situation, so nothing else has to.
+   where the next situation is known and was not foreseen as a whole, or where it is a context
+   already. That one hypothesis names all Tokens of the next situation, so nothing else has to.
 """
 
 from collections.abc import Container, Sequence
@@ -29,6 +29,8 @@ class Creation:
     def __init__(self, work: Workspace, rng: Generator) -> None:
         self._work = work
         self._rng = rng
+        # Outcomes and delays by cause, as far as they were asked for in the present call.
+        self._held: dict[int, set[tuple[int, int]]] = {}
 
     def explain(
         self,
@@ -49,6 +51,7 @@ class Creation:
             needed: goals.
         """
         work = self._work
+        self._held.clear()
         outcomes = [sign for sign in surprises if sign not in work.probation]
         told: list[set[str]] = []
         if work.parameters.situations:
@@ -73,11 +76,19 @@ class Creation:
                 self._take(context, action, outcome, delay, credit)
 
     def _take(self, context: int, action: int, outcome: int, delay: int, credit: float) -> None:
-        work = self._work
-        if work.hypotheses.holds(context, action, outcome, delay):
+        hypotheses = self._work.hypotheses
+        cause = hypotheses.cause(context, action)
+        held = self._held.get(cause)
+        if held is None:
+            held = self._held[cause] = {
+                (hypotheses.outcome[same], hypotheses.delay[same])
+                for same in hypotheses.of_cause(context, action)
+            }
+        if (outcome, delay) in held:
             return
-        if self._rng.random() < work.parameters.learning_probability:
-            work.hypotheses.add(context, action, outcome, delay, credit)
+        if self._rng.random() < self._work.parameters.learning_probability:
+            hypotheses.add(context, action, outcome, delay, credit)
+            held.add((outcome, delay))
 
     # --- situations ----------------------------------------------------------------------------
 
@@ -95,7 +106,9 @@ class Creation:
             if trace.action is None or not trace.situation:
                 continue
             before = work.signs.find(trace.situation)
-            is_context = before is not None and work.hypotheses.is_context(before)
+            if len(trace.situation) == len(work.situation) == 1:
+                continue  # two Tokens need no more than the first rule
+            is_context = before in work.wholes and work.hypotheses.is_context(before)
             if here is not None or delay in disproved or is_context:
                 context = self._known(trace.situation)
                 if context not in trace.active:

@@ -241,16 +241,14 @@ class Learner:
 
         With `situations`, to foresee a whole is to foresee its parts.
         """
-        names = self.signs.names
+        names, met = self.signs.names, {*foreseen, *novel}
         wholes: list[set[str]] = []
         if self._parameters.situations:
             wholes = [set(names[sign]) for sign in foreseen if len(names[sign]) > 1]
         return [
             sign
             for sign in active
-            if sign not in foreseen
-            and sign not in novel
-            and not any(whole.issuperset(names[sign]) for whole in wholes)
+            if sign not in met and not any(whole.issuperset(names[sign]) for whole in wholes)
         ]
 
     def _disproved(self, credible: Sequence[int], active: Container[int]) -> set[int]:

@@ -231,7 +231,13 @@ class PlainModel:
         for delay, then in enumerate(self.past, start=1):
             if then.action is None or not then.situation:
                 continue
-            left = [h for h in self.hypotheses if h.context.tokens == then.situation]
+            if len(then.situation) == len(self.situation) == 1:
+                continue
+            left = [
+                h
+                for h in self.hypotheses
+                if h.context.tokens == then.situation and h.context.is_situation
+            ]
             if is_known or delay in disproved or left:
                 context = self.know_situation(then.situation)
                 if context not in then.active:
