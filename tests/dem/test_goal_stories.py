@@ -279,7 +279,7 @@ def test_hypotheses_for_a_removed_sign_are_removed_even_with_a_prediction_due(
     make_model: MakeModel, cycle: RunCycle
 ) -> None:
     """The drill came out after E at A once; E was just repeated when the goal is withdrawn."""
-    model = make_model()
+    model = make_model(situations=False)
     model.set_goal(BOTH, priority=1.0)
     cycle(model, ["at:A"], "E")
     cycle(model, BOTH, None)
