@@ -23,7 +23,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from farside.dem import Exploration, Parameters
+from farside.dem import Exploration, Parameters, Values
 
 PROCESSES = 2
 TRIALS = 100
@@ -78,8 +78,10 @@ def _acs2(*, genetic: bool) -> Callable[[Field, int], Learner]:
     return lambda field, seed: Acs2Player(field, seed, genetic=genetic)
 
 
-def _dem(tokens: Tokens, exploration: Exploration) -> Callable[[Field, int], Learner]:
-    parameters = Parameters(exploration=exploration)
+def _dem(
+    tokens: Tokens, exploration: Exploration, values: Values = Values.BEST
+) -> Callable[[Field, int], Learner]:
+    parameters = Parameters(exploration=exploration, values=values)
     return lambda field, seed: DemAnimat(field, seed, tokens, parameters)
 
 
@@ -90,6 +92,7 @@ LEARNERS: dict[str, Callable[[Field, int], Learner]] = {
     "DEM, a Token each, curious": _dem(parts, Exploration.CURIOUS),
     "DEM, one Token": _dem(whole, Exploration.RANDOM),
     "DEM, one Token, curious": _dem(whole, Exploration.CURIOUS),
+    "DEM, one Token, expected": _dem(whole, Exploration.RANDOM, Values.EXPECTED),
 }
 IN_A_MAZE = [
     Row("ACS2", 3_000),
@@ -100,7 +103,7 @@ IN_A_MAZE = [
     Row("DEM, one Token", 3_000),
     Row("DEM, one Token, curious", 1_000),
 ]
-ON_ICE = ["ACS2", "DEM, one Token", "DEM, one Token, curious"]
+ON_ICE = ["ACS2", "DEM, one Token", "DEM, one Token, curious", "DEM, one Token, expected"]
 FIELDS: dict[str, tuple[Callable[[int], Field], list[Row]]] = {
     "Maze4": (lambda seed: Maze(MAZE4, seed), IN_A_MAZE),
     "Woods1": (lambda seed: Maze(WOODS1, seed), IN_A_MAZE),

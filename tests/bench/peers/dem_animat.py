@@ -7,9 +7,13 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 from fields import Field, Knowledge, Situation, Transition
 
-from farside.dem import DynamicExpectancyModel, Exploration, Hypothesis, Parameters
+from farside.dem import DynamicExpectancyModel, Exploration, Hypothesis, Parameters, Values
 
 GOAL = ("rewarded",)
+FAILED = ("failed",)
+AVERSION = 100.0
+"""What an end of a trial without reward costs beside, where all outcomes of an action count."""
+
 RELIABLE = 0.9
 """Least C_m of a reliable hypothesis: ACS2's θ_r."""
 
@@ -37,7 +41,8 @@ class DemAnimat:
         field: where it is.
         seed: of the model, and of the random actions.
         tokens: what it senses of a situation.
-        parameters: of the model. If it is curious, it explores by its own choice.
+        parameters: of the model. If it is curious, it explores by its own choice. If its values are
+            expected ones, it senses a trial that ends without the goal, and is averse to that.
 
     Attributes:
         cpu_s: processor time of the exploration.
@@ -49,6 +54,9 @@ class DemAnimat:
         self._rng, own = map(np.random.default_rng, np.random.SeedSequence(seed).spawn(2))
         actions = {str(action): 1.0 for action in range(field.actions)}
         self._model = DynamicExpectancyModel(actions, parameters, rng=own)
+        self._averse = parameters.values is Values.EXPECTED
+        if self._averse:
+            self._model.avert(FAILED, AVERSION)
         self._curious = parameters.exploration is Exploration.CURIOUS
         self.cpu_s = 0.0
 
@@ -113,8 +121,12 @@ class DemAnimat:
         return held / len(transitions)
 
     def _sense(self) -> None:
-        rewarded: Iterable[str] = GOAL if self._field.found else ()
-        self._model.sense([*self._tokens(self._field.situation), *rewarded])
+        ended: Iterable[str] = ()
+        if self._field.found:
+            ended = GOAL
+        elif self._field.over and self._averse:
+            ended = FAILED
+        self._model.sense([*self._tokens(self._field.situation), *ended])
 
     def _perform(self, action: str) -> None:
         self._model.perform(action)
