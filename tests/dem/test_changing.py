@@ -29,6 +29,7 @@ OTHERS: dict[str, Any] = {
     "recovery": 3,
     "exploration": "none",
     "curiosity": {"optimistic_cost": 3.0},
+    "values": "expected",
 }
 
 
