@@ -36,7 +36,9 @@ def weakened(cm: float, beta: float) -> float:
     return cm - beta * cm
 
 
-def averaged(results: int, run: float, probability: float, sign: float) -> tuple[int, float]:
+def averaged(
+    results: int, run: float, probability: float, sign: float, improbable: float = IMPROBABLE
+) -> tuple[int, float]:
     """Take a result into the average that C_m is; return the new `results` and `run`.
 
     The rate of the result, α or β, is the greater one of the parameter of that name and 1/n, see
@@ -45,7 +47,7 @@ def averaged(results: int, run: float, probability: float, sign: float) -> tuple
     probability of success, and that of C_e the cost of an attempt times the mean number of
     attempts, as equation 4 has it.
 
-    A run of equal results that is as good as impossible by C_m, below `IMPROBABLE`, says that the
+    A run of equal results that is as good as impossible by C_m, below `improbable`, says that the
     world has changed. Then the average begins anew with the last of them, the first to have half
     the weight again: what worked sixty times and is blocked is given up after two failures, not
     after sixty. Source: project default; the probability of a run is that of a Pólya urn as long as
@@ -57,14 +59,15 @@ def averaged(results: int, run: float, probability: float, sign: float) -> tuple
             0 to 1, with a minus if they are failures; 1 at creation.
         probability: that of this result by C_m: C_m of a success, 1 − C_m of a failure.
         sign: 1 for a success, −1 for a failure.
+        improbable: the probability; 0 for a world that does not change.
     """
     so_far = run * sign
     longer = probability or _LEAST
     if so_far > 0.0:
         longer *= so_far
-        if longer < IMPROBABLE:
+        if longer < improbable:
             return 2, sign
-    return results + 1, sign * longer
+    return results + 1, sign * max(longer, _LEAST)
 
 
 def averaging_rate(constant: float, results: int) -> float:

@@ -7,6 +7,8 @@ from typing import Annotated, cast, get_args
 import msgspec
 from msgspec import Meta
 
+from farside.dem.equations import IMPROBABLE
+
 Fraction = Annotated[float, Meta(ge=0, le=1)]
 Count = Annotated[int, Meta(ge=1, le=10**9)]
 
@@ -128,6 +130,9 @@ class Parameters(_Checked, frozen=True):
             whatever is said of it beside.
         reach: length of the activation traces in cycles, and so the longest delay of a
             hypothesis; 1 to `MAX_REACH`.
+        improbable: with `averaging`, results contradict C_m if they are a run of equal ones that by
+            C_m had less than this probability, 0 to 1. The less, the later a change of the world is
+            noticed, and the more rarely luck is taken for one.
         own_credit: base cost estimates on credit instead of C_m; see
             `farside.dem.learning.credit`. Off: the seed's costs.
         averaging: let C_m be the average of the results until α and β are the greater rates, and
@@ -165,6 +170,7 @@ class Parameters(_Checked, frozen=True):
     plain: bool = False
     reach: Reach = 1
     averaging: bool = True
+    improbable: Fraction = IMPROBABLE
     own_credit: bool = True
     situations: bool = True
     whole_implies_parts: bool = True

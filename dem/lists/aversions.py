@@ -3,10 +3,13 @@
 Whoever performs an action pays its cost, and what it brings about that is to be avoided, each as
 often as it follows. So the attempt itself becomes dearer, by
 
-    risk(s, a) = Σ over the Signs X to be avoided of cost(X) · max of wᵢ over outcomes i ⊇ X
+    risk(s, a) = Σ over the Signs X to be avoided of cost(X) · w(X)
 
-and with it every hypothesis of the same context and action, whatever its own outcome is: a place
-that is often entered tilted is dear, though only the Token of the tilt is to be avoided.
+where w(X) is the measure of the outcome X, or the sum of those of its wholes, 1 at most, if that is
+more: a situation that X is part of may be known as an outcome where X alone is not.
+
+So does every hypothesis of the same context and action, whatever its own outcome is: a place that is
+often entered tilted is dear, though only the Token of the tilt is to be avoided.
 """
 
 import math
@@ -101,10 +104,18 @@ class AversionList:
 
     def risk(self, outcomes: Iterable[tuple[int, float]]) -> float:
         """What an attempt risks that leads to these outcomes, each with its measure."""
-        likely: dict[Sign, float] = {}
+        own: dict[Sign, float] = {}
+        wholes: dict[Sign, float] = {}
         for outcome, measure in outcomes:
+            name = self._names[outcome]
             for sign in self.implied_by(outcome):
-                likely[sign] = max(measure, likely.get(sign, 0.0))
+                if sign == name:
+                    own[sign] = max(measure, own.get(sign, 0.0))
+                else:
+                    wholes[sign] = min(1.0, measure + wholes.get(sign, 0.0))
+        likely = {
+            sign: max(own.get(sign, 0.0), wholes.get(sign, 0.0)) for sign in own.keys() | wholes
+        }
         # In the order of the list, so that the sum is the same to the last bit in every copy.
         return sum(cost * likely[sign] for sign, cost in self.signs.items() if sign in likely)
 

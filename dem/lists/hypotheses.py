@@ -332,9 +332,9 @@ class HypothesisList:
         """The rate of the next result, which had this probability by C_m; see `averaged`."""
         if not self._parameters.averaging:
             return constant
-        results, self.run[hypothesis] = averaged(
-            self.results[hypothesis], self.run[hypothesis], probability, sign
-        )
+        before, run = self.results[hypothesis], self.run[hypothesis]
+        improbable = self._parameters.improbable
+        results, self.run[hypothesis] = averaged(before, run, probability, sign, improbable)
         self.results[hypothesis] = results
         return averaging_rate(constant, results)
 

@@ -43,10 +43,10 @@ class World(NamedTuple):
     budget: int
     goal: str = REWARDED
     floor: float = 0.0  # an episode succeeds if it ends with a reward above this
-    # Of the models with expected values: what an end without a reward costs, and α and β where the
-    # odds are the same for ever, so that no run of luck is taken for a change of the world.
+    # Of the models with expected values: what an end without a reward costs, and how improbable a
+    # run of luck must be to be taken for a change of the world; here the odds never change.
     aversion: float = 0.0
-    rate: float | None = None
+    improbable: float = Parameters().improbable
 
 
 class Result(NamedTuple):
@@ -88,7 +88,7 @@ WORLDS = (
         state,
         20_000,
         aversion=100.0,
-        rate=0.02,
+        improbable=1e-5,
     ),
     World(
         "CliffWalking",
@@ -115,11 +115,9 @@ def model_play(world: World, seed: int, parameters: Parameters) -> Iterator[Epis
 def expected_play(world: World, seed: int, exploration: Exploration) -> Learner:
     """The same with expected values and an aversion to failure, without curiosity in the end."""
     played = GymWorld(world.env(), world.tokens, tells_failure=world.aversion > 0.0)
-    parameters = Parameters(values=Values.EXPECTED, exploration=exploration)
-    if world.rate is not None:
-        parameters = msgspec.structs.replace(
-            parameters, averaging=False, alpha=world.rate, beta=world.rate
-        )
+    parameters = Parameters(
+        values=Values.EXPECTED, exploration=exploration, improbable=world.improbable
+    )
     rng = np.random.default_rng(seed)
     model = DynamicExpectancyModel(played.action_costs, parameters, rng=rng)
     if world.aversion:

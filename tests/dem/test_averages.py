@@ -64,6 +64,14 @@ def test_with_no_constant_rate_c_m_is_the_mean_since_a_run_that_was_as_good_as_i
     assert found == pytest.approx(cm[1:])
 
 
+@given(courses)
+def test_where_no_run_is_impossible_c_m_is_the_mean_of_all_results(course: list[bool]) -> None:
+    results = [0.5, *map(float, course)]
+    means = [np.mean(results[: number + 1]) for number in range(1, len(results))]
+    found = list(measures(course, Parameters(alpha=0.0, beta=0.0, improbable=0.0)))
+    assert found == pytest.approx(means)
+
+
 @given(course=courses, alpha=st.floats(0, 1), beta=st.floats(0, 1))
 def test_a_success_never_lowers_c_m_a_failure_never_raises_it_and_it_stays_a_probability(
     course: list[bool], alpha: float, beta: float

@@ -18,6 +18,8 @@ from farside.dem import (
     UnreadableMemoryError,
     Values,
 )
+from farside.dem.lists.aversions import AversionList
+from farside.dem.lists.signs import SignList
 
 COSTS = {"E": 1.0, "N": 1.0, "W": 1.0}
 
@@ -112,6 +114,17 @@ def test_what_one_active_sign_knows_of_a_risk_counts_for_all() -> None:
     model.avert(["pit"], 1000.0)
     model.sense(["a", "always"])
     assert way(model)[0] == "N"
+
+
+def test_what_is_only_known_as_a_part_of_different_situations_is_as_likely_as_all_of_them() -> None:
+    signs = SignList()
+    pits = [signs.add(("deep", "pit")), signs.add(("pit", "wet"))]
+    aversions = AversionList(signs)
+    aversions.avert(("pit",), 10.0, "operator")
+    assert aversions.risk([(pit, 0.3) for pit in pits]) == pytest.approx(6.0)
+    assert aversions.risk([(pit, 0.8) for pit in pits]) == 10.0
+    alone = signs.add(("pit",))
+    assert aversions.risk([(alone, 0.7), (pits[0], 0.3)]) == pytest.approx(7.0)
 
 
 @pytest.mark.parametrize("exploration", [Exploration.RANDOM, Exploration.CURIOUS])

@@ -127,15 +127,17 @@ def groups_of(model: DynamicExpectancyModel) -> dict[Group, list[tuple[float, tu
 
 def risk(model: DynamicExpectancyModel, context: tuple[str, ...], action: str) -> float:
     """What an attempt costs on average beside the action."""
-    return sum(
-        aversion.cost
-        * max(
-            arc.credit if set(aversion.tokens) <= set(arc.outcome) else 0.0
-            for arc in model.hypotheses
-            if (arc.context, arc.action) == (context, action)
-        )
-        for aversion in model.aversions
-    )
+    total = 0.0
+    for aversion in model.aversions:
+        own, wholes = 0.0, 0.0
+        for arc in model.hypotheses:
+            if (arc.context, arc.action) == (context, action):
+                if arc.outcome == aversion.tokens:
+                    own = max(own, arc.credit)
+                elif set(aversion.tokens) < set(arc.outcome):
+                    wholes += arc.credit
+        total += aversion.cost * max(own, min(1.0, wholes))
+    return total
 
 
 def expected(attempt: float, outcomes: list[tuple[float, float]]) -> float:

@@ -72,6 +72,7 @@ _OTHERS: dict[str, Any] = {
     "rover.dem.beta": 0.1,
     "rover.dem.learning_probability": 0.1,
     "rover.dem.initial_cm": 0.1,
+    "rover.dem.improbable": 0.1,
     "rover.dem.plain": True,
     **{f"rover.dem.{rule}": False for rule in OWN_RULES},
     "rover.dem.maturity": 9,
