@@ -8,8 +8,8 @@ often as it follows. So the attempt itself becomes dearer, by
 where w(X) is the measure of the outcome X, or the sum of those of its wholes, 1 at most, if that is
 more: a situation that X is part of may be known as an outcome where X alone is not.
 
-So does every hypothesis of the same context and action, whatever its own outcome is: a place that is
-often entered tilted is dear, though only the Token of the tilt is to be avoided.
+So does every hypothesis of the same context and action, whatever its own outcome is: a place that
+is often entered tilted is dear, though only the Token of the tilt is to be avoided.
 """
 
 import math
