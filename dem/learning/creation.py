@@ -106,8 +106,6 @@ class Creation:
             if trace.action is None or not trace.situation:
                 continue
             before = work.signs.find(trace.situation)
-            if len(trace.situation) == len(work.situation) == 1:
-                continue  # two Tokens need no more than the first rule
             is_context = before in work.wholes and work.hypotheses.is_context(before)
             if here is not None or delay in disproved or is_context:
                 context = self._known(trace.situation)

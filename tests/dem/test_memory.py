@@ -90,7 +90,7 @@ def test_that_long_stream_exercises_everything_that_has_to_be_saved(
 ) -> None:
     model = restless_model()
     sensed, signs = list[Sensed](), set[tuple[str, ...]]()
-    for cycle in eventful(500):
+    for cycle in eventful(480):
         sensed.append(cast("Sensed", live(model, [cycle])[0]))
         signs.update(model.signs)
     kept = model._learner.state()

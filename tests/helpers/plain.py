@@ -231,8 +231,6 @@ class PlainModel:
         for delay, then in enumerate(self.past, start=1):
             if then.action is None or not then.situation:
                 continue
-            if len(then.situation) == len(self.situation) == 1:
-                continue
             left = [
                 h
                 for h in self.hypotheses
