@@ -30,6 +30,7 @@ OTHERS: dict[str, Any] = {
     "exploration": "none",
     "curiosity": {"optimistic_cost": 3.0},
     "values": "expected",
+    "improbable": 0.01,
 }
 
 

@@ -102,6 +102,7 @@ class PlainModel:
         for sign in novel:
             sign.met = True
         turned_random: list[str] = []
+        self.situation = ()
         if self.parameters.situations:
             turned_random = self.tokens.note(tokens, self.last_trials())
             self.situation = self.tokens.situation(tokens)

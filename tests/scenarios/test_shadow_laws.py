@@ -156,7 +156,7 @@ def test_the_length_of_the_windows_changes_nothing(window_ticks: int) -> None:
     link = LinkConfig(up=bad, down=bad, blackouts=(gap,))
     one, other = Shadowing(link), Shadowing(link, window_ticks=window_ticks)
     for there in (one, other):
-        there.live(120.0, STREAM)
+        there.live(180.0, STREAM)
         assert there.is_caught_up
     # In a log, records are ordered by time; of one time, the rover's come first.
     assert set(map(_key, one.records)) == set(map(_key, other.records))

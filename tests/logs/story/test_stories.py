@@ -118,8 +118,8 @@ def test_a_proposal_with_its_grounds_and_what_the_operator_made_of_it(flown: Log
         ),
         "478.44 s rover: because at:4,4 ∧ W → at:3,4 (C_m 0.75, cost to go 35.5 s)",
         (
-            "478.44 s rover: the runner-up is at:4,4 ∧ E → at:5,4 (C_m 0.75, cost to go 42.1 s), "
-            "6.6 s dearer"
+            "478.44 s rover: the runner-up is at:4,4 ∧ E → at:5,4 (C_m 0.75, cost to go 42.2 s), "
+            "6.7 s dearer"
         ),
         "478.44 s rover: proposal 3 leaves in frame down:1005 (54 ms to send)",
         "479.77 s ground: frame down:1005 arrives after 1.28 s of light time",
@@ -148,11 +148,11 @@ def test_a_goal_from_the_order_to_the_ground_knowing_that_it_is_reached(flown: L
         "603.40 s ground: telemetry of 602.0 s tells the ground that it is a goal",
         (
             "605.40 s rover: 3 actions towards it, goal-directed, with the operator's consent: "
-            "E S S; cost to go 139.6 s at first; the last begins at 619.4 s"
+            "E S S; cost to go 139.7 s at first; the last begins at 619.4 s"
         ),
         (
             "650.00 s rover: 24 actions towards it, goal-directed, on its own: "
-            "S S E E E E N N N E S E and 12 more; cost to go 123.6 s at first; "
+            "S S E E E E N N N E S E and 12 more; cost to go 123.7 s at first; "
             "the last begins at 710.0 s"
         ),
         "713.20 s rover: goal at:B reached",

@@ -44,10 +44,10 @@ def test_an_action_that_the_rover_chose_alone(flown: LogFile) -> None:
     assert found["the rover performs E"] == ["E begins, goal-directed, towards at:B, at 657.5 s"]
     assert found["the decision behind it"] == [
         "chooser goal-directed; active Signs: at:3,4",
-        "because at:3,4 ∧ E → at:4,4 (C_m 0.75, cost to go 107.7 s)",
-        "the runner-up is at:3,4 ∧ W → at:2,4 (C_m 0.75, cost to go 114.8 s), 7.1 s dearer",
+        "because at:3,4 ∧ E → at:4,4 (C_m 0.75, cost to go 107.8 s)",
+        "the runner-up is at:3,4 ∧ W → at:2,4 (C_m 0.75, cost to go 114.9 s), 7.1 s dearer",
         (
-            "on the policy map of at:B, as it was at 601.8 s: at:3,4 has P_v 107.7 s, "
+            "on the policy map of at:B, as it was at 601.8 s: at:3,4 has P_v 107.8 s, "
             "best action E, depth 21"
         ),
     ]
