@@ -152,7 +152,7 @@ def test_a_goal_from_the_order_to_the_ground_knowing_that_it_is_reached(flown: L
         ),
         (
             "650.00 s rover: 24 actions towards it, goal-directed, on its own: "
-            "S S E E E E N N N E S E and 12 more; cost to go 123.7 s at first; "
+            "S S E E E E N N N E S E and 12 more; cost to go 123.8 s at first; "
             "the last begins at 710.0 s"
         ),
         "713.20 s rover: goal at:B reached",
