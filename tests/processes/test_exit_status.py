@@ -64,7 +64,7 @@ def sabotage(module):
     def raising(*_):
         raise KeyError("no such thing")
 
-    module._describe = raising
+    module.describe = raising
 """
 
 PORT_TAKEN = """
