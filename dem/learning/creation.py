@@ -9,7 +9,7 @@ few things explain a surprise (project defaults):
 2. *The situation explains where its parts cannot.* It becomes a Sign, and the context of one
    hypothesis that ends in the next situation as a whole, where a credible prediction has failed,
    where the next situation is known and was not foreseen as a whole, or where it is a context
-   already. The parts go on explaining beside it: no way leads on from a Token to a whole.
+   already. That one hypothesis names all Tokens of the next situation, so nothing else has to.
 """
 
 from collections.abc import Container, Sequence
@@ -53,13 +53,17 @@ class Creation:
         work = self._work
         self._held.clear()
         outcomes = [sign for sign in surprises if sign not in work.probation]
+        told: list[set[str]] = []
         if work.parameters.situations:
             outcomes = [sign for sign in outcomes if sign not in work.wholes or sign in needed]
-            self._explain_as_a_whole(active, foreseen, disproved)
+            told = self._explain_as_a_whole(active, foreseen, disproved)
         for outcome in outcomes:
             for delay, trace in enumerate(work.traces, start=1):
-                if trace.action is not None:
-                    self._take_opportunities(trace, trace.action, outcome, delay)
+                if trace.action is None:
+                    continue
+                if told and told[delay - 1].issuperset(work.signs.names[outcome]):
+                    continue
+                self._take_opportunities(trace, trace.action, outcome, delay)
 
     def _take_opportunities(self, trace: Trace, action: int, outcome: int, delay: int) -> None:
         work, parameters = self._work, self._work.parameters
@@ -90,17 +94,17 @@ class Creation:
 
     def _explain_as_a_whole(
         self, active: list[int], foreseen: Container[int], disproved: Container[int]
-    ) -> None:
-        """Let the situations in the traces explain the present one."""
+    ) -> list[set[str]]:
+        """For each trace, the Tokens that its situation explains."""
         work = self._work
         here = work.signs.find(work.situation)
         if not work.situation or here in foreseen:
-            return
+            return []
+        told: list[set[str]] = []
         for delay, trace in enumerate(work.traces, start=1):
+            told.append(set())
             if trace.action is None or not trace.situation:
                 continue
-            if len(trace.situation) == len(work.situation) == 1:
-                continue  # two Tokens need no more than the first rule
             before = work.signs.find(trace.situation)
             is_context = before in work.wholes and work.hypotheses.is_context(before)
             if here is not None or delay in disproved or is_context:
@@ -114,6 +118,8 @@ class Creation:
                     active.append(outcome)
                 initial_cm = work.parameters.initial_cm
                 self._take(context, trace.action, outcome, delay, initial_cm)
+                told[-1].update(work.situation)
+        return told
 
     def _known(self, situation: Sign) -> int:
         """A situation as a Sign, which was active when it was the situation."""

@@ -128,12 +128,13 @@ class PlainModel:
     ) -> None:
         """Create hypotheses, for the situation as a whole first."""
         outcomes = [sign for sign in surprises if not sign.on_probation]
+        told: list[set[str]] = [set() for _ in self.past]
         if self.parameters.situations:
             outcomes = [s for s in outcomes if not s.is_situation or s.tokens in goals]
             if not any(h.outcome.tokens == self.situation for h in credible):
-                self.explain_as_a_whole(disproved)
+                told = self.explain_as_a_whole(disproved)
         for sign in outcomes:
-            self.explain(sign)
+            self.explain(sign, told)
 
     def perform(self, action: str | None, goals: Sequence[tuple[str, ...]] = ()) -> None:
         """Every hypothesis whose context and action are active predicts."""
@@ -196,15 +197,16 @@ class PlainModel:
         part = self.parameters.situations and {*sign.tokens} < {*outcome.tokens}
         return sign == outcome or part
 
-    def explain(self, outcome: KnownSign) -> None:
+    def explain(self, outcome: KnownSign, told: Sequence[set[str]]) -> None:
         """Create hypotheses for `outcome` from all Signs that were active within reach.
 
-        With situations, not from Signs with more than twice as many trials as the rarest.
+        With situations, not where the situation then explains it, and not from Signs with more than
+        twice as many trials as the rarest.
         """
         for delay, then in enumerate(self.past, start=1):
             contexts = [context for context in then.active if not context.on_probation]
             action = then.action
-            if action is None:
+            if action is None or {*outcome.tokens} <= told[delay - 1]:
                 continue
             for context in contexts:
                 rarest = min(other.tries[action] for other in contexts)
@@ -221,15 +223,14 @@ class PlainModel:
         if not held and self.rng.random() < self.parameters.learning_probability:
             self.create(context, action, outcome, delay, credit)
 
-    def explain_as_a_whole(self, disproved: set[int]) -> None:
-        """Let past situations explain this one."""
+    def explain_as_a_whole(self, disproved: set[int]) -> list[set[str]]:
+        """Let past situations explain this one; for each cycle of the past the Tokens explained."""
+        told: list[set[str]] = [set() for _ in self.past]
         if not self.situation:
-            return
+            return told
         is_known = any(sign.tokens == self.situation for sign in self.signs)
         for delay, then in enumerate(self.past, start=1):
             if then.action is None or not then.situation:
-                continue
-            if len(then.situation) == len(self.situation) == 1:
                 continue
             left = [
                 h
@@ -245,6 +246,8 @@ class PlainModel:
                 if outcome not in self.active:
                     self.active.append(outcome)
                 self.take(context, then.action, outcome, delay, self.parameters.initial_cm)
+                told[delay - 1] = {*self.situation}
+        return told
 
     def know_situation(self, tokens: tuple[str, ...]) -> KnownSign:
         """The Sign of a situation."""
