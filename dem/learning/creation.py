@@ -9,7 +9,8 @@ few things explain a surprise (project defaults):
 2. *The situation explains where its parts cannot.* It becomes a Sign, and the context of one
    hypothesis that ends in the next situation as a whole, where a credible prediction has failed,
    where the next situation is known and was not foreseen as a whole, or where it is a context
-   already. That one hypothesis names all Tokens of the next situation, so nothing else has to.
+   already. Where that is one Token after another, nothing else explains it. Otherwise the parts go
+   on explaining each other beside it: no way leads on from a Token to a whole.
 """
 
 from collections.abc import Container, Sequence
@@ -53,15 +54,15 @@ class Creation:
         work = self._work
         self._held.clear()
         outcomes = [sign for sign in surprises if sign not in work.probation]
-        told: list[set[str]] = []
+        alone: set[int] = set()
         if work.parameters.situations:
             outcomes = [sign for sign in outcomes if sign not in work.wholes or sign in needed]
-            told = self._explain_as_a_whole(active, foreseen, disproved)
+            alone = self._explain_as_a_whole(active, foreseen, disproved)
         for outcome in outcomes:
             for delay, trace in enumerate(work.traces, start=1):
                 if trace.action is None:
                     continue
-                if told and told[delay - 1].issuperset(work.signs.names[outcome]):
+                if delay in alone and work.signs.names[outcome] == work.situation:
                     continue
                 self._take_opportunities(trace, trace.action, outcome, delay)
 
@@ -94,15 +95,18 @@ class Creation:
 
     def _explain_as_a_whole(
         self, active: list[int], foreseen: Container[int], disproved: Container[int]
-    ) -> list[set[str]]:
-        """For each trace, the Tokens that its situation explains."""
+    ) -> set[int]:
+        """Let past situations explain this one.
+
+        Returns:
+            the delays with which one Token alone now explains another.
+        """
         work = self._work
         here = work.signs.find(work.situation)
         if not work.situation or here in foreseen:
-            return []
-        told: list[set[str]] = []
+            return set()
+        alone = set()
         for delay, trace in enumerate(work.traces, start=1):
-            told.append(set())
             if trace.action is None or not trace.situation:
                 continue
             before = work.signs.find(trace.situation)
@@ -118,8 +122,9 @@ class Creation:
                     active.append(outcome)
                 initial_cm = work.parameters.initial_cm
                 self._take(context, trace.action, outcome, delay, initial_cm)
-                told[-1].update(work.situation)
-        return told
+                if len(trace.situation) == len(work.situation) == 1:
+                    alone.add(delay)
+        return alone
 
     def _known(self, situation: Sign) -> int:
         """A situation as a Sign, which was active when it was the situation."""

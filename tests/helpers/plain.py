@@ -128,13 +128,13 @@ class PlainModel:
     ) -> None:
         """Create hypotheses, for the situation as a whole first."""
         outcomes = [sign for sign in surprises if not sign.on_probation]
-        told: list[set[str]] = [set() for _ in self.past]
+        alone: set[int] = set()
         if self.parameters.situations:
             outcomes = [s for s in outcomes if not s.is_situation or s.tokens in goals]
             if not any(h.outcome.tokens == self.situation for h in credible):
-                told = self.explain_as_a_whole(disproved)
+                alone = self.explain_as_a_whole(disproved)
         for sign in outcomes:
-            self.explain(sign, told)
+            self.explain(sign, alone)
 
     def perform(self, action: str | None, goals: Sequence[tuple[str, ...]] = ()) -> None:
         """Every hypothesis whose context and action are active predicts."""
@@ -197,16 +197,16 @@ class PlainModel:
         part = self.parameters.situations and {*sign.tokens} < {*outcome.tokens}
         return sign == outcome or part
 
-    def explain(self, outcome: KnownSign, told: Sequence[set[str]]) -> None:
+    def explain(self, outcome: KnownSign, alone: set[int]) -> None:
         """Create hypotheses for `outcome` from all Signs that were active within reach.
 
-        With situations, not where the situation then explains it, and not from Signs with more than
-        twice as many trials as the rarest.
+        With situations, not where it is one Token that another alone explains, and not from Signs
+        with more than twice as many trials as the rarest.
         """
         for delay, then in enumerate(self.past, start=1):
             contexts = [context for context in then.active if not context.on_probation]
             action = then.action
-            if action is None or {*outcome.tokens} <= told[delay - 1]:
+            if action is None or (delay in alone and outcome.tokens == self.situation):
                 continue
             for context in contexts:
                 rarest = min(other.tries[action] for other in contexts)
@@ -223,11 +223,11 @@ class PlainModel:
         if not held and self.rng.random() < self.parameters.learning_probability:
             self.create(context, action, outcome, delay, credit)
 
-    def explain_as_a_whole(self, disproved: set[int]) -> list[set[str]]:
-        """Let past situations explain this one; for each cycle of the past the Tokens explained."""
-        told: list[set[str]] = [set() for _ in self.past]
+    def explain_as_a_whole(self, disproved: set[int]) -> set[int]:
+        """Let past situations explain this one; the delays with which a Token explains another."""
+        alone: set[int] = set()
         if not self.situation:
-            return told
+            return alone
         is_known = any(sign.tokens == self.situation for sign in self.signs)
         for delay, then in enumerate(self.past, start=1):
             if then.action is None or not then.situation:
@@ -246,8 +246,9 @@ class PlainModel:
                 if outcome not in self.active:
                     self.active.append(outcome)
                 self.take(context, then.action, outcome, delay, self.parameters.initial_cm)
-                told[delay - 1] = {*self.situation}
-        return told
+                if len(then.situation) == len(self.situation) == 1:
+                    alone.add(delay)
+        return alone
 
     def know_situation(self, tokens: tuple[str, ...]) -> KnownSign:
         """The Sign of a situation."""
