@@ -29,7 +29,7 @@ _EXACT = 1e-13  # greatest relative change that a further round would make
 _NEARLY = 1e-9  # no greater one may be left where further rounds come no nearer
 _ROUNDS = 200  # of policy iteration; more than ten are rare
 _KEEPS_ON = 1.0 - 2.0**-40  # an endless loop ends at last, so that every policy has a value
-_MOST = 1e200  # the greatest value, so that no sum overflows
+_LEAST, _MOST = 1e-200, 1e200  # a value, so that no sum overflows and none but the goal's is 0.0
 
 
 class Alternatives:
@@ -84,9 +84,10 @@ class Alternatives:
         """What one attempt costs in each group."""
         arcs = self._hypotheses
         own = np.asarray(arcs.action_costs)[self.action]
-        if arcs.risks:
-            pairs = zip(self.context.tolist(), self.action.tolist(), strict=False)
-            own = own + np.array([arcs.risks.get(pair, 0.0) for pair in pairs])
+        for (context, action), risk in arcs.risks.items():
+            # Sorted by context, and by action within.
+            first, end = np.searchsorted(self.context[: len(own)], (context, context + 1)).tolist()
+            own[first:end][self.action[first:end] == action] += risk
         return np.concatenate((own, np.zeros(len(self.context) - len(own))))
 
 
@@ -96,13 +97,11 @@ class Backup(NamedTuple):
     Attributes:
         q: expected cost of each group.
         value: least of these, by row.
-        choice: the first group that has it, by row.
         share: how much each arc counts in its group.
     """
 
     q: Floats
     value: Floats
-    choice: Ids
     share: Floats
 
 
@@ -112,6 +111,7 @@ class System:
     Args:
         alternatives: what there is to do.
         known: by Sign id, 0.0 at the goal, infinite where no way leads there, and else anything.
+        before: an earlier system of the same goal, whose policy this one begins with.
 
     Attributes:
         sign: the Sign of each row, ascending.
@@ -122,7 +122,9 @@ class System:
         first: the first group of each row.
     """
 
-    def __init__(self, alternatives: Alternatives, known: Floats) -> None:
+    def __init__(
+        self, alternatives: Alternatives, known: Floats, before: "System | None" = None
+    ) -> None:
         self._alternatives = alternatives
         self.sign = np.flatnonzero((known > 0.0) & (known < math.inf))
         rows = np.full(len(known), -1)
@@ -142,47 +144,71 @@ class System:
         self._group = np.repeat(np.arange(len(self.starts)), sizes)
         self.row = row[counts[self.starts]]
         self.first = np.flatnonzero(np.diff(self.row, prepend=-1))
-        self._column = rows[self.outcome]
+        self._leads_on = rows[self.outcome] >= 0
         self._order = np.arange(len(counts))
-        self._equations = Equations(len(self.sign))
+        # Names the groups of a row: by hypothesis or, where they are negative, by part.
+        self._names = np.where(self.arc >= 0, self.arc, -2 - self.outcome)[self.starts]
+        preferred = np.full(len(known), -1) if before is None else before.chosen(len(known))
+        self._chosen: NDArray[np.bool_] = preferred[self.sign[self.row]] == self._names
+
+    def chosen(self, size: int) -> Ids:
+        """What the policy does at each of so many Signs, -1 where nothing is known of it."""
+        chosen = np.full(size, -1)
+        chosen[self.sign[self.row[self._chosen]]] = self._names[self._chosen]
+        return chosen
 
     def follow(self) -> None:
         """Take in the measures and costs as they are; call this before anything else."""
         self.weight = self._alternatives.weights()[self._counts]
         starts, group = self.starts, self._group
         total = np.add.reduceat(self.weight, starts) if len(starts) else self.weight
-        counted = np.minimum(total, 1.0)
+        counted = np.where(total > 1.0 + _NEARLY, 1.0, total)
         with np.errstate(divide="ignore", over="ignore"):
             attempts = np.minimum(self._alternatives.costs()[self._groups] / counted, _MOST)
         self._attempts = np.where(counted > 0.0, attempts, math.inf)
+        self._total = np.where(counted > 0.0, total, 1.0)
         self._counted = np.where(counted > 0.0, counted, 1.0)[group]
-        # The arcs of groups whose outcomes come together, and the first arc of the group of each.
-        self._crowded = (total > 1.0)[group]
-        arcs = self._crowded.nonzero()[0]
-        self._crowded_first = np.searchsorted(arcs, starts)[group[arcs]]
+        # The groups whose outcomes come together, largest first, with their first arcs and sizes.
+        sizes = np.diff(starts, append=len(group))
+        crowded = (total > 1.0 + _NEARLY).nonzero()[0]
+        crowded = crowded[np.argsort(-sizes[crowded], kind="stable")]
+        self._crowded, self._crowd_sizes = starts[crowded], sizes[crowded]
 
     def backup(self, value: Floats) -> Backup:
         """What follows from the values of all Signs, by id."""
         onward = value[self.outcome]
         share = self._together(onward) / self._counted
         q = np.add.reduceat(share * onward, self.starts) + self._attempts
-        least = np.minimum.reduceat(q, self.first)
-        tied = (q == least[self.row]).nonzero()[0][::-1]
-        choice = np.empty(len(self.sign), dtype=np.int64)
-        choice[self.row[tied]] = tied
-        return Backup(q, least, choice, share)
+        return Backup(q, np.minimum.reduceat(q, self.first), share)
+
+    def arcs(self, group: int) -> slice:
+        """The arcs of a group."""
+        end = self.starts[group + 1] if group + 1 < len(self.starts) else len(self.arc)
+        return slice(int(self.starts[group]), int(end))
+
+    def expected(self, group: int, value: Floats) -> float:
+        """The expected cost of one group; see `backup`."""
+        arcs, total = self.arcs(group), float(self._total[group])
+        left = 1.0 if total > 1.0 + _NEARLY else total
+        cost, counted = float(self._attempts[group]), left
+        onward, weights = value[self.outcome[arcs]].tolist(), self.weight[arcs].tolist()
+        for reached, weight in sorted(zip(onward, weights, strict=True)):
+            cost += min(left, weight) / counted * reached
+            left = max(0.0, left - weight)
+        return cost
 
     def _together(self, onward: Floats) -> Floats:
         """How much each arc counts, where those that lead to the least values count first."""
-        if not len(self._crowded_first):
+        if not len(self._crowded):
             return self.weight
-        order = self._ordered(onward)
-        order = order[self._crowded[order]]
-        weight = self.weight[order]
-        taken = weight.cumsum() - weight
-        left = 1.0 - (taken - taken[self._crowded_first])
-        together = self.weight.copy()
-        together[order] = np.minimum(np.maximum(left, 0.0), weight)
+        order, together = self._ordered(onward), self.weight.copy()
+        left = np.ones(len(self._crowded))
+        # Group by group: in one sum over all, what changes in one would change last bits in others.
+        for place in range(self._crowd_sizes[0]):
+            among = int(np.searchsorted(-self._crowd_sizes, -place))
+            arcs = order[self._crowded[:among] + place]
+            together[arcs] = taken = np.minimum(left[:among], self.weight[arcs])
+            left = left[:among] - taken
         return together
 
     def _ordered(self, onward: Floats) -> Ids:
@@ -199,33 +225,55 @@ class System:
             order[places] = arcs[np.lexsort((onward[arcs], group[arcs]))]
         return order
 
-    def solve(self, guess: Floats) -> Floats:
+    def solve(self, guess: Floats, equations: Equations) -> Floats:
         """The values of all Signs, by id.
 
         Args:
+            equations: those of the policies before, if there were any.
             guess: values to begin with, changed in place. The nearer they are, the sooner this is
                 done; what comes out does not depend on them, but for the last bits.
         """
-        value, before, chosen = guess, math.inf, np.empty(0, dtype=np.int64)
+        value, before = guess, math.inf
         for _ in range(_ROUNDS if len(self.sign) else 0):
             found = self.backup(value)
             short = found.value - value[self.sign]
             worst = float(np.max(np.abs(short) / found.value))
-            stands = worst > before / 4 and np.array_equal(found.choice, chosen)
-            if worst <= _EXACT or (stands and worst <= _NEARLY):
+            if worst <= _EXACT:
                 break
-            solved = self._equations.solve(self._policy(found), short, anew=stands)
-            before, chosen = worst, found.choice
-            value[self.sign] = np.clip(value[self.sign] + solved, 0.0, _MOST)
+            stands = not self._choose(found) and worst > before / 4
+            if stands and worst <= _NEARLY:
+                break
+            before = worst
+            # Beside the value of an endless loop, what is added to it would be lost.
+            base = 0.0 if worst > 1.0 else value[self.sign]
+            known = np.zeros(len(value))
+            known[self.sign] = self._attempts[self._chosen] if worst > 1.0 else short
+            solved = equations.solve(self._policy(found), known, anew=stands)[self.sign]
+            value[self.sign] = np.clip(base + solved, _LEAST, _MOST)
         return value
 
+    def _choose(self, found: Backup) -> bool:
+        """Choose the best group of each row, and tell whether any is another than before.
+
+        What was chosen stands where it is as good: the fewer equations change, the better.
+        """
+        good = found.q <= found.value[self.row] * (1.0 + _EXACT)
+        if (good & self._chosen).sum() == len(self.sign):
+            return False
+        best = good.nonzero()[0][::-1]
+        choice = np.empty(len(self.sign), dtype=np.int64)
+        choice[self.row[best]] = best
+        stands = (good & self._chosen).nonzero()[0]
+        choice[self.row[stands]] = stands
+        self._chosen[:] = False
+        self._chosen[choice] = True
+        return True
+
     def _policy(self, found: Backup) -> Policy:
-        """The chosen groups as the coefficients of linear equations, row by row."""
-        chosen = np.zeros(len(self.starts), dtype=np.bool_)
-        chosen[found.choice] = True
-        arcs = (chosen[self._group] & (self._column >= 0)).nonzero()[0]
+        """The chosen groups as the coefficients of linear equations."""
+        arcs = (self._chosen[self._group] & self._leads_on).nonzero()[0]
         return Policy(
-            row=self.row[self._group[arcs]],
-            column=self._column[arcs],
+            sign=self.sign[self.row[self._group[arcs]]],
+            outcome=self.outcome[arcs],
             share=found.share[arcs] * _KEEPS_ON,
         )

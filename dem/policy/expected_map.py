@@ -2,14 +2,15 @@
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
+from copy import copy
 from typing import NamedTuple
 
 import numpy as np
 
 from farside.dem.lists.actions import ActionList
 from farside.dem.lists.hypothesis import CostChange
-from farside.dem.policy.equations import Floats, Ids
-from farside.dem.policy.expectation import Alternatives, Backup, System
+from farside.dem.policy.equations import Equations, Floats, Ids
+from farside.dem.policy.expectation import Alternatives, System
 from farside.dem.policy.policy_map import PolicyMap, PolicyTable, Reason
 from farside.dem.policy.spread import Spread
 
@@ -75,6 +76,8 @@ class ExpectedMap:
         self._alternatives: Alternatives | None = None
         self._usable = np.empty(0, dtype=np.bool_)
         self._exact: Floats = np.empty(0)
+        self._system: System | None = None
+        self._equations = Equations()
         self._is_current = False
 
     def update(self, changes: Iterable[CostChange], signs: Iterable[int] = ()) -> None:
@@ -85,6 +88,7 @@ class ExpectedMap:
     def part(self) -> None:
         """Go on apart from the map that this one was copied from."""
         self._exact = self._exact.copy()
+        self._equations = copy(self._equations)
         self._alternatives = None
         self._is_current = False
 
@@ -190,15 +194,17 @@ class ExpectedMap:
         return [option for context in contexts for option in self._own_options(context)]
 
     def _own_options(self, context: int) -> Iterator[_Option]:
-        system, found = self._system, self._found
+        system = self._solve()
         row = int(np.searchsorted(system.sign, context))
         if row == len(system.sign) or system.sign[row] != context:
             return
         ends = (*system.first[row : row + 2].tolist(), len(system.starts))
         for group in range(ends[0], ends[1]):
-            arcs = slice(*(*system.starts[group : group + 2].tolist(), len(system.arc))[:2])
-            total = float(found.q[group])
-            if system.arc[arcs.start] >= 0 and total < math.inf:
+            arcs = system.arcs(group)
+            if system.arc[arcs.start] < 0:
+                continue
+            total = system.expected(group, self._values)
+            if total < math.inf:
                 yield self._led(total, system.arc[arcs], system.weight[arcs])
 
     def _led(self, total: float, arcs: Ids, weights: Floats) -> _Option:
@@ -212,24 +218,27 @@ class ExpectedMap:
 
     # --- values --------------------------------------------------------------------------------
 
-    def _solve(self) -> None:
-        """Bring the values up to date with the lists."""
-        if self._is_current:
-            return
+    def _solve(self) -> System:
+        """Bring the values up to date with the lists, and return the equations that they solve."""
+        if self._is_current and self._system is not None:
+            return self._system
         alternatives = self._expectation.alternatives
-        usable = alternatives.usable()
-        guess = self._exact
-        if alternatives is not self._alternatives or not np.array_equal(usable, self._usable):
+        usable, system, guess = alternatives.usable(), self._system, self._exact
+        if (
+            system is None
+            or alternatives is not self._alternatives
+            or not np.array_equal(usable, self._usable)
+        ):
             self._alternatives, self._usable = alternatives, usable
             guess = np.array(self._spread.values(self.goal))
-            self._system = System(alternatives, guess)
+            system = self._system = System(alternatives, guess, system)
             before = self._exact
             kept = (before < math.inf) & (guess[: len(before)] < math.inf) & (before > 0.0)
             kept &= guess[: len(before)] > 0.0
             guess[: len(before)][kept] = before[kept]
-        self._system.follow()
-        self._exact = self._system.solve(guess)
+        system.follow()
+        self._exact = system.solve(guess, self._equations)
         mantissa, exponent = np.frexp(self._exact)
         self._values: Floats = np.ldexp(np.rint(mantissa * _BITS) / _BITS, exponent)
-        self._found: Backup = self._system.backup(self._values)
         self._is_current = True
+        return system

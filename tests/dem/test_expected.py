@@ -222,6 +222,23 @@ def test_few_and_many_signs_are_solved_alike(no_inverse: Callable[[], None]) -> 
     assert [again.cost_to(["at:1"], sign) for sign in model.signs] == costs
 
 
+# In some of these, policies come up on the way that never reach the goal.
+@pytest.mark.parametrize("seed", [2, 143, 174, 189, 201, 233])
+def test_values_kept_up_while_signs_and_ways_come_are_those_of_a_new_map(
+    seed: int, no_inverse: Callable[[], None]
+) -> None:
+    no_inverse()
+    model, rng = wandering(seed, 60, reach=1 + seed % 2), np.random.default_rng(seed)
+    for cycle in range(60):
+        model.perform(str(rng.choice(["jump", "walk"])))
+        model.sense([f"at:{rng.integers(6 + cycle // 4)}", *["x"][: rng.integers(2)]])
+        new = DynamicExpectancyModel.load(model.save())
+        kept, built = (
+            [one.cost_to(["at:1"], sign) for sign in model.signs] for one in (model, new)
+        )
+        assert kept == built
+
+
 def test_an_endless_loop_and_vanishing_measures_have_values() -> None:
     ways: dict[tuple[str, str], list[str]] = {
         ("a", "walk"): ["b"], ("b", "walk"): ["a"], ("a", "jump"): ["goal"],
