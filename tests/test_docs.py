@@ -5,6 +5,7 @@ import re
 import runpy
 import subprocess
 import tomllib
+from collections.abc import Sequence
 from pathlib import Path
 
 import msgspec
@@ -20,6 +21,7 @@ from farside.missions import FinishedRun
 from farside.topics import TOPICS
 
 ROOT = Path(__file__).parent.parent
+README = ROOT / "README.md"
 DOCUMENTS = [
     ROOT / name
     for name in (
@@ -51,18 +53,18 @@ DRY = {
 }
 
 
-def blocks(language: str) -> list[str]:
+def blocks(language: str, documents: Sequence[Path] = DOCUMENTS) -> list[str]:
     pattern = rf"^```{language}\n(.*?)^```"
     return [
         block
-        for document in DOCUMENTS
+        for document in documents
         for block in re.findall(pattern, document.read_text(), re.MULTILINE | re.DOTALL)
     ]
 
 
-def commands() -> list[str]:
-    """All of them in order; one that stands in several documents once."""
-    lines = [line for block in blocks("sh") for line in block.splitlines()]
+def commands(document: Path) -> list[str]:
+    """Those of a document in order; one that stands there several times once."""
+    lines = [line for block in blocks("sh", [document]) for line in block.splitlines()]
     return list(dict.fromkeys(command_of(line) for line in lines if line.strip()))
 
 
@@ -104,19 +106,23 @@ def missions() -> dict[str, str]:
 
 
 def test_the_readme_has_commands_to_try() -> None:
-    assert {"make mission", "make test", "farside console blackout"} <= set(commands())
+    assert {"make mission", "make test", "farside console blackout"} <= set(commands(README))
+
+
+def test_the_documents_have_missions_and_outputs_to_try() -> None:
+    assert missions()
+    assert sum("farside" in command for command in outputs()) >= 3
 
 
 @pytest.mark.processes
-def test_every_command_in_the_documents_works(tmp_path: Path, installed: Path) -> None:
+@pytest.mark.parametrize("document", DOCUMENTS, ids=lambda document: document.stem)
+def test_every_command_in_a_document_works(document: Path, tmp_path: Path, installed: Path) -> None:
     """In the order in which a reader comes to them, from a wheel, in a folder of the reader's."""
     (tmp_path / "missions").symlink_to(ROOT / "missions")
-    assert missions()
     pasted = outputs()
-    assert sum("farside" in command for command in pasted) >= 3
     for name, text in missions().items():
         (tmp_path / f"{name}.toml").write_text(text)
-    for command in commands():
+    for command in commands(document):
         where, line = tmp_path, command
         if command.startswith(("make", ". .venv")):
             where, line = ROOT, f"{command} --dry-run" if command in DRY else command

@@ -10,6 +10,7 @@ import pytest
 import zenoh
 from certificates import Authority
 from linking import LinkProcess, unused_port
+from relaying import until
 from typer.testing import CliRunner
 
 from farside.link.emulator import sides
@@ -212,8 +213,16 @@ def test_a_side_that_goes_and_comes_back_is_told_and_served_again() -> None:
         assert between.says() == "ground side: nobody is connected any more"
         with router(at) as again:
             assert between.says() == "ground side: connected"
-            [reply] = [one for one in again.get("farside/link/counters") if one.ok is not None]
-            assert json.loads(reply.ok.payload.to_bytes())["ground_side"]["connected"] == 1
+            replies: list[bytes] = []
+
+            def answered() -> bool:
+                told = [one.ok for one in again.get("farside/link/counters")]
+                replies.extend(one.payload.to_bytes() for one in told if one is not None)
+                return bool(replies)
+
+            # That somebody answers there takes a moment to get about.
+            until(answered)
+            assert json.loads(replies[0])["ground_side"]["connected"] == 1
 
 
 def test_two_sides_whose_routers_know_each_other_are_refused() -> None:
