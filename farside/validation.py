@@ -270,7 +270,8 @@ def _fits(data: object, schema: inspect.Type) -> bool:
             bounds = _bounds(schema, data)
             return _is_number(data, schema) and all(b.holds(data, b.limit) for b in bounds)
         case inspect.StrType():
-            return isinstance(data, str) and bool(re.search(schema.pattern or "", data))
+            is_text = isinstance(data, str) and len(data) >= (schema.min_length or 0)
+            return is_text and bool(re.search(schema.pattern or "", str(data)))
         case inspect.EnumType():
             return data in _choices(schema)
         case inspect.BoolType():
@@ -309,7 +310,8 @@ def _expected(schema: inspect.Type, data: object = None) -> str:
             bounds = " and ".join(f"{sign} {limit:g}" for sign, limit, _ in _bounds(schema, data))
             return f"{kind} {bounds}".strip()
         case inspect.StrType():
-            return f"text that matches {schema.pattern}" if schema.pattern else "text"
+            text = "text that is not empty" if schema.min_length else "text"
+            return f"text that matches {schema.pattern}" if schema.pattern else text
         case inspect.EnumType():
             return _one_of(_choices(schema))
         case inspect.BoolType():

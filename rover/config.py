@@ -259,7 +259,7 @@ class Avoided(Section, frozen=True):
 
     cost_s: Annotated[float, Meta(ge=0, le=1e9)]
     place: PlaceName | None = None
-    token: str | None = None
+    token: Annotated[str, Meta(min_length=1)] | None = None
 
     def __post_init__(self) -> None:
         if (self.place is None) == (self.token is None):
