@@ -20,7 +20,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from farside.dem import Curiosity, Exploration, Parameters
+from farside.dem import Curiosity, Exploration, Parameters, Values
 
 PROCESSES = 2
 EPSILON = 0.1
@@ -52,6 +52,9 @@ PLAYERS: dict[str, Callable[[Generator, str], Player]] = {
     "DEM, random": lambda rng, _: DemPlayer(rng, LEARNING),
     "DEM, ε .1": lambda rng, _: DemPlayer(rng, LEARNING, epsilon=EPSILON),
     "DEM, curious": lambda rng, _: DemPlayer(rng, CURIOUS),
+    "DEM, curious, expected": lambda rng, _: DemPlayer(
+        rng, replace(CURIOUS, values=Values.EXPECTED)
+    ),
 }
 
 
