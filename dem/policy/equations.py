@@ -23,7 +23,7 @@ takes 0.7 s, once."""
 
 _CHANGED = 64  # so many changed equations before all are factored anew
 _CHANGED_AT_ONCE = 16  # to factor is about as fast as to solve for so many once more
-_ACCURATE = 1e-9  # greatest error of a solution, as a fraction of the greatest known value
+_ACCURATE = 1e-9  # greatest error by the formula, as a fraction of the greatest known value
 _ROOM = 1.25  # for so many times as many Signs as there are
 
 
@@ -64,24 +64,27 @@ class Equations:
             np.subtract.at(matrix, (policy.sign, policy.outcome), policy.share)
             return np.linalg.solve(matrix, known).astype(np.float64)
         known = np.pad(known, (0, room - size))
-        if not anew and room == self._room:
-            changed = self._changed(policy)
-            if changed is not None:
-                solution: Floats = self._factors.solve(known)
-                if changed:
-                    solution += self._correction(policy, changed, solution)
-                if self._solves(policy, solution, known):
-                    return solution[:size]
-        self._factor(policy, room)
-        solution = self._factors.solve(known)
+        solution = None if anew or room > self._room else self._updated(policy, known)
+        if solution is None:
+            self._factor(policy, room)
+            solution = self._factors.solve(known)
         return solution[:size]
 
-    @staticmethod
-    def _solves(policy: Policy, solution: Floats, known: Floats) -> bool:
-        """Whether this is a solution; the formula finds none where loops hardly ever end."""
+    def _updated(self, policy: Policy, known: Floats) -> Floats | None:
+        """The solution by the formula; `None` where too much has changed, or it finds none."""
+        changed = self._changed(policy)
+        if changed is None:
+            return None
+        solution: Floats = self._factors.solve(known)
+        if changed:
+            try:
+                solution += self._correction(policy, changed, solution)
+            except np.linalg.LinAlgError:
+                return None
+        # Where loops hardly ever end, the formula is not accurate.
         onward = np.bincount(policy.sign, policy.share * solution[policy.outcome], len(known))
-        most = float(np.abs(known).max())
-        return float(np.abs(solution - onward - known).max()) <= _ACCURATE * most
+        error = float(np.abs(solution - onward - known).max())
+        return solution if error <= _ACCURATE * float(np.abs(known).max()) else None
 
     def _factor(self, policy: Policy, room: int) -> None:
         from scipy.sparse import csc_array, eye_array  # type: ignore[import-untyped] # noqa: PLC0415

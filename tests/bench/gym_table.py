@@ -24,7 +24,7 @@ from rich.console import Console
 from rich.progress import track
 from rich.table import Table
 
-from farside.dem import DynamicExpectancyModel, Exploration, Parameters, Values
+from farside.dem import Curiosity, DynamicExpectancyModel, Exploration, Parameters, Values
 from farside.dem.lab import FAILED, REWARDED, Episode, GymWorld, play
 
 EVALUATED = 100
@@ -44,9 +44,11 @@ class World(NamedTuple):
     goal: str = REWARDED
     floor: float = 0.0  # an episode succeeds if it ends with a reward above this
     # Of the models with expected values: what an end without a reward costs, and how improbable a
-    # run of luck must be to be taken for a change of the world; here the odds never change.
+    # run of luck must be to be taken for a change of the world; here the odds never change. To know
+    # odds takes many tries, and so the curious one tries again sooner.
     aversion: float = 0.0
     improbable: float = Parameters().improbable
+    restlessness: float = Curiosity().restlessness
 
 
 class Result(NamedTuple):
@@ -89,6 +91,7 @@ WORLDS = (
         20_000,
         aversion=100.0,
         improbable=1e-5,
+        restlessness=1_000.0,
     ),
     World(
         "CliffWalking",
@@ -116,7 +119,10 @@ def expected_play(world: World, seed: int, exploration: Exploration) -> Learner:
     """The same with expected values and an aversion to failure, without curiosity in the end."""
     played = GymWorld(world.env(), world.tokens, tells_failure=world.aversion > 0.0)
     parameters = Parameters(
-        values=Values.EXPECTED, exploration=exploration, improbable=world.improbable
+        values=Values.EXPECTED,
+        exploration=exploration,
+        improbable=world.improbable,
+        curiosity=Curiosity(restlessness=world.restlessness),
     )
     rng = np.random.default_rng(seed)
     model = DynamicExpectancyModel(played.action_costs, parameters, rng=rng)
