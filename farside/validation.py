@@ -310,7 +310,7 @@ def _expected(schema: inspect.Type, data: object = None) -> str:
             bounds = " and ".join(f"{sign} {limit:g}" for sign, limit, _ in _bounds(schema, data))
             return f"{kind} {bounds}".strip()
         case inspect.StrType():
-            text = "text that is not empty" if schema.min_length else "text"
+            text = f"text of length >= {schema.min_length}" if schema.min_length else "text"
             return f"text that matches {schema.pattern}" if schema.pattern else text
         case inspect.EnumType():
             return _one_of(_choices(schema))

@@ -17,6 +17,7 @@ rest is a project default.
 """
 
 import math
+import warnings
 from typing import NamedTuple
 
 import numpy as np
@@ -232,17 +233,20 @@ class System:
             equations: those of the policies before, if there were any.
             guess: values to begin with, changed in place. The nearer they are, the sooner this is
                 done; what comes out does not depend on them, but for the last bits.
+
+        Warns:
+            RuntimeWarning: if they do not settle. That has not been seen; eight rounds have.
         """
-        value, before = guess, math.inf
+        value, before, worst = guess, math.inf, 0.0
         for _ in range(_ROUNDS if len(self.sign) else 0):
             found = self.backup(value)
             short = found.value - value[self.sign]
             worst = float(np.max(np.abs(short) / found.value))
             if worst <= _EXACT:
-                break
+                return value
             stands = not self._choose(found) and worst > before / 4
             if stands and worst <= _NEARLY:
-                break
+                return value
             before = worst
             # Beside the value of an endless loop, what is added to it would be lost.
             base = 0.0 if worst > 1.0 else value[self.sign]
@@ -250,6 +254,13 @@ class System:
             known[self.sign] = self._attempts[self._chosen] if worst > 1.0 else short
             solved = equations.solve(self._policy(found), known, anew=stands)[self.sign]
             value[self.sign] = np.clip(base + solved, _LEAST, _MOST)
+        if worst > 0.0:
+            warnings.warn(
+                f"expected values: expected them to settle within {_ROUNDS} rounds, found that the "
+                f"last one changed one by {worst:.1g} of itself",
+                RuntimeWarning,
+                stacklevel=2,
+            )
         return value
 
     def _choose(self, found: Backup) -> bool:

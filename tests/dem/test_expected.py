@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from farside.dem import DynamicExpectancyModel, Parameters, ShadowModel
@@ -222,21 +222,34 @@ def test_few_and_many_signs_are_solved_alike(no_inverse: Callable[[], None]) -> 
     assert [again.cost_to(["at:1"], sign) for sign in model.signs] == costs
 
 
-# In some of these, policies come up on the way that never reach the goal.
-@pytest.mark.parametrize("seed", [2, 143, 174, 189, 201, 233])
-def test_values_kept_up_while_signs_and_ways_come_are_those_of_a_new_map(
-    seed: int, no_inverse: Callable[[], None]
-) -> None:
-    no_inverse()
-    model, rng = wandering(seed, 60, reach=1 + seed % 2), np.random.default_rng(seed)
-    for cycle in range(60):
-        model.perform(str(rng.choice(["jump", "walk"])))
-        model.sense([f"at:{rng.integers(6 + cycle // 4)}", *["x"][: rng.integers(2)]])
-        new = DynamicExpectancyModel.load(model.save())
-        kept, built = (
-            [one.cost_to(["at:1"], sign) for sign in model.signs] for one in (model, new)
-        )
-        assert kept == built
+@settings(max_examples=6, deadline=None)
+@given(seed=st.integers(0, 10**6))
+# In these, policies come up on the way that never reach the goal.
+@example(seed=2)
+@example(seed=143)
+@example(seed=174)
+@example(seed=189)
+@example(seed=201)
+@example(seed=233)
+def test_values_kept_up_while_signs_and_ways_come_are_those_of_a_new_map(seed: int) -> None:
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr("farside.dem.policy.equations.FEW_SIGNS", 0)
+        model, rng = wandering(seed, 60, reach=1 + seed % 2), np.random.default_rng(seed)
+        for cycle in range(60):
+            model.perform(str(rng.choice(["jump", "walk"])))
+            model.sense([f"at:{rng.integers(6 + cycle // 4)}", *["x"][: rng.integers(2)]])
+            new = DynamicExpectancyModel.load(model.save())
+            kept, built = (
+                [one.cost_to(["at:1"], sign) for sign in model.signs] for one in (model, new)
+            )
+            assert kept == pytest.approx(built, rel=2.0**-23)  # the last of 24 places
+
+
+def test_values_that_do_not_settle_are_warned_of(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("farside.dem.policy.expectation._ROUNDS", 1)
+    model = taught(MARSH)
+    with pytest.warns(RuntimeWarning, match="expected them to settle within 1 rounds, found"):
+        model.cost_to(["goal"], ["marsh 1"])
 
 
 def test_an_endless_loop_and_vanishing_measures_have_values() -> None:
