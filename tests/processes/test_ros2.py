@@ -133,7 +133,8 @@ def test_the_recipe_of_the_page_takes_a_ros_system_across_to_the_moon(definition
         hello, before = heard.next(), viewed.next()
         assert (hello.text, before.text) == ("hello", "before")
         assert hello.at_ns - asked_ns >= LIGHT_NS
-        assert before.at_ns - asked_ns >= 2 * LIGHT_NS
+        # Asked for, it takes a round trip; but it may still be on its way as it was published.
+        assert before.at_ns - began_ns >= LIGHT_NS
         until(lambda: {"listener", "viewer", "caller"} <= rover.nodes())
 
 
